@@ -1,0 +1,276 @@
+"""The signals of one run, as checked arrays in SI units.
+
+What belongs here: samples as the probe measured them, where it measured them, and the
+estimates made of them; what every other part of the package exchanges.
+What does not: reading or writing them (``recording``), or computing them (``estimation``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+NANOSECONDS = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class SampleBlock:
+    """Consecutive samples of the probe, one every ``sample_period``.
+
+    Parameters
+    ----------
+    stamp : int
+        Time of the first sample [ns since the epoch].
+    sequence : int
+        Number of the first sample since the probe was activated (0 for the very first).
+    sample_period : float
+        Time between two samples [s], positive.
+    position : array, shape (n,)
+        Displacement u of the coil [m], positive into the tissue.
+    force : array, shape (n,)
+        Load-cell force F [N], positive in compression.
+    command : array, shape (n,)
+        Voltage commanded to the coil [V]; NaN where it is not known.
+
+    Raises
+    ------
+    ValueError
+        If the arrays are not one-dimensional and of one length of at least 1, the period is
+        not positive and finite, or the sequence is negative. Values that are NaN or infinite
+        are accepted: they are what was measured, and the estimators say what they make of it.
+    """
+
+    stamp: int
+    sequence: int
+    sample_period: float
+    position: FloatArray
+    force: FloatArray
+    command: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("position", "force", "command"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=np.float64))
+        shape = self.position.shape
+        if len(shape) != 1 or shape[0] == 0:
+            raise ValueError(f"position has shape {shape}; give one value a sample, at least one")
+        if self.force.shape != shape or self.command.shape != shape:
+            raise ValueError(
+                f"position, force and command have {shape[0]}, {self.force.size} and "
+                f"{self.command.size} values; give one of each for every sample"
+            )
+        if not 0.0 < self.sample_period < float("inf"):
+            raise ValueError(f"sample_period is {self.sample_period} s; it must be positive")
+        if self.sequence < 0:
+            raise ValueError(f"sequence is {self.sequence}; samples are numbered from 0")
+
+    def __len__(self) -> int:
+        return self.position.size
+
+    @property
+    def stamps(self) -> IntArray:
+        """Time of each sample [ns since the epoch], shape (n,)."""
+        return self.stamp + sample_offsets(len(self), self.sample_period)
+
+    @property
+    def end(self) -> int:
+        """Time at which the sample after the last one is due [ns since the epoch]."""
+        return self.stamp + round(len(self) * self.sample_period * NANOSECONDS)
+
+    def __getitem__(self, samples: slice) -> SampleBlock:
+        """Cut consecutive samples out of the block (a slice of step 1)."""
+        first, stop, step = samples.indices(len(self))
+        if step != 1:
+            raise ValueError("a block holds consecutive samples: slice it with step 1")
+        return SampleBlock(
+            stamp=self.stamp + round(first * self.sample_period * NANOSECONDS),
+            sequence=self.sequence + first,
+            sample_period=self.sample_period,
+            position=self.position[first:stop],
+            force=self.force[first:stop],
+            command=self.command[first:stop],
+        )
+
+    def continues(self, other: SampleBlock) -> bool:
+        """Whether this block's first sample is the one after the last of ``other``."""
+        return (
+            self.sequence == other.sequence + len(other)
+            and self.sample_period == other.sample_period
+            and self.stamp == other.end
+        )
+
+
+def sample_offsets(count: int, sample_period: float) -> IntArray:
+    """Time of each of ``count`` samples after the first [ns], rounded one by one (no drift)."""
+    return np.rint(np.arange(count) * (sample_period * NANOSECONDS)).astype(np.int64)
+
+
+def join(blocks: Iterable[SampleBlock]) -> list[SampleBlock]:
+    """Join blocks that continue one another; a new block begins at every gap, repeat or step back."""
+    joined: list[SampleBlock] = []
+    run: list[SampleBlock] = []
+    for block in blocks:
+        if run and not block.continues(run[-1]):
+            joined.append(_concatenate(run))
+            run = []
+        run.append(block)
+    if run:
+        joined.append(_concatenate(run))
+    return joined
+
+
+def _concatenate(run: Sequence[SampleBlock]) -> SampleBlock:
+    first = run[0]
+    return SampleBlock(
+        stamp=first.stamp,
+        sequence=first.sequence,
+        sample_period=first.sample_period,
+        position=np.concatenate([block.position for block in run]),
+        force=np.concatenate([block.force for block in run]),
+        command=np.concatenate([block.command for block in run]),
+    )
+
+
+class Phase(IntEnum):
+    """What the probe does at a palpation site (the constants of ``PalpationSite.msg``)."""
+
+    APPROACH = 0
+    DWELL = 1
+    LIFTED = 2
+
+
+@dataclass(frozen=True, slots=True)
+class PalpationSite:
+    """One announcement of where the probe palpates.
+
+    ``stamp`` [ns since the epoch] is when the phase begins; it may lie in the future.
+    ``site`` numbers the sites of a scan from 0; ``position`` is the site's (x, y, z) [m] in the
+    stage's frame, z being the height of the tissue's surface.
+    """
+
+    stamp: int
+    site: int
+    position: tuple[float, float, float]
+    phase: Phase
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Everything measured in one run.
+
+    ``blocks`` in the order recorded, joined where they continue one another; ``sites`` as
+    announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run).
+    """
+
+    blocks: tuple[SampleBlock, ...]
+    sites: tuple[PalpationSite, ...] = ()
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return sum(len(block) for block in self.blocks)
+
+    @property
+    def stamps(self) -> IntArray:
+        """Time of each sample [ns since the epoch]."""
+        return np.concatenate([block.stamps for block in self.blocks])
+
+    @property
+    def position(self) -> FloatArray:
+        """Displacement of the coil at each sample [m]."""
+        return np.concatenate([block.position for block in self.blocks])
+
+    @property
+    def force(self) -> FloatArray:
+        """Load-cell force at each sample [N]."""
+        return np.concatenate([block.force for block in self.blocks])
+
+    @property
+    def command(self) -> FloatArray:
+        """Commanded coil voltage at each sample [V]."""
+        return np.concatenate([block.command for block in self.blocks])
+
+    def dwells(self) -> Iterator[tuple[PalpationSite, int]]:
+        """Yield each dwell's announcement and the time it ended [ns since the epoch].
+
+        A dwell ends when the next announcement's phase begins, or with the recording.
+        """
+        last = self.blocks[-1].end if self.blocks else 0
+        for site, following in zip(self.sites, [*self.sites[1:], None], strict=True):
+            if site.phase == Phase.DWELL:
+                yield site, following.stamp if following else last
+
+
+class Status(IntEnum):
+    """What an estimate is worth (the constants of ``TissueEstimate.msg``)."""
+
+    CONVERGING = 0
+    CONVERGED = 1
+    NO_CONTACT = 2
+    MODEL_REJECTED = 3
+
+
+@dataclass(frozen=True)
+class TissueEstimates:
+    """Estimates of the tissue, one for each sample; every array has shape (n,).
+
+    Attributes
+    ----------
+    estimator : str
+        Name of the estimator.
+    stamp : int64
+        Time of the sample [ns since the epoch].
+    sequence : int64
+        Number of the sample since activation.
+    stiffness, damping : float
+        k [N/m] and beta [N s/m].
+    covariance_trace : float
+        Trace of the covariance of the whole state, its units mixed as the paper mixes them.
+    stiffness_variance, damping_variance, stiffness_damping_covariance : float
+        [N^2/m^2], [N^2 s^2/m^2], [N^2 s/m^2].
+    force_offset : float
+        Estimated constant offset of the load cell [N]; 0 where the filter has no such state.
+    predicted_force : float
+        Force predicted from the samples before this one [N], positive in compression.
+    innovation, normalized_innovation_squared : float
+        nu, measured minus predicted force [N], and nu^2 / S [-]; NaN for a missing sample.
+    status : uint8
+        A ``Status``.
+    """
+
+    estimator: str
+    stamp: IntArray
+    sequence: IntArray
+    stiffness: FloatArray
+    damping: FloatArray
+    covariance_trace: FloatArray
+    stiffness_variance: FloatArray
+    damping_variance: FloatArray
+    stiffness_damping_covariance: FloatArray
+    force_offset: FloatArray
+    predicted_force: FloatArray
+    innovation: FloatArray
+    normalized_innovation_squared: FloatArray
+    status: NDArray[np.uint8]
+
+    def __len__(self) -> int:
+        return self.stamp.size
+
+    def __getitem__(self, samples: slice | NDArray[np.bool_]) -> TissueEstimates:
+        """Select estimates by a slice or a boolean mask of shape (n,)."""
+        return TissueEstimates(self.estimator, *(array[samples] for array in self.arrays()))
+
+    def arrays(self) -> list[NDArray]:
+        """Return the arrays in the order of the fields."""
+        return [getattr(self, entry.name) for entry in fields(self)[1:]]
+
+    @staticmethod
+    def concatenate(parts: Sequence[TissueEstimates]) -> TissueEstimates:
+        """Join the estimates of one estimator, in the order given."""
+        columns = zip(*(part.arrays() for part in parts), strict=True)
+        return TissueEstimates(parts[0].estimator, *(np.concatenate(c) for c in columns))
