@@ -1,0 +1,300 @@
+"""The map builder: which estimates count, and how they are fused."""
+
+import math
+from timeit import timeit
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tissue_probe.mapping.fusion import (
+    Estimate,
+    MapBuilder,
+    fused_stddev,
+    inverse_variance_weights,
+)
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.signals import PalpationSite, Phase, Status, TissueEstimates
+
+GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
+SECOND = 1_000_000_000
+
+
+def announcement(stamp, site, phase):
+    return PalpationSite(stamp, site, GRID.position(site), phase)
+
+
+def dwelling(site=0, begin=0):
+    builder = MapBuilder(GRID)
+    builder.announce(announcement(begin, site, Phase.DWELL))
+    return builder
+
+
+def estimate(stamp=1, stiffness=450.0, **changed):
+    values = {
+        "damping": 5.0,
+        "covariance_trace": 0.1,
+        "stiffness_variance": 0.09,
+        "damping_variance": 1e-4,
+    }
+    return Estimate(stamp, stiffness, **{**values, **changed})
+
+
+def rows(estimator, stamps, stiffness, status=Status.CONVERGED, variance=0.09):
+    n = len(stamps)
+    zeros = np.zeros(n)
+    return TissueEstimates(
+        estimator=estimator,
+        stamp=np.array(stamps, dtype=np.int64),
+        sequence=np.arange(n),
+        stiffness=np.array(stiffness, dtype=float),
+        damping=np.full(n, 5.0),
+        covariance_trace=np.full(n, 0.1),
+        stiffness_variance=np.broadcast_to(variance, n).astype(float),
+        damping_variance=np.full(n, 1e-4),
+        stiffness_damping_covariance=zeros,
+        force_offset=zeros,
+        predicted_force=zeros,
+        innovation=zeros,
+        normalized_innovation_squared=zeros,
+        status=np.broadcast_to(status, n).astype(np.uint8),
+    )
+
+
+def test_an_untouched_map_is_nan_everywhere():
+    built = MapBuilder(GRID).map()
+    for layer in (built.stiffness, built.damping, built.covariance_trace, built.stiffness_stddev):
+        assert layer.shape == (2, 3)
+        assert np.isnan(layer).all()
+    assert built.stamp == 0
+
+
+@pytest.mark.parametrize("site", range(6))
+def test_an_estimate_lands_in_the_cell_under_the_tip_and_nowhere_else(site):
+    builder = dwelling(site)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=7))
+    built = builder.map()
+    assert built.stiffness[GRID.cell(site)] == 450.0
+    assert built.damping[GRID.cell(site)] == 5.0
+    assert built.covariance_trace[GRID.cell(site)] == 0.1
+    assert built.stiffness_stddev[GRID.cell(site)] == pytest.approx(0.3)
+    assert built.damping_stddev[GRID.cell(site)] == pytest.approx(0.01)
+    assert built.measured.sum() == 1
+    assert built.stamp == 7
+
+
+@pytest.mark.parametrize("status", [s for s in Status if s != Status.CONVERGED])
+def test_a_site_that_never_converges_stays_nan(status):
+    builder = dwelling()
+    builder.add(rows("ekf", [1, 2], [450.0, 450.0], status))
+    builder.add_one("ekf", status, estimate())
+    assert not builder.map().measured.any()
+    assert builder.revision == 0
+
+
+def test_the_latest_converged_estimate_of_each_estimator_counts():
+    builder = dwelling()
+    status = [Status.CONVERGED, Status.CONVERGED, Status.CONVERGING]
+    builder.add(rows("ekf", [1, 2, 3], [400.0, 450.0, 500.0], status))
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+def test_an_estimate_that_arrives_after_a_newer_one_changes_nothing():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=2, stiffness=450.0))
+    revision = builder.revision
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
+    assert builder.map().stiffness[0, 0] == 450.0
+    assert builder.revision == revision
+
+
+def test_only_estimates_stamped_within_the_dwell_count():
+    builder = MapBuilder(GRID)
+    builder.announce(announcement(0, 0, Phase.APPROACH))
+    builder.announce(announcement(10, 0, Phase.DWELL))
+    builder.announce(announcement(20, 0, Phase.LIFTED))
+    builder.add(rows("ekf", [9], [400.0]))
+    builder.add(rows("ukf", [20], [400.0]))
+    assert not builder.map().measured.any()
+    builder.add(rows("ekf", [9, 10, 19, 20], [1.0, 2.0, 450.0, 3.0]))
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_estimates_arriving_after_lifting_count_for_the_dwell_they_were_made_in(one_by_one):
+    builder = dwelling(site=0, begin=0)
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    builder.announce(announcement(20, 1, Phase.DWELL))
+    if one_by_one:
+        builder.add_one("ekf", Status.CONVERGED, estimate(stamp=9))
+    else:
+        builder.add(rows("ekf", [9], [450.0]))
+    assert builder.map().measured.nonzero() == ((0,), (0,))
+
+
+def test_a_dwell_announced_ahead_begins_at_its_stamp():
+    builder = dwelling(site=2, begin=100)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=99))
+    assert not builder.map().measured.any()
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=100))
+    assert builder.map().measured[0, 2]
+
+
+def test_a_scan_cut_short_replaces_the_phases_announced_ahead():
+    builder = dwelling(site=0, begin=10)
+    builder.announce(announcement(100, 0, Phase.LIFTED))
+    builder.announce(announcement(110, 1, Phase.DWELL))
+    builder.announce(announcement(50, 0, Phase.LIFTED))
+    builder.add(rows("ekf", [60, 120], [450.0, 450.0]))
+    assert not builder.map().measured.any()
+
+
+def test_a_dwell_outside_the_grid_is_refused_and_ends_the_one_before():
+    builder = dwelling(site=0, begin=0)
+    with pytest.raises(ValueError, match="outside the grid"):
+        builder.announce(PalpationSite(10, 9, (1.0, 0.0, 0.0), Phase.DWELL))
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=11))
+    assert not builder.map().measured.any()
+
+
+def test_a_second_visit_replaces_the_first_once_it_converges():
+    builder = dwelling(site=0, begin=0)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
+    builder.add_one("ukf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    builder.announce(announcement(20, 0, Phase.DWELL))
+    assert builder.map().stiffness[0, 0] == 400.0
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=21, stiffness=900.0))
+    assert builder.map().stiffness[0, 0] == 900.0
+    builder.add_one("afekf", Status.CONVERGED, estimate(stamp=5, stiffness=400.0))
+    assert builder.map().stiffness[0, 0] == 900.0
+
+
+def test_a_replay_that_begins_again_measures_again():
+    builder = dwelling(site=0, begin=0)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=5, stiffness=400.0))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    builder.announce(announcement(0, 0, Phase.DWELL))
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=3, stiffness=900.0))
+    assert builder.map().stiffness[0, 0] == 900.0
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"stiffness_variance": 0.0},
+        {"stiffness_variance": -1.0},
+        {"stiffness_variance": math.nan},
+        {"stiffness_variance": math.inf},
+        {"damping_variance": 0.0},
+        {"damping_variance": math.nan},
+        {"stiffness": math.nan},
+        {"damping": math.inf},
+        {"covariance_trace": math.nan},
+    ],
+)
+def test_an_estimate_without_a_finite_value_and_a_positive_variance_is_refused(bad):
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1))
+    builder.add_one("ekf", Status.CONVERGED, estimate(**{"stamp": 2, "stiffness": 9.0, **bad}))
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+def test_a_refused_estimate_leaves_the_one_before_it_standing():
+    builder = dwelling()
+    builder.add(rows("ekf", [1, 2, 3], [450.0, 500.0, math.nan], variance=[0.09, 0.0, 0.09]))
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+def test_the_revision_rises_with_every_change_of_the_map():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1))
+    first = builder.revision
+    builder.add_one("ukf", Status.CONVERGED, estimate(stamp=1))
+    assert 0 < first < builder.revision
+
+
+finite = st.floats(-1e5, 1e5)
+variances = st.floats(1e-300, 1e300)
+
+
+@given(
+    st.lists(st.tuples(finite, finite, variances, variances), min_size=1, max_size=6),
+    st.data(),
+)
+def test_fusion_does_not_depend_on_the_order_and_stays_within_the_estimates(found, data):
+    named = [
+        (f"filter {number}", estimate(1, k, damping=b, stiffness_variance=vk, damping_variance=vb))
+        for number, (k, b, vk, vb) in enumerate(found)
+    ]
+    maps = []
+    for order in (named, data.draw(st.permutations(named))):
+        builder = dwelling()
+        for name, one in order:
+            builder.add_one(name, Status.CONVERGED, one)
+        maps.append(builder.map())
+    fused = maps[0]
+    assert fused.stiffness[0, 0] == maps[1].stiffness[0, 0]
+    k, b, vk, _ = np.array(found).T
+    assert k.min() - 1e-6 <= fused.stiffness[0, 0] <= k.max() + 1e-6
+    assert b.min() - 1e-6 <= fused.damping[0, 0] <= b.max() + 1e-6
+    assert math.isfinite(fused.covariance_trace[0, 0])
+    stddev = fused.stiffness_stddev[0, 0]
+    assert np.sqrt(vk.min()) * (1 - 1e-9) <= stddev <= np.sqrt(vk.max()) * (1 + 1e-9)
+
+
+@given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=6))
+def test_weights_are_inverse_to_the_variances_and_sum_to_one(values):
+    variance = np.array(values)
+    weights = inverse_variance_weights(variance)
+    assert weights.sum() == pytest.approx(1.0)
+    assert np.allclose(weights * variance, weights[0] * variance[0])
+
+
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 3), finite), max_size=30))
+def test_many_estimates_at_once_give_the_same_map_as_one_by_one(found):
+    stamps, status, stiffness = zip(*found, strict=True) if found else ((), (), ())
+    together, apart = MapBuilder(GRID), MapBuilder(GRID)
+    for builder in (together, apart):
+        for site in range(len(GRID)):
+            builder.announce(announcement(10 * site, site, Phase.DWELL))
+            builder.announce(announcement(10 * site + 8, site, Phase.LIFTED))
+    together.add(rows("ekf", stamps, stiffness, np.array(status, dtype=np.uint8)))
+    for stamp, state, k in found:
+        apart.add_one("ekf", state, estimate(stamp=stamp, stiffness=k))
+    np.testing.assert_array_equal(together.map().stiffness, apart.map().stiffness)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9, 1.0])
+def test_the_fused_standard_deviation_is_not_overconfident(correlation):
+    rng = np.random.default_rng(7)
+    sigma = np.array([0.2, 0.3, 0.5])
+    covariance = np.outer(sigma, sigma) * np.where(np.eye(3, dtype=bool), 1.0, correlation)
+    errors = rng.multivariate_normal(np.zeros(3), covariance, size=20_000)
+    weights = inverse_variance_weights(sigma**2)
+    claimed = fused_stddev(weights, sigma**2)
+    observed = (errors @ weights).std()
+    assert observed < 1.02 * claimed
+    if correlation == 1.0:
+        assert observed > 0.98 * claimed  # and it is no larger than it must be
+        independent = 1.0 / np.sqrt(np.sum(1.0 / sigma**2))
+        assert independent < 0.8 * observed  # what textbook fusion would have claimed
+
+
+def test_more_estimators_of_one_accuracy_do_not_make_the_map_more_certain():
+    builder = dwelling()
+    for name in ("ekf", "ukf", "afekf"):
+        builder.add_one(name, Status.CONVERGED, estimate())
+    assert builder.map().stiffness_stddev[0, 0] == pytest.approx(0.3)
+
+
+def test_one_live_estimate_costs_little():
+    builder = MapBuilder(GRID)
+    for site in range(len(GRID)):
+        builder.announce(announcement(site * SECOND, site, Phase.DWELL))
+    stamps = iter(range(5 * SECOND, 6 * SECOND))
+    seconds = timeit(
+        lambda: builder.add_one("ekf", Status.CONVERGED, estimate(next(stamps))), number=2000
+    )
+    assert seconds / 2000 < 50e-6  # ten times what it takes, for a loaded machine

@@ -1,0 +1,60 @@
+"""The map: what is known of the tissue in each cell of a grid.
+
+What belongs here: the arrays of one map, checked. What does not: how they came about (``fusion``)
+and what is read out of them (``surface``, ``regions``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.signals import FloatArray
+
+
+@dataclass(frozen=True)
+class StiffnessMapData:
+    """Stiffness and damping over a grid; every array has shape (rows, columns).
+
+    Cells that were not measured are NaN in every array.
+
+    Attributes
+    ----------
+    grid : Grid
+        Where the cells are.
+    stamp : int
+        Time of the newest estimate used [ns since the epoch]; 0 if there is none.
+    stiffness, damping : array
+        k [N/m] and beta [N s/m].
+    covariance_trace : array
+        Trace of the covariance of the estimators' state, its units mixed as the paper mixes them.
+    stiffness_stddev, damping_stddev : array
+        Standard deviation of k [N/m] and of beta [N s/m].
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape than the grid.
+    """
+
+    grid: Grid
+    stamp: int
+    stiffness: FloatArray
+    damping: FloatArray
+    covariance_trace: FloatArray
+    stiffness_stddev: FloatArray
+    damping_stddev: FloatArray
+
+    def __post_init__(self) -> None:
+        for entry in fields(self)[2:]:
+            shape = np.shape(getattr(self, entry.name))
+            if shape != self.grid.shape:
+                raise ValueError(f"{entry.name} has shape {shape}; the grid has {self.grid.shape}")
+
+    @property
+    def measured(self) -> NDArray[np.bool_]:
+        """Whether each cell was measured, shape (rows, columns)."""
+        return np.isfinite(self.stiffness)
