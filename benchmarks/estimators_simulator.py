@@ -1,0 +1,111 @@
+"""A probe on tissue, simulated independently of the package: no equation or code is shared.
+
+The coil moves as u = A sin(w t + phi); coil, tip and the constant forces together are one linear
+system, whose matrix exponential is exact. Between two changes of the tissue, which need not fall
+on a sample, nothing is approximated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import expm
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One simulated measurement; SI units.
+
+    ``tissue`` holds (time from which it is under the tip, stiffness, damping), the first at 0.
+    """
+
+    tissue: tuple[tuple[float, float, float], ...] = ((0.0, 450.0, 5.0),)
+    duration: float = 1.0
+    frequency: float = 10.0
+    amplitude: float = 1e-3
+    phase: float = 0.0
+    force_noise: float = 5e-3
+    encoder_resolution: float = 1e-7
+    force_offset: float = 0.0
+    contact_zero: float = 0.0
+    samples_late: int = 0
+    sample_period: float = 5e-4
+    seed: int = 0
+    tip_mass: float = 0.04
+    load_cell_stiffness: float = 9700.0
+    load_cell_damping: float = 0.8
+    from_rest: bool = field(default=True)
+
+    def run(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return measured position [m] and force [N] (positive in compression) of each sample."""
+        time = np.arange(round(self.duration / self.sample_period)) * self.sample_period
+        position, tip = self._motion(time)
+        force = self.load_cell_stiffness * (position - tip) + self.force_offset
+        random = np.random.default_rng(self.seed)
+        force += self.force_noise * random.standard_normal(force.size)
+        if self.encoder_resolution:
+            position = np.round(position / self.encoder_resolution) * self.encoder_resolution
+        if self.samples_late:
+            position = np.r_[np.full(self.samples_late, position[0]), position][: force.size]
+        return position, force
+
+    def truth(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return stiffness [N/m] and damping [N s/m] at each sample."""
+        time = np.arange(round(self.duration / self.sample_period)) * self.sample_period
+        starts, stiffness, damping = np.array(self.tissue).T
+        piece = np.searchsorted(starts, time, side="right") - 1
+        return stiffness[piece], damping[piece]
+
+    def _motion(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        state = np.array([0.0, 0.0, np.sin(self.phase), np.cos(self.phase), 1.0])
+        if not self.from_rest:
+            state[:2] = self._steady_state()
+        states = np.empty((time.size, 5))
+        ends = [start for start, _, _ in self.tissue[1:]] + [np.inf]
+        sample, now = 0, 0.0
+        for (_, stiffness, damping), end in zip(self.tissue, ends, strict=True):
+            matrix = self._matrix(stiffness, damping)
+            step = expm(matrix * self.sample_period)
+            if sample < time.size and time[sample] < end:
+                state = expm(matrix * (time[sample] - now)) @ state
+                now = time[sample]
+                states[sample] = state
+                sample += 1
+                while sample < time.size and time[sample] < end:
+                    state = step @ state
+                    now = time[sample]
+                    states[sample] = state
+                    sample += 1
+            if sample < time.size:
+                state = expm(matrix * (end - now)) @ state
+                now = end
+        return self.amplitude * states[:, 2], states[:, 0]
+
+    def _matrix(self, stiffness: float, damping: float) -> np.ndarray:
+        """Rate of change of [x, x', sin, cos, 1]."""
+        w, a, m = 2 * np.pi * self.frequency, self.amplitude, self.tip_mass
+        matrix = np.zeros((5, 5))
+        matrix[0, 1] = 1.0
+        matrix[1] = [
+            -(self.load_cell_stiffness + stiffness) / m,
+            -(self.load_cell_damping + damping) / m,
+            a * self.load_cell_stiffness / m,
+            a * w * self.load_cell_damping / m,
+            stiffness * self.contact_zero / m,
+        ]
+        matrix[2, 3], matrix[3, 2] = w, -w
+        return matrix
+
+    def _steady_state(self) -> np.ndarray:
+        """Tip position and velocity of the motion long after its start."""
+        _, stiffness, damping = self.tissue[0]
+        matrix = self._matrix(stiffness, damping)
+        coil = np.array([np.sin(self.phase), np.cos(self.phase)])
+        rotation = matrix[2:4, 2:4]
+        # x' = A x + B c and x = S c with c' = W c give the Sylvester equation A S - S W = -B.
+        from scipy.linalg import solve_sylvester
+
+        steady = solve_sylvester(matrix[:2, :2], -rotation, -matrix[:2, 2:4])
+        still = np.linalg.solve(matrix[:2, :2], -matrix[:2, 4])
+        return steady @ coil + still

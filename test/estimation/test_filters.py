@@ -1,0 +1,82 @@
+"""Every Kalman filter finds the tissue, and says truthfully how well it knows it."""
+
+import numpy as np
+import pytest
+from estimators_simulator import Experiment
+from measured import block_of
+
+from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.signals import Status
+
+EXACT = EstimatorSettings()
+EULER = EstimatorSettings(discretisation="euler")
+
+
+def estimate(name, experiment, settings=EXACT):
+    return Estimator(name, settings).process(block_of(experiment))
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_stiffness_and_damping_are_found(name):
+    estimates = estimate(name, Experiment(duration=1.0))
+    assert estimates.stiffness[-1] == pytest.approx(450, rel=0.005)
+    assert estimates.damping[-1] == pytest.approx(5, rel=0.01)
+    assert estimates.status[0] == Status.CONVERGING
+    assert estimates.status[-1] == Status.CONVERGED
+
+
+@pytest.mark.parametrize("name", ["ekf", "ukf", "afekf"])
+@pytest.mark.parametrize("frequency", [5.0, 10.0, 30.0])
+def test_the_exact_step_has_no_bias(name, frequency):
+    estimates = estimate(name, Experiment(frequency=frequency, force_noise=1e-6))
+    assert estimates.stiffness[-1] == pytest.approx(450, rel=2e-4)
+    assert estimates.damping[-1] == pytest.approx(5, rel=2e-4)
+
+
+@pytest.mark.parametrize("frequency", [5.0, 10.0, 30.0])
+def test_eulers_bias_is_as_derived(frequency):
+    """Seen on the fading filter, which forgets the start: dk = w^2 (beta0 + beta) dt / 2."""
+    experiment = Experiment(frequency=frequency, force_noise=1e-6)
+    euler = estimate("afekf", experiment, EULER)
+    w, dt = 2 * np.pi * frequency, experiment.sample_period
+    assert euler.stiffness[-1] - 450 == pytest.approx(w**2 * (0.8 + 5) * dt / 2, rel=0.15, abs=0.3)
+    assert euler.damping[-1] - 5 == pytest.approx(0.04 * w**2 * dt, rel=0.15, abs=0.003)
+
+
+@pytest.mark.parametrize("period", [1e-4, 2e-3])
+@pytest.mark.parametrize("name", ["ekf", "ukf"])
+def test_the_exact_step_holds_at_other_sample_rates(name, period):
+    experiment = Experiment(duration=1.0, sample_period=period, force_noise=1e-4)
+    estimates = estimate(name, experiment)
+    assert estimates.stiffness[-1] == pytest.approx(450, rel=1e-3)
+    assert estimates.damping[-1] == pytest.approx(5, rel=1e-3)
+
+
+def test_only_the_fading_filter_of_the_papers_three_follows_a_change():
+    experiment = Experiment(tissue=((0.0, 450.0, 5.0), (1.0, 900.0, 10.0)), duration=2.0)
+    last = {name: estimate(name, experiment).stiffness[-1] for name in ("ekf", "ukf", "afekf")}
+    assert last["afekf"] == pytest.approx(900, rel=0.01)
+    assert last["ekf"] < 800
+    assert last["ukf"] < 800
+
+
+def test_the_fading_filters_covariance_settles_and_the_others_falls():
+    experiment = Experiment(duration=4.0)
+    ekf, afekf = estimate("ekf", experiment), estimate("afekf", experiment)
+    assert afekf.covariance_trace[-1] == pytest.approx(0.58, rel=0.1)
+    assert ekf.covariance_trace[-1] < 0.03
+
+
+@pytest.mark.parametrize("name", ["ekf", "afekf"])
+def test_a_tip_in_the_air_is_reported_as_no_contact(name):
+    estimates = estimate(name, Experiment(tissue=((0.0, 0.0, 0.0),), duration=0.5))
+    assert estimates.status[-1] == Status.NO_CONTACT
+    assert abs(estimates.stiffness[-1]) < 5
+
+
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_resting_coil_teaches_nothing_and_harms_nothing(name):
+    estimates = estimate(name, Experiment(amplitude=0.0, duration=1.0))
+    assert np.all(estimates.status == Status.CONVERGING)
+    assert np.all(estimates.stiffness_variance <= EXACT.stiffness_prior_sd**2)
+    assert np.all(estimates.damping_variance <= EXACT.damping_prior_sd**2)

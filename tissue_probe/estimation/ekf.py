@@ -1,0 +1,24 @@
+"""Extended Kalman filter (paper, section III-A)."""
+
+
+def predict(filter):
+    """Advance mean and covariance by one sample: eqs. 20 and 23.
+
+    F is the exact derivative of the step (with ``discretisation='euler'``, eq. 17). Eq. 20 is
+    printed with f(X_t, u_t) for f(X_(t-1), u_(t-1)). Q is read as a variance per sample.
+    """
+    X, F = filter.step()
+    P = F * filter.P * F.T + filter.Q
+    filter.assign(X, P)
+
+
+def update(filter):
+    """Take in the force: eqs. 19, 21 and 22 (Joseph's form).
+
+    Eq. 21 is printed with h(X_t) for h(X_t^-), and eq. 18 calls H a 4x1 matrix; it is 1x4.
+    """
+    P, H, R, I = filter.P, filter.H, filter.R, filter.I
+    K = filter.let("K", P * H.T / filter.S)
+    L = filter.let("L", I - K * H)
+    P = filter.let("LP", L * P) * L.T + K * R * K.T
+    filter.assign(filter.X + K * filter.innovation, P)

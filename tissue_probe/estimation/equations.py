@@ -1,0 +1,139 @@
+"""What an estimator's equations are written in: the matrices of its filter, as symbols.
+
+What belongs here: names for the quantities of a Kalman filter, and their way into code.
+What does not: the equations themselves (``ekf``, ``ukf``, ...).
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from tissue_probe.estimation.layout import Layout
+from tissue_probe.physics.discretise import DISCRETISATIONS, Step
+from tissue_probe.physics.model import Model
+from tissue_probe.physics.program import Program
+
+
+class Filter:
+    """Mean and covariance of one filter, and the model they are of, as matrices of symbols.
+
+    Attributes
+    ----------
+    X, P : Matrix, shape (n, 1) and (n, n)
+        Mean of the state (the model's states, then its parameters) and covariance of its error.
+    Q, R, I : Matrix (n, n), Expr, Matrix (n, n)
+        Process noise per sample, variance of the force [N^2], identity.
+    H : Matrix, shape (1, n)
+        Derivative of the output (eq. 18).
+    force, S : Expr
+        Predicted force h(X) [N] and its variance H P H^T + R [N^2].
+    innovation : Symbol
+        nu, measured minus predicted force [N].
+
+    With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
+    """
+
+    def __init__(
+        self, model: Model, discretisation: str, layout: Layout, given: bool = False
+    ) -> None:
+        self.model = model
+        self.layout = layout
+        self.program = Program()
+        self._discretise = DISCRETISATIONS[discretisation]
+        self._step = 0
+        names = layout.states
+        count = len(names)
+        upper = [(i, j) for i in range(count) for j in range(i, count)]
+        self.X = sp.Matrix(sp.symbols(names, real=True))
+        if not given:
+            self.program.load("memory", 0, names)
+        covariance = self.program.load("memory", count, [f"P{i}_{j}" for i, j in upper])
+        self.P = sp.Matrix(
+            count, count, lambda i, j: covariance[upper.index((min(i, j), max(i, j)))]
+        )
+        for constant in model.constants:
+            self.constant(str(constant))
+        self.I = sp.eye(count)
+        self.R = self.constant("force_variance")
+        self.H = sp.Matrix([model.output]).jacobian(self.X)
+        self.innovation = sp.Symbol("innovation", real=True)
+
+    def constant(self, name: str) -> sp.Symbol:
+        """Return a setting, or a number derived from the settings, as a symbol."""
+        return self.program.load("constants", self.layout.constant(name), [name])[0]
+
+    def per_state(self, name: str) -> sp.Matrix:
+        """Return what each state has (prior, process_variance, ...), shape (n, 1)."""
+        names = [f"{name}_{state}" for state in self.layout.states]
+        return sp.Matrix(self.program.load("constants", self.layout.per_state(name), names))
+
+    @property
+    def Q(self) -> sp.Matrix:
+        return sp.diag(*self.per_state("process_variance"))
+
+    @property
+    def inputs(self) -> list[sp.Symbol]:
+        """u[t], u[t-1], u[t-2], u[t-3] [m]."""
+        return self.program.load("memory", self.layout.history, ["u0", "u1", "u2", "u3"])
+
+    @property
+    def force(self) -> sp.Expr:
+        position = self.program.load("memory", self.layout.history, ["position"])[0]
+        return self.model.output.subs(self.model.input, position)
+
+    @property
+    def S(self) -> sp.Symbol:
+        return self.let("S", self.H * self.P * self.H.T + sp.Matrix([self.R]))[0]
+
+    def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
+        """Give a matrix a name: it is computed once, here."""
+        return self.program.let_matrix(name, value)
+
+    def step(self) -> tuple[sp.Matrix, sp.Matrix]:
+        """Return the state one sample later (eq. 20) and the derivative F of this step (eq. 17)."""
+        step = self.motion(derivatives=True)
+        count = len(self.model.parameters)
+        F = step.jacobian.col_join(sp.zeros(count, len(self.model.states)).row_join(sp.eye(count)))
+        return step.states.col_join(self.model.parameters), F
+
+    def step_of(self, point: sp.Matrix) -> sp.Matrix:
+        """Return another point's state one sample later (eq. 34)."""
+        point = self.let("point", point)
+        arguments = ["constants", "memory", *map(str, point)]
+        self._step += 1
+        advanced = sp.symbols(
+            [f"advanced{self._step}_{i}" for i in range(len(self.model.states))], real=True
+        )
+        self.program.line(f"{', '.join(map(str, advanced))}, = step({', '.join(arguments)})")
+        return sp.Matrix([*advanced, *point[len(advanced) :]])
+
+    def cholesky(self, matrix: sp.Matrix) -> sp.Matrix:
+        """Return the lower triangular L with L L^T = matrix.
+
+        Where rounding left the matrix slightly indefinite, the column of the offending pivot is 0.
+        """
+        size = matrix.rows
+        L = sp.zeros(size, size)
+        for j in range(size):
+            pivot = self.program.let("pivot", matrix[j, j] - sum(L[j, k] ** 2 for k in range(j)))
+            floor = sp.Max(pivot, 0)
+            L[j, j] = self.program.let("L", sp.sqrt(floor))
+            inverse = sp.Symbol(f"inverse{j}_{L[j, j]}", real=True)
+            self.program.line(f"{inverse} = 1.0 / {L[j, j]} if {L[j, j]} > 0.0 else 0.0")
+            for i in range(j + 1, size):
+                rest = matrix[i, j] - sum(L[i, k] * L[j, k] for k in range(j))
+                L[i, j] = self.program.let("L", rest * inverse)
+        return L
+
+    def assign(self, X: sp.Matrix, P: sp.Matrix) -> None:
+        """Make these the filter's mean and covariance."""
+        size = len(self.layout.states)
+        X = self.let("mean", X)
+        P = self.program.let_symmetric("covariance", P)
+        self.program.store("memory", 0, list(X))
+        self.program.store("memory", size, [P[i, j] for i in range(size) for j in range(i, size)])
+
+    def motion(self, derivatives: bool) -> Step:
+        """Advance the model's states by one sample."""
+        period = self.constant("sample_period")
+        return self._discretise(self.program, self.model, period, self.inputs, derivatives)

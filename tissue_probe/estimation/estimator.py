@@ -1,0 +1,145 @@
+"""One estimator on one stream of samples: gaps, repeats, restarts, and a kernel for the rest.
+
+What belongs here: what happens between blocks. What does not: numerics (``loop``, ``ekf``, ...).
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from functools import lru_cache
+
+import numpy as np
+
+from tissue_probe.estimation.settings import EstimatorSettings
+from tissue_probe.estimation.table import ESTIMATORS
+from tissue_probe.signals import SampleBlock, TissueEstimates, sample_offsets
+
+_offsets = lru_cache(maxsize=32)(sample_offsets)
+
+
+class Estimator:
+    """Estimate the tissue's stiffness and damping from samples, one estimate a sample.
+
+    The estimates do not depend on how the stream is cut into blocks, to the last bit.
+
+    Parameters
+    ----------
+    name : str
+        A key of ``ESTIMATORS``.
+    settings : EstimatorSettings
+        Instrument, noise and prior.
+
+    Raises
+    ------
+    ValueError
+        If there is no estimator of this name.
+
+    Attributes
+    ----------
+    gaps : int
+        How often samples were missing in the sequence. Stiffness, damping and their covariance
+        survive a gap; the tip's motion is forgotten, and the input's history begins anew.
+    lost : int
+        How many samples those gaps held.
+    missing : int
+        Samples whose position or force was NaN or infinite. Without a force the filter predicts
+        on; without a position the tip's motion is forgotten as in a gap.
+    repeats : int
+        Samples that came again, out of sequence, and were ignored: ``process`` returns no estimate
+        for them, and so may return fewer estimates than samples, or none.
+    restarts : int
+        How often everything learnt was forgotten: by ``restart`` and ``restart_at``, because the
+        sequence began again at 0 (the probe was activated anew), or because the sample period
+        changed.
+    """
+
+    def __init__(self, name: str, settings: EstimatorSettings) -> None:
+        if name not in ESTIMATORS:
+            raise ValueError(f"no estimator {name!r}; there are {', '.join(ESTIMATORS)}")
+        self.name = name
+        self.settings = settings
+        self.gaps = self.lost = self.missing = self.repeats = self.restarts = 0
+        self._kernel = ESTIMATORS[name].kernel(settings)
+        self._memory = np.zeros(self._kernel.size)
+        self._constants: np.ndarray | None = None
+        self._sample_period = 0.0
+        self._expected = 0
+        self._restart_stamps: list[int] = []
+
+    def process(self, block: SampleBlock) -> TissueEstimates:
+        """Take in consecutive samples; return the estimate after each that was used."""
+        known = self._already_used(block)
+        count = len(block.position) - known
+        if count == 0:
+            return self._estimates(np.empty(0, np.int64), block.sequence, np.empty((11, 0)))
+        if known:
+            block = block[known:]
+        self._expected = block.sequence + count
+        stamps = block.stamp + _offsets(count, block.sample_period)
+        estimates = np.empty((11, count))
+        begin = 0
+        while self._restart_stamps:
+            index = int(np.searchsorted(stamps, self._restart_stamps[0]))
+            if index >= count:
+                break
+            self._run(block, begin, index, estimates)
+            self._restart_stamps.pop(0)
+            self.restart()
+            begin = index
+        self._run(block, begin, count, estimates)
+        return self._estimates(stamps, block.sequence, estimates)
+
+    def restart(self) -> None:
+        """Forget everything learnt."""
+        self.restarts += 1
+        if self._constants is not None:
+            self._kernel.start(self._constants, self._memory)
+
+    def restart_at(self, stamp: int) -> None:
+        """Forget everything learnt at the first sample of this time or later.
+
+        Parameters
+        ----------
+        stamp : int
+            Time [ns since the epoch]. It may lie in the future; if it lies before the samples
+            already used, the next sample is meant.
+        """
+        insort(self._restart_stamps, stamp)
+
+    def _already_used(self, block: SampleBlock) -> int:
+        """Compare a block with what is expected next; return how many samples came before."""
+        if block.sample_period != self._sample_period:
+            self._begin(block)
+        elif block.sequence > self._expected:
+            self.gaps += 1
+            self.lost += block.sequence - self._expected
+            self._kernel.reopen(self._constants, self._memory)
+        elif block.sequence < self._expected:
+            if block.sequence == 0:
+                self.restart()
+            else:
+                known = min(self._expected - block.sequence, len(block))
+                self.repeats += known
+                return known
+        return 0
+
+    def _begin(self, block: SampleBlock) -> None:
+        """Set the filter up for the block's sample period."""
+        if self._constants is not None:
+            self.restarts += 1
+        self._sample_period = block.sample_period
+        self._constants = self._kernel.constants(self.settings, block.sample_period)
+        self._kernel.start(self._constants, self._memory)
+
+    def _run(self, block: SampleBlock, begin: int, end: int, estimates: np.ndarray) -> None:
+        self.missing += self._kernel.run(
+            self._constants,
+            self._memory,
+            block.position[begin:end],
+            block.force[begin:end],
+            estimates[:, begin:end],
+        )
+
+    def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:
+        sequence = np.arange(first, first + stamps.size)
+        return TissueEstimates(self.name, stamps, sequence, *rows[:10], rows[10].astype(np.uint8))

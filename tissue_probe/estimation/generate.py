@@ -1,0 +1,109 @@
+"""Source of the Kalman filters' kernels: model, discretisation and equations in, functions out.
+
+What belongs here: which functions a kernel module has, and how they are written.
+What does not: the equations (``ekf``, ...), the loop around them (``loop``).
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from types import ModuleType
+
+import sympy as sp
+
+from tissue_probe.estimation import loop
+from tissue_probe.estimation.equations import Filter
+from tissue_probe.estimation.layout import PER_STATE, SETTINGS, Layout
+from tissue_probe.physics.model import Model
+
+HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
+import math
+
+from numba import njit
+
+'''
+
+
+def source(model: Model, discretisation: str, layout: Layout, equations: ModuleType) -> str:
+    """Return the source of a kernel module.
+
+    Its functions work on the arrays ``constants`` and ``memory`` (see ``Layout``): ``start`` and
+    ``reopen`` set them up, ``run`` filters samples.
+    """
+
+    def function(signature: str, write: Callable[[Filter], object], given: bool = False) -> str:
+        filter = Filter(model, discretisation, layout, given)
+        returns = write(filter) or ()
+        body = filter.program.source(signature, ", ".join(map(str, returns)))
+        return f"@njit(cache=True, nogil=True)\n{body}"
+
+    states = ", ".join(layout.states)
+    functions = [
+        function("start(constants, memory)", _start),
+        function("reopen(constants, memory)", _reopen),
+        function("cap(constants, memory)", _cap),
+        function("output(constants, memory)", _output),
+        function(f"step(constants, memory, {states})", _step, given=True),
+        function("predict(constants, memory)", equations.predict),
+        function("update(constants, memory, innovation, S)", equations.update),
+    ]
+    text = inspect.getsource(loop)
+    return HEADER + _places(model, layout) + "\n\n".join(functions) + "\n\n" + text
+
+
+def _places(model: Model, layout: Layout) -> str:
+    """The names in capitals of the loop."""
+    states = layout.states
+    names = {name.upper(): layout.constant(name) for name in SETTINGS}
+    names |= {name.upper(): layout.per_state(name) for name in PER_STATE}
+    names |= {name.upper(): layout.carried(name) for name in layout.extra}
+    names |= {
+        "STATES": len(states),
+        "DIAGONAL": tuple(layout.covariance(i, i) for i in range(len(states))),
+        "STIFFNESS": states.index("stiffness"),
+        "DAMPING": states.index("damping"),
+        "STIFFNESS_DAMPING": layout.covariance(states.index("stiffness"), states.index("damping")),
+        "OFFSET": states.index("force_offset") if "force_offset" in states else -1,
+        "HISTORY": layout.history,
+        "PRIMED": layout.primed,
+        "PREDICTED": layout.predicted,
+        "MEMORY": layout.size,
+        "FLOOR": 1e-24,
+        "STATE_NAMES": states,
+        "EXTRA_NAMES": layout.extra,
+    }
+    return "".join(f"{name} = {place!r}\n" for name, place in names.items()) + "\n\n"
+
+
+def _start(filter: Filter) -> None:
+    """Know nothing but the prior, and no input yet."""
+    layout = filter.layout
+    filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("prior_variance")))
+    filter.program.store("memory", layout.history, [0.0] * (layout.size - layout.history))
+
+
+def _reopen(filter: Filter) -> None:
+    """Keep what is known of the tissue, forget the motion and the input's history."""
+    moving = len(filter.model.states)
+    motion = sp.diag(*filter.per_state("prior_variance")[:moving])
+    filter.assign(filter.X, sp.diag(motion, filter.P[moving:, moving:]))
+    filter.program.store("memory", filter.layout.primed, [0.0])
+
+
+def _cap(filter: Filter) -> None:
+    """Scale rows and columns of P so that no variance exceeds its prior: P stays definite."""
+    priors = filter.per_state("prior_variance")
+    shares = [prior / filter.P[i, i] for i, prior in enumerate(priors)]
+    D = sp.diag(*filter.let("scale", sp.Matrix([sp.sqrt(sp.Min(1, share)) for share in shares])))
+    filter.assign(filter.X, D * filter.P * D)
+
+
+def _output(filter: Filter) -> list[sp.Symbol]:
+    """Predict the force and its variance."""
+    return [filter.program.let("force", filter.force), filter.S]
+
+
+def _step(filter: Filter) -> list[sp.Symbol]:
+    """Advance the motion of one point by one sample (a sigma point, eq. 34)."""
+    return list(filter.motion(derivatives=False).states)

@@ -1,0 +1,82 @@
+"""A compiled estimator, as the stream sees it, and how the Kalman filters' are come by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.estimation.layout import Layout
+from tissue_probe.estimation.settings import EstimatorSettings
+from tissue_probe.physics import compiled
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """Functions on two arrays: ``constants``, fixed for a stream, and ``memory``, carried along.
+
+    Attributes
+    ----------
+    size : int
+        Length of ``memory``.
+    constants : callable
+        (settings, sample period [s]) -> ``constants``.
+    start : callable
+        (constants, memory): forget everything.
+    reopen : callable
+        (constants, memory): samples were lost; keep what is known of the tissue.
+    run : callable
+        (constants, memory, position, force, estimates) -> number of missing samples. Fills
+        ``estimates``, shape (11, n), with the rows of ``TissueEstimates`` from ``stiffness`` on.
+    """
+
+    size: int
+    constants: Callable[[EstimatorSettings, float], FloatArray]
+    start: Callable[[FloatArray, FloatArray], None]
+    reopen: Callable[[FloatArray, FloatArray], None]
+    run: Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int]
+
+
+@dataclass(frozen=True)
+class KalmanFilter:
+    """Definition of an estimator by its equations.
+
+    Attributes
+    ----------
+    equations : module
+        Has ``predict(filter)`` and ``update(filter)``.
+    force_offset : bool
+        Whether a constant force is estimated too.
+    """
+
+    equations: ModuleType
+    force_offset: bool = False
+
+    @property
+    def summary(self) -> str:
+        """One line on what the estimator is."""
+        return self.equations.__doc__.splitlines()[0]
+
+    def kernel(self, settings: EstimatorSettings) -> Kernel:
+        """Return the compiled kernel, generated the first time that it is wanted."""
+        name = self.equations.__name__.rpartition(".")[2]
+        module = compiled.module(
+            f"{name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
+        )
+        layout = Layout(module.STATE_NAMES, module.EXTRA_NAMES)
+        return Kernel(layout.size, layout.constants, module.start, module.reopen, module.run)
+
+    def _source(self, discretisation: str) -> str:
+        # SymPy is imported only where a kernel has to be generated: it takes half a second.
+        from tissue_probe.estimation.generate import source
+        from tissue_probe.physics.rigs import compliant_probe
+
+        model = compliant_probe(self.force_offset)
+        states = tuple(map(str, [*model.states, *model.parameters]))
+        extra = getattr(self.equations, "EXTRA", ())
+        return source(model, discretisation, Layout(states, extra), self.equations)

@@ -1,0 +1,109 @@
+"""Where each number lives in the two arrays that every kernel works on.
+
+``constants`` does not change while the stream runs: the settings, the sample period, and for each
+state of the filter its prior, process noise and bounds. ``memory`` is all a filter carries from one
+sample to the next.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.estimation.settings import EstimatorSettings
+
+SETTINGS = tuple(
+    name
+    for name, entry in EstimatorSettings.model_fields.items()
+    if entry.annotation in (float, int)
+)
+DERIVED = ("sample_period", "force_variance")
+PER_STATE = ("prior", "prior_variance", "process_variance", "lower", "upper")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Places of the numbers of a filter whose states are ``states``, motion first.
+
+    Attributes
+    ----------
+    states : tuple of str
+        Names of the filter's states: the model's, then its parameters.
+    extra : tuple of str
+        Further numbers that the estimator carries along, 0 at the start.
+    """
+
+    states: tuple[str, ...]
+    extra: tuple[str, ...] = ()
+
+    def constant(self, name: str) -> int:
+        """Place in ``constants`` of a setting or a derived number."""
+        return (*SETTINGS, *DERIVED).index(name)
+
+    def per_state(self, name: str) -> int:
+        """Place in ``constants`` of the first of the numbers that each state has."""
+        return len(SETTINGS) + len(DERIVED) + PER_STATE.index(name) * len(self.states)
+
+    def covariance(self, row: int, column: int) -> int:
+        """Place in ``memory`` of P[row, column]; the upper triangle is kept, row by row."""
+        count, (i, j) = len(self.states), sorted((row, column))
+        return count + i * count - i * (i - 1) // 2 + j - i
+
+    @property
+    def history(self) -> int:
+        """Place in ``memory`` of u[t], u[t-1], u[t-2], u[t-3]; the end of mean and covariance."""
+        count = len(self.states)
+        return count + count * (count + 1) // 2
+
+    @property
+    def primed(self) -> int:
+        """Place in ``memory`` of how many of the four inputs are known."""
+        return self.history + 4
+
+    @property
+    def predicted(self) -> int:
+        """Place in ``memory`` of the force predicted last [N]."""
+        return self.history + 5
+
+    def carried(self, name: str) -> int:
+        """Place in ``memory`` of one of the ``extra`` numbers."""
+        return self.history + 6 + self.extra.index(name)
+
+    @property
+    def size(self) -> int:
+        """Length of ``memory``."""
+        return self.history + 6 + len(self.extra)
+
+    def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
+        """Return the array ``constants`` for given settings and sample period [s]."""
+        values = [float(getattr(settings, name)) for name in SETTINGS]
+        values += [sample_period, force_variance(settings)]
+        for name in PER_STATE:
+            values += [_per_state(settings, name, state) for state in self.states]
+        return np.array(values)
+
+
+def force_variance(settings: EstimatorSettings) -> float:
+    """R [N^2]: the load cell's noise, and the encoder's rounding seen through its stiffness.
+
+    An error of the position shifts the predicted force k0 (u - x); rounding to steps q has the
+    variance q^2 / 12.
+    """
+    rounding = settings.load_cell_stiffness * settings.encoder_resolution / math.sqrt(12.0)
+    return settings.force_noise**2 + rounding**2
+
+
+def _per_state(settings: EstimatorSettings, name: str, state: str) -> float:
+    if name == "prior_variance":
+        return getattr(settings, f"{state}_prior_sd") ** 2
+    if name == "process_variance":
+        return settings.velocity_noise if state == "tip_velocity" else 0.0
+    field, default = {
+        "prior": (f"{state}_prior", 0.0),
+        "lower": (f"{state}_minimum", -math.inf),
+        "upper": (f"{state}_maximum", math.inf),
+    }[name]
+    return float(getattr(settings, field, default))

@@ -1,0 +1,70 @@
+"""Generated code kept on disk, compiled by Numba once and found again by later processes.
+
+What belongs here: where generated modules live and how they are found.
+What does not: what is in them (``program``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+PACKAGE = Path(__file__).parent.parent
+
+
+def module(name: str, write: Callable[[], str]) -> ModuleType:
+    """Import a generated module, generating it first where no earlier process has.
+
+    Numba finds a compiled function again only by its module's name and file, so both are the same
+    in every process: ``tissue_probe_<name>_<fingerprint>`` below ``$TISSUE_PROBE_CACHE``, by
+    default ``~/.cache/tissue_probe``. The fingerprint is that of the source which generates code,
+    so that changed equations never meet kernels compiled from the old ones.
+
+    Parameters
+    ----------
+    name : str
+        Letters, digits and underscores; stands for everything the code depends on.
+    write : callable
+        Returns the module's source text; called only where the module is not on disk.
+    """
+    full_name = f"tissue_probe_{name}_{fingerprint()}"
+    if full_name not in sys.modules:
+        path = _folder() / f"{full_name}.py"
+        if not path.exists():
+            _replace(path, write())
+        spec = importlib.util.spec_from_file_location(full_name, path)
+        sys.modules[full_name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[full_name])
+    return sys.modules[full_name]
+
+
+@cache
+def fingerprint() -> str:
+    """Twelve hexadecimal digits that change with any source that takes part in the generation."""
+    digest = hashlib.sha256()
+    for folder in ("physics", "estimation"):
+        for path in sorted((PACKAGE / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _folder() -> Path:
+    default = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "tissue_probe"
+    folder = Path(os.environ.get("TISSUE_PROBE_CACHE", default))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a file in one motion, so that a process started meanwhile never sees half of it."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
+    with os.fdopen(handle, "w") as file:
+        file.write(text)
+    os.replace(temporary, path)
