@@ -1,0 +1,56 @@
+# Two commands: `make demo` and `make test`. Each sets up what it needs, once, in .venv.
+
+SHELL := /bin/bash
+# A sourced ROS 2 install must not mix with the wheels in .venv.
+unexport PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH
+
+VENV := $(CURDIR)/.venv
+BIN := $(VENV)/bin
+PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
+	$(shell find msg_defs -type f)
+
+.PHONY: demo test lint benchmark setup clean help
+
+help: ## List the targets.
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map.png, estimates.png.
+	$(BIN)/tissue_probe demo
+
+test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings and import contracts.
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+
+benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, latency and losses.
+	$(BIN)/python -m benchmarks
+
+setup: $(VENV)/packages.done ## Only set up; afterwards .venv/bin/tissue_probe works from any folder.
+
+clean: ## Remove everything that setup made.
+	rm -rf .venv build
+
+$(VENV)/wheels.done: requirements/python.txt requirements/ros-jazzy-wheels.txt
+	test -x $(BIN)/python || python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check $(addprefix -r ,$^)
+	touch $@
+
+$(VENV)/development.done: requirements/development.txt $(VENV)/wheels.done
+	$(BIN)/pip install --quiet --disable-pip-version-check -r $<
+	touch $@
+
+# Both packages go into .venv itself, so that nothing needs to be sourced afterwards. The Python
+# package is linked, not copied: an edit takes effect at once. Where the link lies colcon tells
+# only its own setup scripts; the .pth file tells the interpreter.
+$(VENV)/packages.done: $(VENV)/wheels.done $(PACKAGES)
+	AMENT_PREFIX_PATH=$(VENV) CMAKE_PREFIX_PATH=$(VENV) PATH=$(BIN):$$PATH \
+	$(BIN)/colcon --log-base build/log build --base-paths . msg_defs --symlink-install \
+		--build-base build --install-base $(VENV) --merge-install \
+		--cmake-args -DPython3_EXECUTABLE=$(BIN)/python3 -DBUILD_TESTING=OFF
+	$(BIN)/python -c "import site; print(site.getsitepackages()[0])" | \
+		xargs -I {} sh -c 'echo $(CURDIR)/build/tissue_probe > {}/tissue_probe.pth'
+	ln -sf ../lib/tissue_probe/tissue_probe $(BIN)/tissue_probe
+	touch $@

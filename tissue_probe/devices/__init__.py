@@ -1,0 +1,28 @@
+"""Probes behind one small interface.
+
+What belongs here: one file a device, the interface they share, and what stands between every
+command and every device. What does not: ROS, and what the samples mean.
+"""
+
+from __future__ import annotations
+
+from tissue_probe.devices.device import Device, DeviceError
+from tissue_probe.devices.safety import GuardedDevice, LimitExceeded, Limits
+from tissue_probe.devices.simulated import SimulatedProbe, SimulatedProbeSettings
+
+#: Every device by the name that the driver's parameter ``device`` takes; its ``Settings`` become
+#: parameters of the driver.
+DEVICES = {
+    "simulated": SimulatedProbe,
+}
+
+__all__ = [
+    "DEVICES",
+    "Device",
+    "DeviceError",
+    "GuardedDevice",
+    "LimitExceeded",
+    "Limits",
+    "SimulatedProbe",
+    "SimulatedProbeSettings",
+]

@@ -1,0 +1,122 @@
+"""What stands between every command and every device: limits, and zero after any failure."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tissue_probe.devices.device import Device, Samples
+from tissue_probe.excitation import Excitation
+
+
+class Limits(BaseModel):
+    """What must not be passed while the coil is driven."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    force_limit: float = Field(
+        8.0,
+        gt=0.0,
+        le=22.0,
+        description="largest force on the load cell, either way; above it the coil goes to zero",
+        json_schema_extra={"unit": "N"},
+    )
+    travel_limit: float = Field(
+        0.006,
+        gt=0.0,
+        le=0.0065,
+        description="largest displacement of the coil, either way; beyond it the coil goes to zero",
+        json_schema_extra={"unit": "m"},
+    )
+    command_limit: float = Field(
+        5.0,
+        gt=0.0,
+        le=10.0,
+        description="largest voltage on the coil, either way; an excitation above it is refused",
+        json_schema_extra={"unit": "V"},
+    )
+
+
+class LimitExceeded(RuntimeError):
+    """A limit was passed; the coil is at zero."""
+
+
+class GuardedDevice:
+    """A device within its limits: whatever goes wrong, the coil is at zero before anyone hears.
+
+    It is itself a ``Device``.
+    """
+
+    def __init__(self, device: Device, limits: Limits) -> None:
+        self._device = device
+        self._limits = limits
+
+    @property
+    def sample_period(self) -> float:
+        return self._device.sample_period
+
+    @property
+    def samples_per_read(self) -> int:
+        return self._device.samples_per_read
+
+    @property
+    def commanded_voltage(self) -> float:
+        return self._device.commanded_voltage
+
+    @property
+    def worst_lateness(self) -> float:
+        return self._device.worst_lateness
+
+    def start(self, excitation: Excitation) -> None:
+        """Begin to sample with the excitation on the coil.
+
+        Raises
+        ------
+        LimitExceeded
+            If the excitation would pass the command limit; nothing is started then.
+        """
+        if excitation.amplitude > self._limits.command_limit:
+            raise LimitExceeded(
+                f"the excitation's amplitude is {excitation.amplitude:g} V, above the command "
+                f"limit of {self._limits.command_limit:g} V: lower it"
+            )
+        try:
+            self._device.start(excitation)
+        except BaseException:
+            self._device.stop()
+            raise
+
+    def read(self, count: int) -> Samples:
+        """Read ``count`` samples.
+
+        Raises
+        ------
+        LimitExceeded
+            If a sample passed a limit. Samples that are not finite pass none: they are what was
+            measured, and those who use them say so.
+        """
+        try:
+            samples = self._device.read(count)
+            self._check("force", samples.force, self._limits.force_limit, "N")
+            self._check("position", samples.position, self._limits.travel_limit, "m")
+        except BaseException:
+            self._device.stop()
+            raise
+        return samples
+
+    def _check(self, name: str, values: np.ndarray, limit: float, unit: str) -> None:
+        passed = np.abs(values) > limit
+        if passed.any():
+            value = values[np.argmax(passed)]
+            raise LimitExceeded(
+                f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}: "
+                "the coil is at zero; look at the probe before you activate it again"
+            )
+
+    def stop(self) -> None:
+        """Put the coil at zero volts and end sampling."""
+        self._device.stop()
+
+    def close(self) -> None:
+        """Stop, and let go of the hardware."""
+        self._device.close()

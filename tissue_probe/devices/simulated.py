@@ -1,0 +1,254 @@
+"""The simulated probe: voice coil, load cell, tip, and a phantom under the tip.
+
+Physics, all in SI units, u the coil's and x the tip's displacement, positive into the tissue:
+
+    coil circuit   L i' = V - R i - K u'
+    coil           M u'' = K i - c u' - s u - F_cell
+    load cell      F_cell = k0 (u - x) + beta0 (u' - x')
+    tip            m x'' = F_cell - F_tissue                     (the paper's eq. 1)
+    tissue         F_tissue = k (x + d) + beta (x' + d')         while the suction tip holds
+    stage          d' = (d_target - d) / tau                     how far it stands below the surface
+
+It is integrated by the classical Runge-Kutta scheme at 20 kHz, which shares nothing with the
+discretisation of the estimators. The encoder shows u in whole steps, the load cell k0 (u - x) with
+white noise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numba
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices.device import DeviceError, Samples
+from tissue_probe.devices.pacing import Pacer
+from tissue_probe.excitation import Excitation
+from tissue_probe.physics.phantom import Phantom
+from tissue_probe.signals import FloatArray
+
+#: Runge-Kutta steps in one sample at 2 kHz.
+SUBSTEPS = 10
+#: Time constant with which the stage's motion reaches the tissue [s].
+STAGE_TIME_CONSTANT = 0.005
+#: The suction tip lets go when it is pulled this far above the surface [m].
+SUCTION_REACH = 0.0005
+#: Samples wait this long to be fetched before they are lost, as in a DAQ's buffer [s].
+BUFFER_TIME = 2.0
+#: The excitation is computed for so many samples at once.
+COMMAND_SAMPLES = 200
+
+
+def _setting(default: float, unit: str, description: str, **bounds: float):
+    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
+
+
+class SimulatedProbeSettings(BaseModel):
+    """Constants of the simulated probe; the tool's are the paper's (section IV-A).
+
+    The coil's are nominal values of a moving-coil actuator of 25 mm by 38 mm with its carriage.
+    The paper's coil runs on plain bearings; the suspension keeps this one in place in free air.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    sample_rate: float = _setting(
+        2000.0, "Hz", "samples a second of the simulated DAQ", ge=500.0, le=10000.0
+    )
+    tip_mass: float = _setting(0.04, "kg", "mass m of the tip", gt=0.0, le=1.0)
+    load_cell_stiffness: float = _setting(9700.0, "N/m", "stiffness k0", gt=0.0, le=1e6)
+    load_cell_damping: float = _setting(0.8, "N s/m", "damping beta0", ge=0.0, le=100.0)
+    coil_mass: float = _setting(0.08, "kg", "mass of coil and carriage", gt=0.0, le=10.0)
+    coil_resistance: float = _setting(3.6, "ohm", "resistance of the coil", gt=0.0, le=100.0)
+    coil_inductance: float = _setting(0.001, "H", "inductance of the coil", ge=1e-4, le=0.1)
+    force_constant: float = _setting(4.5, "N/A", "force for each ampere", gt=0.0, le=100.0)
+    bearing_damping: float = _setting(0.5, "N s/m", "damping of the bearings", ge=0.0, le=100.0)
+    suspension_stiffness: float = _setting(
+        800.0, "N/m", "stiffness that centres the coil", ge=0.0, le=1e5
+    )
+    encoder_resolution: float = _setting(1e-7, "m", "step of the encoder", ge=0.0, le=1e-4)
+    force_noise: float = _setting(
+        0.005, "N", "standard deviation of the load cell's white noise", ge=0.0, le=10.0
+    )
+    seed: int = Field(0, ge=0, description="seed of the noise", json_schema_extra={"unit": "-"})
+    phantom: str = Field("", description="YAML file of the phantom; empty for the stock one")
+
+
+class SimulatedProbe:
+    """A probe that exists only in equations, but keeps real time.
+
+    Parameters
+    ----------
+    settings : SimulatedProbeSettings
+        Its constants, and the phantom: the tissue as a function of place.
+    """
+
+    Settings = SimulatedProbeSettings
+    samples_per_read = 1
+
+    def __init__(self, settings: SimulatedProbeSettings) -> None:
+        self.sample_period = 1.0 / settings.sample_rate
+        self.commanded_voltage = 0.0
+        self._settings = settings
+        self.phantom_file = Path(settings.phantom or stock_configuration("phantom.yaml"))
+        self._phantom = Phantom.load(self.phantom_file)
+        self._pacer = Pacer(self.sample_period)
+        self._excitation: Excitation | None = None
+        self._tissue = (0.0, 0.0, -1.0)  # no tissue in reach
+        self.place(0.0, 0.0, 1.0)
+        # Compiled, or loaded from the cache, before the clock runs.
+        _simulate(np.zeros(6), np.zeros(1, bool), np.zeros(1), self._constants(), 1.0)
+
+    def place(self, x: float, y: float, z: float) -> None:
+        """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
+        self._tissue = (self._phantom.stiffness(x, y), self._phantom.damping(x, y), -z)
+
+    def start(self, excitation: Excitation) -> None:
+        """Begin to sample at rest, with the excitation [V] on the coil."""
+        self._excitation = excitation
+        self._noise = np.random.default_rng(self._settings.seed)
+        self._state = np.zeros(6)
+        self._state[5] = self._tissue[2]
+        self._attached = np.array([self._tissue[2] >= 0.0])
+        self._taken = 0
+        self._commands = np.empty(0)
+        self._pacer.restart()
+
+    def read(self, count: int) -> Samples:
+        """Wait for ``count`` samples.
+
+        Raises
+        ------
+        DeviceError
+            If the probe was not started, or not read for longer than its buffer lasts.
+        """
+        if self._excitation is None:
+            raise DeviceError("the simulated probe is not sampling: start it before you read")
+        if self._pacer.wait_for(self._taken + count - 1) > BUFFER_TIME:
+            raise DeviceError(
+                f"nothing was read for {BUFFER_TIME:g} s and samples are lost: the machine is too "
+                "busy for 2 kHz, or was suspended"
+            )
+        command = self._next_commands(count)
+        self.commanded_voltage = command[-1]
+        settings = self._settings
+        position, force = _simulate(
+            self._state, self._attached, command, self._constants(), self.sample_period
+        )
+        self._taken += count
+        if settings.encoder_resolution > 0.0:
+            position = np.round(position / settings.encoder_resolution)
+            position *= settings.encoder_resolution
+        force += settings.force_noise * self._noise.standard_normal(count)
+        return Samples(position, force, command)
+
+    @property
+    def worst_lateness(self) -> float:
+        """Longest delay of a wake-up since last asked [s]."""
+        worst, self._pacer.worst_lateness = self._pacer.worst_lateness, 0.0
+        return worst
+
+    def stop(self) -> None:
+        """Put the coil at zero volts and end sampling."""
+        self.commanded_voltage = 0.0
+        self._excitation = None
+
+    def close(self) -> None:
+        """Stop; there is no hardware to let go of."""
+        self.stop()
+
+    def _next_commands(self, count: int) -> FloatArray:
+        if self._commands.size < count:
+            first = self._taken + self._commands.size
+            number = np.arange(first, first + max(count, COMMAND_SAMPLES))
+            more = self._excitation(number * self.sample_period)
+            self._commands = np.concatenate([self._commands, more])
+        now, self._commands = self._commands[:count], self._commands[count:]
+        return now
+
+    def _constants(self) -> tuple[float, ...]:
+        s = self._settings
+        return (
+            s.coil_inductance,
+            s.coil_resistance,
+            s.force_constant,
+            s.coil_mass,
+            s.bearing_damping,
+            s.suspension_stiffness,
+            s.load_cell_stiffness,
+            s.load_cell_damping,
+            s.tip_mass,
+            *self._tissue,
+        )
+
+
+@numba.njit(cache=True)
+def _derivative(state, attached, voltage, constants):
+    """Right-hand side of the module's equations; the state is i, u, u', x, x', d."""
+    i, u, v, x, w, d = state
+    inductance, resistance, force_constant, coil_mass, c, s, k0, beta0, m, k, beta, target = (
+        constants
+    )
+    d_rate = (target - d) / STAGE_TIME_CONSTANT
+    cell = k0 * (u - x) + beta0 * (v - w)
+    tissue = k * (x + d) + beta * (w + d_rate) if attached else 0.0
+    return (
+        (voltage - resistance * i - force_constant * v) / inductance,
+        v,
+        (force_constant * i - c * v - s * u - cell) / coil_mass,
+        w,
+        (cell - tissue) / m,
+        d_rate,
+    )
+
+
+@numba.njit(cache=True)
+def _axpy(state, scale, slope):
+    """state + scale * slope, entry by entry."""
+    return (
+        state[0] + scale * slope[0],
+        state[1] + scale * slope[1],
+        state[2] + scale * slope[2],
+        state[3] + scale * slope[3],
+        state[4] + scale * slope[4],
+        state[5] + scale * slope[5],
+    )
+
+
+@numba.njit(cache=True)
+def _runge_kutta_step(state, attached, voltage, constants, h):
+    """One classical Runge-Kutta step of length h."""
+    s1 = _derivative(state, attached, voltage, constants)
+    s2 = _derivative(_axpy(state, h / 2, s1), attached, voltage, constants)
+    s3 = _derivative(_axpy(state, h / 2, s2), attached, voltage, constants)
+    s4 = _derivative(_axpy(state, h, s3), attached, voltage, constants)
+    state = _axpy(state, h / 6, s1)
+    state = _axpy(state, h / 3, s2)
+    state = _axpy(state, h / 3, s3)
+    return _axpy(state, h / 6, s4)
+
+
+@numba.njit(cache=True)
+def _simulate(state, attached, command, constants, sample_period):
+    """Sample coil displacement and load-cell force, then move on by one period, for each command.
+
+    ``state`` (6,) and ``attached`` (1,) are carried from call to call, changed in place.
+    """
+    position = np.empty(command.size)
+    force = np.empty(command.size)
+    now = (state[0], state[1], state[2], state[3], state[4], state[5])
+    for n in range(command.size):
+        position[n] = now[1]
+        force[n] = constants[6] * (now[1] - now[3])
+        if now[5] >= -1e-6:
+            attached[0] = True
+        elif now[5] < -SUCTION_REACH:
+            attached[0] = False
+        for _ in range(SUBSTEPS):
+            now = _runge_kutta_step(
+                now, attached[0], command[n], constants, sample_period / SUBSTEPS
+            )
+    state[0], state[1], state[2], state[3], state[4], state[5] = now
+    return position, force

@@ -1,0 +1,151 @@
+"""Messages to and from the plain arrays that everything else works on."""
+
+from __future__ import annotations
+
+import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
+
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    PalpationSite,
+    Phase,
+    SampleBlock,
+    TissueEstimates,
+)
+from tissue_probe_msgs import msg
+
+
+def to_time(stamp: int) -> Time:
+    """Nanoseconds since the epoch as a ROS time."""
+    return Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
+
+
+def from_time(time: Time) -> int:
+    """Return a ROS time in nanoseconds since the epoch."""
+    return time.sec * NANOSECONDS + time.nanosec
+
+
+def samples_to_message(block: SampleBlock, frame_id: str) -> msg.ProbeSamples:
+    """Turn a block of samples into its message."""
+    return msg.ProbeSamples(
+        header=Header(stamp=to_time(block.stamp), frame_id=frame_id),
+        sequence=block.sequence,
+        sample_period=block.sample_period,
+        position=_doubles(block.position),
+        force=_doubles(block.force),
+        command=_doubles(block.command),
+    )
+
+
+def samples_from_message(message: msg.ProbeSamples) -> SampleBlock:
+    """Turn a message into a block of samples.
+
+    Raises
+    ------
+    ValueError
+        If the message's arrays differ in length or its period is not positive.
+    """
+    return SampleBlock(
+        stamp=from_time(message.header.stamp),
+        sequence=message.sequence,
+        sample_period=message.sample_period,
+        position=np.frombuffer(message.position),
+        force=np.frombuffer(message.force),
+        command=np.frombuffer(message.command),
+    )
+
+
+#: The fields that the message has and ``TissueEstimates`` has as arrays of the same name.
+ESTIMATE_VALUES = (
+    "stiffness",
+    "damping",
+    "covariance_trace",
+    "stiffness_variance",
+    "damping_variance",
+    "stiffness_damping_covariance",
+    "force_offset",
+    "predicted_force",
+    "innovation",
+    "normalized_innovation_squared",
+)
+
+
+def last_estimate_to_message(estimates: TissueEstimates, frame_id: str) -> msg.TissueEstimate:
+    """Turn the newest of some estimates into its message."""
+    message = msg.TissueEstimate(
+        header=Header(stamp=to_time(int(estimates.stamp[-1])), frame_id=frame_id),
+        sequence=int(estimates.sequence[-1]),
+        estimator=estimates.estimator,
+        status=int(estimates.status[-1]),
+    )
+    for name in ESTIMATE_VALUES:
+        setattr(message, name, float(getattr(estimates, name)[-1]))
+    return message
+
+
+def estimate_from_message(message: msg.TissueEstimate) -> TissueEstimates:
+    """Turn a message into estimates of one row."""
+    return TissueEstimates(
+        estimator=message.estimator,
+        stamp=np.array([from_time(message.header.stamp)]),
+        sequence=np.array([message.sequence], dtype=np.int64),
+        status=np.array([message.status], dtype=np.uint8),
+        **{name: np.array([getattr(message, name)]) for name in ESTIMATE_VALUES},
+    )
+
+
+def site_to_message(site: PalpationSite, frame_id: str) -> msg.PalpationSite:
+    """Turn an announcement into its message."""
+    x, y, z = site.position
+    return msg.PalpationSite(
+        header=Header(stamp=to_time(site.stamp), frame_id=frame_id),
+        site=site.site,
+        position=Point(x=x, y=y, z=z),
+        phase=int(site.phase),
+    )
+
+
+def site_from_message(message: msg.PalpationSite) -> PalpationSite:
+    """Turn a message into an announcement.
+
+    Raises
+    ------
+    ValueError
+        If the phase is none of the message's constants.
+    """
+    return PalpationSite(
+        stamp=from_time(message.header.stamp),
+        site=message.site,
+        position=(message.position.x, message.position.y, message.position.z),
+        phase=Phase(message.phase),
+    )
+
+
+def cloud_message(header: Header, points: FloatArray, names: list[str]) -> PointCloud2:
+    """Turn points, shape (n, fields), into a cloud whose fields are ``names``, as float32."""
+    data = np.ascontiguousarray(points, dtype=np.float32)
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(data),
+        fields=[
+            PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+            for i, name in enumerate(names)
+        ],
+        is_bigendian=False,
+        point_step=4 * len(names),
+        row_step=4 * data.size,
+        data=array.array("B", data.tobytes()),
+        is_dense=False,
+    )
+
+
+def _doubles(values: FloatArray) -> array.array:
+    """Return an array that rclpy takes over without looking at each value."""
+    return array.array("d", values.tobytes())

@@ -1,0 +1,43 @@
+"""What a node says of its own health once a second on /diagnostics (REP 107)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+
+@dataclass(frozen=True)
+class Health:
+    """A level, a sentence, and named values (each with its unit in its name)."""
+
+    level: bytes = OK
+    message: str = "as it should be"
+    values: dict[str, object] = field(default_factory=dict)
+
+
+class Diagnostics:
+    """Publishes what ``examine`` returns, once a second."""
+
+    def __init__(self, node: Node, examine: Callable[[], Health]) -> None:
+        self._node = node
+        self._examine = examine
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        node.create_timer(1.0, self.publish)
+
+    def publish(self) -> None:
+        """Examine and publish now."""
+        health = self._examine()
+        status = DiagnosticStatus(
+            level=health.level,
+            name=self._node.get_fully_qualified_name(),
+            message=health.message,
+            values=[KeyValue(key=key, value=str(value)) for key, value in health.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)

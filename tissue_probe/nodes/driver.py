@@ -1,0 +1,261 @@
+"""The driver node: runs a device, excites the tissue, and publishes what the device measured."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from typing import Literal
+
+from geometry_msgs.msg import PoseStamped
+from pydantic import BaseModel, Field
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
+from tissue_probe.devices.simulated import SimulatedProbe
+from tissue_probe.excitation import EXCITATIONS, Excitation
+from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.parameters import (
+    ParameterError,
+    build,
+    declare,
+    read,
+    validate_together,
+)
+from tissue_probe.nodes.process import run
+from tissue_probe.nodes.qos import POSES
+from tissue_probe.nodes.sample_publisher import SamplePublisher
+
+#: Above this delay of a wake-up, the driver warns [s].
+LATE = 0.05
+
+
+class DriverSettings(BaseModel):
+    """What the driver itself needs to know."""
+
+    device: Literal[tuple(DEVICES)] = Field("simulated", description="which probe to run")
+    block_size: int = Field(10, ge=1, le=2000, description="samples in one message of `samples`")
+    frame_id: str = Field("probe", description="frame of the samples")
+    stage_pose: str = Field(
+        "/stage/measured_cp", description="topic on which a simulated probe hears where it stands"
+    )
+
+
+class ExcitationSettings(BaseModel):
+    """The excitation; which of the values count depends on its kind."""
+
+    kind: Literal[tuple(EXCITATIONS)] = Field("sine", description="shape of the coil's command")
+    amplitude: float = Field(
+        0.85, ge=0.0, le=10.0, description="largest command", json_schema_extra={"unit": "V"}
+    )
+    frequency: float = Field(
+        10.0, ge=0.01, le=100.0, description="of a sine", json_schema_extra={"unit": "Hz"}
+    )
+    start: float = Field(
+        1.0, ge=0.01, le=100.0, description="lowest frequency", json_schema_extra={"unit": "Hz"}
+    )
+    stop: float = Field(
+        30.0, ge=0.01, le=100.0, description="highest frequency", json_schema_extra={"unit": "Hz"}
+    )
+    duration: float = Field(
+        10.0, gt=0.0, le=3600.0, description="time of one sweep", json_schema_extra={"unit": "s"}
+    )
+    steps: int = Field(10, ge=2, le=1000, description="frequencies of a stepped sweep")
+    spacing: float = Field(
+        1.0,
+        ge=0.01,
+        le=100.0,
+        description="between the frequencies of a multisine",
+        json_schema_extra={"unit": "Hz"},
+    )
+
+    def make(self) -> Excitation:
+        """Return the excitation that the settings describe.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            If the values do not go together.
+        """
+        kind = EXCITATIONS[self.kind]
+        return kind(**{name: getattr(self, name) for name in kind.model_fields})
+
+
+class Driver(LifecycleNode):
+    """Runs one device; unconfigured, inactive or active as a lifecycle node.
+
+    configure makes the device, activate starts the excitation and the samples, deactivate puts
+    the coil at zero, cleanup lets go of the device. A failure while active puts the coil at zero,
+    is logged and shown in /diagnostics, and deactivates.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("driver")
+        self._models = {
+            "": DriverSettings,
+            "limits.": Limits,
+            "excitation.": ExcitationSettings,
+            **{f"{name}.": device.Settings for name, device in DEVICES.items()},
+        }
+        for prefix, settings in self._models.items():
+            declare(self, settings, prefix, fixed=False)
+            read(self, settings, prefix)
+        self.add_on_set_parameters_callback(
+            lambda changes: validate_together(self, self._models, changes)
+        )
+        self._device: GuardedDevice | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = threading.Event()
+        self._fault = ""
+        self._diagnostics = Diagnostics(self, self._examine)
+        self.create_timer(0.05, self._deactivate_after_fault)
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Make the device; fails, with one sentence in the log, if that cannot be done."""
+        try:
+            settings = read(self, DriverSettings)
+            device_type = DEVICES[settings.device]
+            device = device_type(read(self, device_type.Settings, f"{settings.device}."))
+            self._device = GuardedDevice(device, read(self, Limits, "limits."))
+        except (ParameterError, DeviceError, OSError, ValueError) as error:
+            self.get_logger().error(f"cannot configure: {error}")
+            return TransitionCallbackReturn.FAILURE
+        self._stage = None
+        if isinstance(device, SimulatedProbe):
+            self._stage = self.create_subscription(
+                PoseStamped, settings.stage_pose, lambda pose: _place(device, pose), POSES
+            )
+        self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start the excitation and the samples; fails if another driver publishes them already."""
+        try:
+            self._refuse_second_driver()
+            excitation = read(self, ExcitationSettings, "excitation.").make()
+            self._device.start(excitation)
+        except (ParameterError, DeviceError, LimitExceeded, ValueError) as error:
+            self.get_logger().error(f"cannot activate: {error}")
+            return TransitionCallbackReturn.FAILURE
+        self._fault = ""
+        self._stopping.clear()
+        self._publisher.begin(self.get_clock().now().nanoseconds, self._device.sample_period)
+        self._thread = threading.Thread(target=self._acquire, name="acquisition")
+        self._thread.start()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Put the coil at zero and end the samples."""
+        self._stop()
+        self.get_logger().info("deactivated: the coil is at zero")
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let go of the device."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Put the coil at zero and let go of the device, from any state."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Put the coil at zero and let go of the device; the node can be configured again."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def destroy_node(self) -> None:
+        """Put the coil at zero, then end the node."""
+        self._release()
+        super().destroy_node()
+
+    def _acquire(self) -> None:
+        """Fetch and publish samples until told to stop; in its own thread."""
+        device, publisher = self._device, self._publisher
+        try:
+            while not self._stopping.is_set():
+                publisher.add(device.read(device.samples_per_read))
+        except Exception as error:  # whatever it was, the coil must stop and someone must hear
+            if self.context.ok():
+                self._fault = str(error) or type(error).__name__
+        finally:
+            device.stop()
+        if self.context.ok():
+            publisher.flush()
+
+    def _stop(self) -> None:
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        if self._device is not None:
+            self._device.stop()
+
+    def _release(self) -> None:
+        self._stop()
+        if self._device is None:
+            return
+        self._device.close()
+        self._device = None
+        self._publisher.destroy()
+        if self._stage is not None:
+            self.destroy_subscription(self._stage)
+
+    def _deactivate_after_fault(self) -> None:
+        if self._fault and self._thread is not None:
+            self.get_logger().fatal(self._fault)
+            self._diagnostics.publish()
+            self.trigger_deactivate()
+
+    def _refuse_second_driver(self) -> None:
+        others = self._other_drivers()
+        if others:
+            raise DeviceError(
+                f"{', '.join(others)} publishes {self._samples_topic()} already: two drivers on "
+                "one topic would mix their samples; stop the other, or give this one a namespace"
+            )
+
+    def _other_drivers(self) -> list[str]:
+        me = (self.get_namespace(), self.get_name())
+        publishers = self.get_publishers_info_by_topic(self._samples_topic())
+        names = [(info.node_namespace, info.node_name) for info in publishers]
+        if me in names:
+            names.remove(me)
+        return [f"{namespace.rstrip('/')}/{name}" for namespace, name in names]
+
+    def _samples_topic(self) -> str:
+        return self.resolve_topic_name("samples")
+
+    def _examine(self) -> Health:
+        if self._fault:
+            return Health(ERROR, f"{self._fault} (the coil is at zero)")
+        if self._thread is None:
+            return Health(OK, "not acquiring, the coil is at zero")
+        others = self._other_drivers()
+        if others:
+            self._fault = f"{', '.join(others)} began to publish {self._samples_topic()} too"
+        lateness = self._device.worst_lateness
+        values = {
+            "samples published": self._publisher.published,
+            "worst lateness in the last second [ms]": f"{1e3 * lateness:.3f}",
+            "command [V]": f"{self._device.commanded_voltage:.4f}",
+        }
+        if lateness > LATE:
+            return Health(WARN, f"a sample was fetched {1e3 * lateness:.0f} ms late", values)
+        return Health(OK, "acquiring", values)
+
+
+def _place(device: SimulatedProbe, pose: PoseStamped) -> None:
+    position = pose.pose.position
+    device.place(position.x, position.y, position.z)
+
+
+def main() -> int:
+    """Run the driver node."""
+    # Acquisition shares the interpreter with the node's services: let it have its turn in time.
+    sys.setswitchinterval(0.0005)
+    return run(Driver)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

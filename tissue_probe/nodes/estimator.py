@@ -1,0 +1,120 @@
+"""The estimator node: one filter on the stream of samples, chosen by name."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from typing import Literal
+
+from pydantic import BaseModel, Field
+from rclpy.node import Node
+from std_msgs.msg import Float64
+
+from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.nodes.conversions import (
+    last_estimate_to_message,
+    samples_from_message,
+    site_from_message,
+)
+from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.process import run
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.signals import Phase
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
+
+
+class EstimatorNodeSettings(BaseModel):
+    """What the node adds to the filter's own settings."""
+
+    estimator: Literal[tuple(ESTIMATORS)] = Field("ekf", description="the filter to run")
+    restart_at_site: bool = Field(
+        True, description="forget the tissue when a dwell at a new site begins"
+    )
+
+
+class EstimatorNode(Node):
+    """Runs one filter on every sample and publishes an estimate for each block.
+
+    At a dwell's announced begin the filter restarts, if so set: at the first sample stamped at or
+    after the announcement's stamp, so a bag gives the same estimates again.
+    """
+
+    def __init__(self, estimator: str) -> None:
+        super().__init__(estimator)
+        node_settings = EstimatorNodeSettings
+        node_settings.model_fields["estimator"].default = estimator
+        declare(self, node_settings)
+        declare(self, EstimatorSettings)
+        settings = read(self, node_settings)
+        self._name = settings.estimator
+        self._restart_at_site = settings.restart_at_site
+        self._estimator = Estimator(self._name, read(self, EstimatorSettings))
+        self._expected: int | None = None
+        self.received = 0
+        self.lost = 0
+        self._malformed = 0
+        self._status = 0
+        publish = self.create_publisher
+        self._estimates = publish(TissueEstimate, f"{self._name}/estimate", BLOCKS)
+        self._values = {
+            name: publish(Float64, f"{self._name}/{name}", BLOCKS)
+            for name in ("stiffness", "damping", "covariance_trace")
+        }
+        self.create_subscription(PalpationSite, "palpation_site", self._on_site, ANNOUNCEMENTS)
+        self.create_subscription(ProbeSamples, "samples", self._on_samples, BLOCKS)
+        Diagnostics(self, self._examine)
+
+    def _on_site(self, message: PalpationSite) -> None:
+        site = site_from_message(message)
+        if self._restart_at_site and site.phase == Phase.DWELL:
+            self._estimator.restart_at(site.stamp)
+
+    def _on_samples(self, message: ProbeSamples) -> None:
+        try:
+            block = samples_from_message(message)
+        except ValueError as error:
+            self._malformed += 1
+            self.get_logger().error(f"a block is left out: {error}", throttle_duration_sec=1.0)
+            return
+        self._count(block.sequence, len(block))
+        estimates = self._estimator.process(block)
+        if len(estimates) == 0:
+            return
+        estimate = last_estimate_to_message(estimates, message.header.frame_id)
+        self._status = estimate.status
+        self._estimates.publish(estimate)
+        for name, publisher in self._values.items():
+            publisher.publish(Float64(data=getattr(estimate, name)))
+
+    def _count(self, sequence: int, count: int) -> None:
+        """Count samples received, and lost by their sequence numbers."""
+        if self._expected is not None and sequence > self._expected:
+            self.lost += sequence - self._expected
+        self._expected = sequence + count
+        self.received += count
+
+    def _examine(self) -> Health:
+        values = {
+            "samples received": self.received,
+            "samples lost": self.lost,
+            "blocks malformed": self._malformed,
+            "status": self._status,
+        }
+        if self.count_publishers("samples") > 1:
+            return Health(
+                ERROR, "several nodes publish samples: their sequences are mixed", values
+            )
+        if self.lost or self._malformed:
+            return Health(WARN, "samples are missing", values)
+        return Health(OK, "estimating" if self.received else "no samples yet", values)
+
+
+def main() -> int:
+    """Run an estimator node; the executable's name is the filter's name."""
+    name = sys.argv[0].rsplit("/", 1)[-1]
+    return run(partial(EstimatorNode, name if name in ESTIMATORS else "ekf"))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,61 @@
+"""Subscriptions that are emptied now and then instead of being waited for.
+
+An rclpy executor spends 60-100 us on each message it waits for, taking one from a subscription
+costs a tenth of that. Nodes that need not react at once (recorder, mapper) take messages in bulk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+#: Called with a message (its CDR bytes if raw) and rclpy's message info (a dictionary).
+Handler = Callable[[Any, dict], None]
+
+
+class Inbox:
+    """Subscriptions of ``owner`` that no executor waits for.
+
+    They belong to a hidden node beside the owner, since an executor waits for everything of a
+    node that it was given; names are resolved and remapped as the owner's.
+    """
+
+    def __init__(self, owner: Node) -> None:
+        self._owner = owner
+        self._node = rclpy.create_node(
+            f"_{owner.get_name()}_inbox",
+            namespace=owner.get_namespace(),
+            context=owner.context,
+            use_global_arguments=False,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+        self._subscriptions: list[tuple[Any, Handler]] = []
+
+    def subscribe(
+        self, message_type: type, topic: str, qos: QoSProfile, handler: Handler, *, raw: bool = False
+    ) -> None:
+        """Keep messages of a topic until ``empty``; at most the depth of ``qos`` of them."""
+        subscription = self._node.create_subscription(
+            message_type, self._owner.resolve_topic_name(topic), lambda message: None, qos, raw=raw
+        )
+        self._subscriptions.append((subscription, handler))
+
+    def empty(self) -> int:
+        """Hand every message that has arrived to its handler, topic by topic; return how many."""
+        count = 0
+        for subscription, handler in self._subscriptions:
+            with subscription.handle as handle:
+                while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
+                    handler(*taken)
+                    count += 1
+        return count
+
+    def destroy(self) -> None:
+        """Let go of the subscriptions."""
+        self._subscriptions.clear()
+        self._node.destroy_node()

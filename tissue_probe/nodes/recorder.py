@@ -1,0 +1,196 @@
+"""The recorder node: everything that is said on the graph, into one MCAP file."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import yaml
+from pydantic import BaseModel, Field
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.process import run
+from tissue_probe.nodes.remote_parameters import fetch_parameters
+from tissue_probe.recording.definitions import message_definition
+from tissue_probe.recording.writer import McapWriter
+from tissue_probe.signals import NANOSECONDS
+
+#: Time between two looks at what has arrived [s]; with the writer's flush it bounds what a killed
+#: recorder loses.
+INTERVAL = 0.1
+#: Time between two looks for new topics and nodes [s].
+DISCOVERY_INTERVAL = 0.5
+#: Messages kept of each topic between two looks.
+DEPTH = 4000
+#: Below this the disk is called nearly full [bytes].
+LITTLE_SPACE = 500_000_000
+#: Topics, in the recorder's namespace, that repeat the blocks of samples one by one.
+PER_SAMPLE = ("measured_cp", "measured_cf")
+
+
+class RecorderSettings(BaseModel):
+    """Where to record, and whether to record again what the blocks hold already."""
+
+    output: str = Field(
+        "", description="file to write, never overwritten; empty for tissue_probe_<time>.mcap"
+    )
+    per_sample: bool = Field(
+        False, description="also record the per-sample messages measured_cp and measured_cf"
+    )
+
+
+class Recorder(Node):
+    """Records every topic of the graph as it was sent, and the parameters of every node.
+
+    Each node's parameters become a metadata record named after the node, with the values in YAML,
+    when the node is first seen and whenever they change.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("recorder")
+        declare(self, RecorderSettings)
+        settings = read(self, RecorderSettings)
+        self._path = Path(settings.output or time.strftime("tissue_probe_%Y%m%d_%H%M%S.mcap"))
+        self._left_out = (
+            set() if settings.per_sample else {self.resolve_topic_name(name) for name in PER_SAMPLE}
+        )
+        self._known_topics: set[str] = set()
+        self._known_nodes: set[str] = set()
+        self.messages = 0
+        self._writer = McapWriter(self._path, {})
+        self._inbox = Inbox(self)
+        self.create_subscription(
+            ParameterEvent, "/parameter_events", self._on_parameter_event, QoSProfile(depth=100)
+        )
+        self.create_timer(INTERVAL, self._record)
+        self.create_timer(DISCOVERY_INTERVAL, self._discover)
+        Diagnostics(self, self._examine)
+        self.get_logger().info(f"recording to {self._path}")
+
+    def destroy_node(self) -> None:
+        """Record what has arrived, close the file, end the node."""
+        try:
+            self._record()
+        finally:
+            self._writer.close()
+            self._inbox.destroy()
+            super().destroy_node()
+
+    def _record(self) -> None:
+        self.messages += self._inbox.empty()
+
+    def _discover(self) -> None:
+        for topic, types in self.get_topic_names_and_types():
+            if topic not in self._known_topics and topic not in self._left_out:
+                self._add(topic, types)
+        for name, namespace in self.get_node_names_and_namespaces():
+            full_name = f"{namespace.rstrip('/')}/{name}"
+            if full_name not in self._known_nodes and not name.startswith("_"):
+                self._known_nodes.add(full_name)
+                fetch_parameters(self, full_name, partial(self._write_parameters, full_name))
+
+    def _add(self, topic: str, types: Sequence[str]) -> None:
+        """Record a topic from now on, unless it is hidden or nobody publishes it."""
+        publishers = self.get_publishers_info_by_topic(topic)
+        if "/_" in topic or not publishers:
+            return
+        self._known_topics.add(topic)
+        try:
+            message_type = _message_type(types[0])
+            definition = message_definition(types[0], _share_folders())
+        except (ImportError, AttributeError, FileNotFoundError) as error:
+            self.get_logger().warning(f"{topic} is not recorded: {error}")
+            return
+        qos = yaml.safe_dump([_as_written(publisher.qos_profile) for publisher in publishers])
+        channel = self._writer.add_topic(topic, types[0], definition, qos)
+        self._inbox.subscribe(
+            message_type, topic, _matching(publishers), partial(self._write, channel), raw=True
+        )
+
+    def _write(self, channel: int, data: bytes, info: dict) -> None:
+        sent, received = info["source_timestamp"], info["received_timestamp"]
+        self._writer.write(channel, received or sent, sent, data)
+
+    def _on_parameter_event(self, event: ParameterEvent) -> None:
+        if event.node in self._known_nodes:
+            fetch_parameters(self, event.node, partial(self._write_parameters, event.node))
+
+    def _write_parameters(self, node_name: str, values: dict[str, object]) -> None:
+        self._writer.add_metadata(
+            node_name, {name: yaml.safe_dump(value).strip() for name, value in values.items()}
+        )
+
+    def _examine(self) -> Health:
+        free = shutil.disk_usage(self._path.absolute().parent).free
+        values = {
+            "messages recorded": self.messages,
+            "size [bytes]": self._path.stat().st_size,
+            "disk left [bytes]": free,
+        }
+        if free < LITTLE_SPACE:
+            return Health(WARN, f"the disk is nearly full: {free / 1e6:.0f} MB left", values)
+        return Health(OK, f"recording to {self._path}", values)
+
+
+def _message_type(typename: str) -> type:
+    package, _, name = typename.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def _share_folders() -> list[Path]:
+    """Where packages keep their definitions: the sourced prefixes, or the environment of PyPI wheels."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return [Path(prefix, "share") for prefix in [*prefixes, sys.prefix] if prefix]
+
+
+def _matching(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
+    """Return the strictest qualities that every publisher of a topic offers."""
+    offered = [publisher.qos_profile for publisher in publishers]
+    reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offered)
+    latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offered)
+    return QoSProfile(
+        depth=DEPTH,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+def _as_written(qos: QoSProfile) -> dict[str, object]:
+    """Return qualities of service in the form that ``ros2 bag`` writes."""
+
+    def seconds(duration) -> dict[str, int]:
+        whole, nanoseconds = divmod(duration.nanoseconds, NANOSECONDS)
+        return {"sec": whole, "nsec": nanoseconds}
+
+    return {
+        "history": qos.history.short_key,
+        "depth": qos.depth,
+        "reliability": qos.reliability.short_key,
+        "durability": qos.durability.short_key,
+        "deadline": seconds(qos.deadline),
+        "lifespan": seconds(qos.lifespan),
+        "liveliness": qos.liveliness.short_key,
+        "liveliness_lease_duration": seconds(qos.liveliness_lease_duration),
+        "avoid_ros_namespace_conventions": qos.avoid_ros_namespace_conventions,
+    }
+
+
+def main() -> int:
+    """Run the recorder node."""
+    return run(Recorder)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

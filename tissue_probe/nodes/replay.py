@@ -1,0 +1,138 @@
+"""The replay node: a bag's samples on the live topics, so that everything runs on them unchanged."""
+
+from __future__ import annotations
+
+import time
+from itertools import dropwhile
+
+from pydantic import BaseModel, Field
+from rclpy.duration import Duration
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+
+from tissue_probe.nodes.parameters import ParameterError, declare, read
+from tissue_probe.nodes.process import Finished, run
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.reader import iterate_raw
+from tissue_probe.recording.summary import summarize
+from tissue_probe.signals import NANOSECONDS
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
+
+#: Time between two looks at what is due [s].
+INTERVAL = 0.002
+#: Longest wait at the end until every subscriber has everything.
+PATIENCE = Duration(seconds=5)
+
+SAMPLES, SITE = "tissue_probe_msgs/msg/ProbeSamples", "tissue_probe_msgs/msg/PalpationSite"
+
+
+class ReplaySettings(BaseModel):
+    """What to replay, and how."""
+
+    bag: str = Field("", description="MCAP file to replay")
+    rate: float = Field(
+        1.0,
+        gt=0.0,
+        le=1000.0,
+        description="speed of the replay over that of the run",
+        json_schema_extra={"unit": "-"},
+    )
+    loop: bool = Field(False, description="begin again at the end")
+    start: float = Field(
+        0.0,
+        ge=0.0,
+        le=1e6,
+        description="time after the bag's first message at which to begin",
+        json_schema_extra={"unit": "s"},
+    )
+    paused: bool = Field(False, description="wait for the service ~/pause before the first message")
+
+
+class Replay(Node):
+    """Publishes the recorded samples and palpation sites, byte for byte, in the recorded rhythm.
+
+    Stamps and sequence numbers stay as recorded. The service ``~/pause`` (std_srvs/SetBool)
+    pauses and goes on.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("replay")
+        declare(self, ReplaySettings)
+        self._settings = read(self, ReplaySettings)
+        if not self._settings.bag:
+            raise ParameterError("parameter bag is empty: give the MCAP file to replay")
+        try:
+            self._publishers_by_topic = self._make_publishers()
+            self._begin()
+        except RecordingError as error:
+            raise ParameterError(str(error)) from None
+        self._paused = self._settings.paused
+        self.create_service(SetBool, "~/pause", self._on_pause)
+        self.create_timer(INTERVAL, self._publish_due)
+
+    def _make_publishers(self) -> dict:
+        kinds = {
+            SAMPLES: (ProbeSamples, "samples", BLOCKS),
+            SITE: (PalpationSite, "palpation_site", ANNOUNCEMENTS),
+        }
+        found = {
+            topic.name: self.create_publisher(*kinds[topic.typename])
+            for topic in summarize(self._settings.bag).topics
+            if topic.typename in kinds
+        }
+        if not any(publisher.msg_type is ProbeSamples for publisher in found.values()):
+            raise ParameterError(f"{self._settings.bag} has no samples to replay")
+        return found
+
+    def _begin(self) -> None:
+        """Go to the chosen start of the bag."""
+        messages = iterate_raw(self._settings.bag, self._publishers_by_topic.keys())
+        first = next(messages)
+        self._bag_time = first[2] + round(self._settings.start * NANOSECONDS)
+        self._messages = dropwhile(lambda message: message[2] < self._bag_time, messages)
+        self._next = first if first[2] >= self._bag_time else next(self._messages, None)
+        self._wall_time = time.monotonic_ns()
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._advance()
+        self._paused = request.data
+        response.success = True
+        response.message = "paused" if self._paused else "going on"
+        return response
+
+    def _advance(self) -> None:
+        """Let the bag's time pass with the wall's, unless paused."""
+        now = time.monotonic_ns()
+        if not self._paused:
+            self._bag_time += round((now - self._wall_time) * self._settings.rate)
+        self._wall_time = now
+
+    def _publish_due(self) -> None:
+        self._advance()
+        if self._paused:
+            return
+        while self._next is not None and self._next[2] <= self._bag_time:
+            topic, _, _, _, data = self._next
+            self._publishers_by_topic[topic].publish(data)
+            self._next = next(self._messages, None)
+        if self._next is None:
+            self._end()
+
+    def _end(self) -> None:
+        if self._settings.loop:
+            self._begin()
+            return
+        for publisher in self._publishers_by_topic.values():
+            publisher.wait_for_all_acked(PATIENCE)
+        self.get_logger().info("the whole bag is replayed")
+        raise Finished
+
+
+def main() -> int:
+    """Run the replay node."""
+    return run(Replay)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

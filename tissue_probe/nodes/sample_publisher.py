@@ -1,0 +1,100 @@
+"""How samples leave the driver: as blocks, and one by one for surgical stacks."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.node import Node
+
+from tissue_probe.devices.device import Samples
+from tissue_probe.nodes.conversions import samples_to_message
+from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
+from tissue_probe.signals import NANOSECONDS, SampleBlock
+from tissue_probe_msgs.msg import ProbeSamples
+
+
+class SamplePublisher:
+    """Numbers and stamps samples, and publishes them.
+
+    Sample n of an activation is stamped ``start + n * sample_period``: stamps are exactly
+    equidistant and never step, whatever the wall clock does meanwhile.
+
+    ``measured_cp`` carries the coil's displacement u [m] as position.z, ``measured_cf`` the
+    load-cell force F [N] (positive in compression) as force.z, in the probe's frame. They are sent
+    only while someone subscribes to them.
+    """
+
+    def __init__(self, node: Node, frame_id: str, block_size: int) -> None:
+        self._node = node
+        self._frame_id = frame_id
+        self._block_size = block_size
+        self._blocks = node.create_publisher(ProbeSamples, "samples", BLOCKS)
+        self._poses = node.create_publisher(PoseStamped, "measured_cp", PER_SAMPLE)
+        self._wrenches = node.create_publisher(WrenchStamped, "measured_cf", PER_SAMPLE)
+        self._pose = PoseStamped()
+        self._pose.header.frame_id = frame_id
+        self._wrench = WrenchStamped()
+        self._wrench.header.frame_id = frame_id
+        self.published = 0
+
+    def begin(self, start: int, sample_period: float) -> None:
+        """Number samples from 0 again; sample 0 is stamped ``start`` [ns since the epoch]."""
+        self._start = start
+        self._period = sample_period
+        self._pending: list[Samples] = []
+        self._pending_count = 0
+        self.published = 0
+        self._look_for_subscribers()
+
+    def add(self, samples: Samples) -> None:
+        """Publish samples one by one now, and the block that they complete."""
+        first = self.published + self._pending_count
+        for i in range(samples.position.size):
+            self._publish_one(first + i, samples.position[i], samples.force[i])
+        self._pending.append(samples)
+        self._pending_count += samples.position.size
+        if self._pending_count >= self._block_size:
+            self.flush()
+
+    def flush(self) -> None:
+        """Publish what is left of an incomplete block."""
+        if not self._pending:
+            return
+        parts, self._pending, self._pending_count = self._pending, [], 0
+        block = SampleBlock(
+            stamp=self._stamp(self.published),
+            sequence=self.published,
+            sample_period=self._period,
+            position=np.concatenate([part.position for part in parts]),
+            force=np.concatenate([part.force for part in parts]),
+            command=np.concatenate([part.command for part in parts]),
+        )
+        self._blocks.publish(samples_to_message(block, self._frame_id))
+        self.published += len(block)
+        self._look_for_subscribers()
+
+    def destroy(self) -> None:
+        """Let go of the publishers."""
+        for publisher in (self._blocks, self._poses, self._wrenches):
+            self._node.destroy_publisher(publisher)
+
+    def _stamp(self, number: int) -> int:
+        return self._start + round(number * self._period * NANOSECONDS)
+
+    def _look_for_subscribers(self) -> None:
+        self._pose_wanted = self._poses.get_subscription_count() > 0
+        self._wrench_wanted = self._wrenches.get_subscription_count() > 0
+
+    def _publish_one(self, number: int, position: float, force: float) -> None:
+        if self._pose_wanted:
+            self._set_stamp(self._pose, number)
+            self._pose.pose.position.z = float(position)
+            self._poses.publish(self._pose)
+        if self._wrench_wanted:
+            self._set_stamp(self._wrench, number)
+            self._wrench.wrench.force.z = float(force)
+            self._wrenches.publish(self._wrench)
+
+    def _set_stamp(self, message: PoseStamped | WrenchStamped, number: int) -> None:
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(self._stamp(number), NANOSECONDS)

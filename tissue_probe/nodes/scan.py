@@ -1,0 +1,283 @@
+"""The scan node: moves the probe from site to site, and says where it is palpating.
+
+It knows the robot only through CRTK: setpoints out on ``servo_cp``, poses in on ``measured_cp``.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from pydantic import BaseModel, Field
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from rclpy.node import Node
+
+from tissue_probe.devices.pacing import Pacer
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.nodes.conversions import site_to_message
+from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.process import run
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
+from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
+from tissue_probe_msgs import msg
+from tissue_probe_msgs.action import ScanGrid
+
+#: Time between two setpoints [s].
+INTERVAL = 0.01
+
+
+class ScanSettings(BaseModel):
+    """How the probe is moved and when it is trusted to have arrived."""
+
+    robot: str = Field("/stage", description="namespace of the CRTK robot that carries the probe")
+    frame_id: str = Field("stage", description="frame of the robot's poses")
+    speed: float = Field(
+        0.04, gt=0.0, le=0.5, description="speed of the probe", json_schema_extra={"unit": "m/s"}
+    )
+    lift_height: float = Field(
+        0.003,
+        gt=0.0005,
+        le=0.1,
+        description="height above the surface between sites",
+        json_schema_extra={"unit": "m"},
+    )
+    settle_time: float = Field(
+        0.1,
+        ge=0.02,
+        le=10.0,
+        description="time in contact before a dwell begins",
+        json_schema_extra={"unit": "s"},
+    )
+    tolerance: float = Field(
+        0.0002,
+        gt=0.0,
+        le=0.01,
+        description="distance at which a site is reached",
+        json_schema_extra={"unit": "m"},
+    )
+    motion_timeout: float = Field(
+        3.0,
+        gt=0.0,
+        le=60.0,
+        description="longest wait for the robot to arrive after its last setpoint",
+        json_schema_extra={"unit": "s"},
+    )
+    samples_timeout: float = Field(
+        0.5,
+        ge=0.05,
+        le=60.0,
+        description="longest silence of the driver",
+        json_schema_extra={"unit": "s"},
+    )
+
+
+class ScanStopped(RuntimeError):
+    """The scan cannot go on; the message says why."""
+
+
+class ScanCancelled(Exception):
+    """Whoever asked for the scan wants it no more."""
+
+
+class Scan(Node):
+    """Palpates grids on demand, as the action ``scan_grid``; one at a time.
+
+    Each site is announced on ``palpation_site``: APPROACH when the way to it begins, DWELL with
+    the time at which the dwell will begin (``settle_time`` ahead, so that everyone hears of it in
+    time), LIFTED with the time at which it ended. Whatever ends a scan, the probe is lifted.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("scan")
+        declare(self, ScanSettings)
+        self._settings = read(self, ScanSettings)
+        robot = self._settings.robot.rstrip("/")
+        group = ReentrantCallbackGroup()
+        self._position: FloatArray | None = None
+        self._heard_samples = -np.inf
+        self._busy = threading.Lock()
+        self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", ANNOUNCEMENTS)
+        self._setpoints = self.create_publisher(PoseStamped, f"{robot}/servo_cp", POSES)
+        self.create_subscription(
+            PoseStamped, f"{robot}/measured_cp", self._on_pose, POSES, callback_group=group
+        )
+        # Raw, since only their coming counts.
+        self.create_subscription(
+            msg.ProbeSamples, "samples", self._on_samples, BLOCKS, callback_group=group, raw=True
+        )
+        self._server = ActionServer(
+            self,
+            ScanGrid,
+            "scan_grid",
+            execute_callback=self._execute,
+            goal_callback=self._judge,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+            callback_group=group,
+        )
+
+    def destroy_node(self) -> None:
+        """End the action server, then the node."""
+        self._server.destroy()
+        super().destroy_node()
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        position = message.pose.position
+        self._position = np.array([position.x, position.y, position.z])
+
+    def _on_samples(self, message: bytes) -> None:
+        self._heard_samples = time.monotonic()
+
+    def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
+        try:
+            _grid_of(goal)
+        except ValueError as error:
+            self.get_logger().error(f"the scan is refused: {error}")
+            return GoalResponse.REJECT
+        if self._busy.locked():
+            self.get_logger().error("the scan is refused: another one is under way")
+            return GoalResponse.REJECT
+        return GoalResponse.ACCEPT
+
+    def _execute(self, goal_handle: ServerGoalHandle) -> ScanGrid.Result:
+        with self._busy:
+            grid, dwell_time = _grid_of(goal_handle.request), goal_handle.request.dwell_time
+            result = ScanGrid.Result()
+            try:
+                for site in range(len(grid)):
+                    self._palpate(goal_handle, grid, site, dwell_time)
+                    result.sites_visited = site + 1
+                result.message = f"all {len(grid)} sites are palpated"
+                goal_handle.succeed()
+            except ScanCancelled:
+                result.message = _ended("cancelled", result.sites_visited, grid)
+                goal_handle.canceled()
+            except ScanStopped as reason:
+                result.message = _ended(f"stopped: {reason}", result.sites_visited, grid)
+                goal_handle.abort()
+            self.get_logger().info(result.message)
+            return result
+
+    def _palpate(self, goal_handle, grid: Grid, site: int, dwell_time: float) -> None:
+        """Approach one site, dwell, and lift; lift too if anything stops the scan in between."""
+        surface = np.array(grid.position(site))
+        above = surface + [0.0, 0.0, self._settings.lift_height]
+
+        def announce(phase: Phase, stamp: int) -> None:
+            announcement = PalpationSite(stamp, site, grid.position(site), phase)
+            message = site_to_message(announcement, self._settings.frame_id)
+            self._sites.publish(message)
+            goal_handle.publish_feedback(
+                ScanGrid.Feedback(
+                    sites_visited=site + (phase == Phase.LIFTED),
+                    sites_total=len(grid),
+                    site=message,
+                )
+            )
+
+        self._check(goal_handle)
+        announce(Phase.APPROACH, self._now())
+        self._move(goal_handle, above)
+        try:
+            self._move(goal_handle, surface)
+            begin = self._now() + round(self._settings.settle_time * NANOSECONDS)
+            announce(Phase.DWELL, begin)
+            end = begin + round(dwell_time * NANOSECONDS)
+            self._dwell(goal_handle, surface, self._settings.settle_time + dwell_time)
+        except (ScanCancelled, ScanStopped):
+            end = self._now()
+            raise
+        finally:
+            announce(Phase.LIFTED, end)
+            self._lift(above)
+
+    def _dwell(self, goal_handle, position: FloatArray, duration: float) -> None:
+        pacer = Pacer(INTERVAL)
+        for tick in range(1, round(duration / INTERVAL) + 1):
+            pacer.wait_for(tick)
+            self._check(goal_handle)
+            self._command(position)
+
+    def _move(self, goal_handle, target: FloatArray) -> None:
+        """Send setpoints along the straight line to ``target``, and wait until it is reached."""
+        start = self._position
+        steps = int(np.ceil(np.linalg.norm(target - start) / (self._settings.speed * INTERVAL)))
+        pacer = Pacer(INTERVAL)
+        for step in range(1, steps + 1):
+            pacer.wait_for(step)
+            self._check(goal_handle)
+            self._command(start + (target - start) * (step / steps))
+        deadline = time.monotonic() + self._settings.motion_timeout
+        while np.linalg.norm(self._position - target) > self._settings.tolerance:
+            if time.monotonic() > deadline:
+                raise ScanStopped(
+                    f"the robot {self._settings.robot} did not reach {_millimetres(target)} within "
+                    f"{self._settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
+                )
+            steps += 1
+            pacer.wait_for(steps)
+            self._check(goal_handle)
+            self._command(target)
+
+    def _lift(self, above: FloatArray) -> None:
+        """Send the probe straight up, whatever the robot says meanwhile."""
+        start = self._position
+        steps = int(np.ceil(np.linalg.norm(above - start) / (self._settings.speed * INTERVAL)))
+        pacer = Pacer(INTERVAL)
+        for step in range(1, steps + 1):
+            pacer.wait_for(step)
+            self._command(start + (above - start) * (step / steps))
+
+    def _check(self, goal_handle: ServerGoalHandle) -> None:
+        if goal_handle.is_cancel_requested:
+            raise ScanCancelled
+        if self._position is None:
+            raise ScanStopped(f"the robot says nothing on {self._settings.robot}/measured_cp")
+        silence = time.monotonic() - self._heard_samples
+        if silence > self._settings.samples_timeout:
+            raise ScanStopped(
+                f"no samples for {self._settings.samples_timeout:g} s on "
+                f"{self.resolve_topic_name('samples')}: is the driver running and active?"
+            )
+
+    def _command(self, position: FloatArray) -> None:
+        if not self.context.ok():
+            raise ScanStopped("the node is shut down")
+        setpoint = PoseStamped()
+        setpoint.header.stamp = self.get_clock().now().to_msg()
+        setpoint.header.frame_id = self._settings.frame_id
+        point = setpoint.pose.position
+        point.x, point.y, point.z = map(float, position)
+        setpoint.pose.orientation.w = 1.0
+        self._setpoints.publish(setpoint)
+
+    def _now(self) -> int:
+        return self.get_clock().now().nanoseconds
+
+
+def _grid_of(goal: ScanGrid.Goal) -> Grid:
+    if not 0.0 < goal.dwell_time <= 3600.0:
+        raise ValueError(f"dwell_time is {goal.dwell_time} s; give a time up to 3600 s")
+    origin = (goal.origin.x, goal.origin.y, goal.origin.z)
+    return Grid(origin, goal.spacing, goal.rows, goal.columns)
+
+
+def _ended(how: str, visited: int, grid: Grid) -> str:
+    return f"{how} ({visited} of {len(grid)} sites are palpated)"
+
+
+def _millimetres(position: FloatArray) -> str:
+    return "(" + ", ".join(f"{1e3 * value:.2f}" for value in position) + ") mm"
+
+
+def main() -> int:
+    """Run the scan node."""
+    return run(Scan, MultiThreadedExecutor)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

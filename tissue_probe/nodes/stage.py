@@ -1,0 +1,73 @@
+"""The simulated stage: carries the probe over the phantom, and speaks CRTK as a robot does."""
+
+from __future__ import annotations
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from pydantic import BaseModel, Field
+from rclpy.node import Node
+
+from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.process import run
+from tissue_probe.nodes.qos import POSES
+
+
+class StageSettings(BaseModel):
+    """How the stage moves, and where it stands at first."""
+
+    speed: float = Field(
+        0.05, gt=0.0, le=1.0, description="fastest motion", json_schema_extra={"unit": "m/s"}
+    )
+    rate: float = Field(
+        100.0, ge=1.0, le=1000.0, description="poses a second", json_schema_extra={"unit": "Hz"}
+    )
+    x: float = Field(0.0, ge=-1.0, le=1.0, description="first x", json_schema_extra={"unit": "m"})
+    y: float = Field(0.0, ge=-1.0, le=1.0, description="first y", json_schema_extra={"unit": "m"})
+    z: float = Field(
+        0.01, ge=-1.0, le=1.0, description="first height", json_schema_extra={"unit": "m"}
+    )
+    frame_id: str = Field("stage", description="frame of the poses")
+
+
+class Stage(Node):
+    """Follows ``servo_cp`` at limited speed and tells where it is on ``measured_cp``."""
+
+    def __init__(self) -> None:
+        super().__init__("stage")
+        declare(self, StageSettings)
+        settings = read(self, StageSettings)
+        self._step = settings.speed / settings.rate
+        self._position = np.array([settings.x, settings.y, settings.z])
+        self._setpoint = self._position.copy()
+        self._pose = PoseStamped()
+        self._pose.header.frame_id = settings.frame_id
+        self._publisher = self.create_publisher(PoseStamped, "measured_cp", POSES)
+        self.create_subscription(PoseStamped, "servo_cp", self._on_setpoint, POSES)
+        self.create_timer(1.0 / settings.rate, self._move)
+
+    def _on_setpoint(self, message: PoseStamped) -> None:
+        position = message.pose.position
+        setpoint = np.array([position.x, position.y, position.z])
+        if not np.isfinite(setpoint).all():
+            self.get_logger().error("a setpoint that is not finite is ignored")
+            return
+        self._setpoint = setpoint
+
+    def _move(self) -> None:
+        way = self._setpoint - self._position
+        distance = float(np.linalg.norm(way))
+        if distance > 0.0:
+            self._position += way * min(1.0, self._step / distance)
+        self._pose.header.stamp = self.get_clock().now().to_msg()
+        point = self._pose.pose.position
+        point.x, point.y, point.z = map(float, self._position)
+        self._publisher.publish(self._pose)
+
+
+def main() -> int:
+    """Run the simulated stage."""
+    return run(Stage)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
