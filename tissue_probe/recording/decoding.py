@@ -1,0 +1,178 @@
+"""From CDR bytes to what the package computes with, by the definition that the bag carries.
+
+What belongs here: this suite's messages.
+What does not: finding them in a bag (``reader``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+
+from tissue_probe.recording.bag import RawMessage, Topic
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    PalpationSite,
+    Phase,
+    SampleBlock,
+    TissueEstimates,
+)
+
+SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
+SITE = "tissue_probe_msgs/msg/PalpationSite"
+ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
+MAP = "tissue_probe_msgs/msg/StiffnessMap"
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True)
+class RecordedMap:
+    """A stiffness map as it was published; arrays have shape (rows, columns).
+
+    ``stamp`` [ns since the epoch] is that of the newest estimate in it. The cell in row r and
+    column c lies at ``origin`` (x, y, z) [m] plus (c, r, 0) times ``spacing`` [m]. ``stiffness``
+    [N/m], ``damping`` [N s/m], ``covariance_trace`` and ``stiffness_stddev`` [N/m] are NaN
+    where nothing was measured.
+    """
+
+    stamp: int
+    origin: tuple[float, float, float]
+    spacing: float
+    stiffness: FloatArray
+    damping: FloatArray
+    covariance_trace: FloatArray
+    stiffness_stddev: FloatArray
+
+
+class Decoder:
+    """Decodes the messages of one topic by the definition in its bag.
+
+    Raises
+    ------
+    RecordingError
+        If the topic is not encoded as CDR, or its definition is missing or not understood.
+    """
+
+    def __init__(self, topic: Topic) -> None:
+        if topic.message_encoding != "cdr":
+            raise RecordingError(
+                f"{topic.name} is recorded as '{topic.message_encoding}'; only CDR is read"
+            )
+        if topic.schema_encoding != "ros2msg":
+            raise RecordingError(
+                f"{topic.name} has no message definition in .msg form; record it again as MCAP"
+            )
+        self._store = get_typestore(Stores.EMPTY)
+        try:
+            self._store.register(get_types_from_msg(topic.definition, topic.typename))
+            self._store.get_msgdef(topic.typename)
+        except (TypesysError, KeyError) as error:  # KeyError: a type that it uses is not there
+            raise RecordingError(
+                f"the definition of {topic.typename} in the bag is not understood: {error}"
+            ) from error
+
+    def decode(
+        self, messages: Iterable[RawMessage], convert: Callable[[Any], Content]
+    ) -> Iterator[Content]:
+        """Yield each message as ``convert`` makes it of the decoded fields.
+
+        Raises
+        ------
+        RecordingError
+            If a message is damaged, has other fields than this suite's, or values that
+            ``convert`` refuses.
+        """
+        for message in messages:
+            try:
+                yield convert(self._store.deserialize_cdr(message.data, message.typename))
+            except (SerdeError, AttributeError, ValueError) as error:
+                raise RecordingError(
+                    f"the message of {message.topic} logged at {message.log_time} ns is not a "
+                    f"valid {message.typename}: {error}"
+                ) from error
+
+
+def samples(message: Any) -> SampleBlock:
+    """Convert a ``ProbeSamples`` message."""
+    return SampleBlock(
+        stamp=_stamp(message),
+        sequence=message.sequence,
+        sample_period=message.sample_period,
+        position=message.position,
+        force=message.force,
+        command=message.command,
+    )
+
+
+def site(message: Any) -> PalpationSite:
+    """Convert a ``PalpationSite`` message."""
+    return PalpationSite(
+        stamp=_stamp(message),
+        site=message.site,
+        position=_point(message.position),
+        phase=Phase(message.phase),
+    )
+
+
+def stiffness_map(message: Any) -> RecordedMap:
+    """Convert a ``StiffnessMap`` message."""
+    shape = message.rows, message.columns
+    return RecordedMap(
+        stamp=_stamp(message),
+        origin=_point(message.origin),
+        spacing=message.spacing,
+        stiffness=message.stiffness.reshape(shape),
+        damping=message.damping.reshape(shape),
+        covariance_trace=message.covariance_trace.reshape(shape),
+        stiffness_stddev=message.stiffness_stddev.reshape(shape),
+    )
+
+
+def estimate_row(message: Any) -> tuple:
+    """Convert a ``TissueEstimate`` message to the fields of ``TissueEstimates``, in their order."""
+    return (
+        message.estimator,
+        _stamp(message),
+        message.sequence,
+        message.stiffness,
+        message.damping,
+        message.covariance_trace,
+        message.stiffness_variance,
+        message.damping_variance,
+        message.stiffness_damping_covariance,
+        message.force_offset,
+        message.predicted_force,
+        message.innovation,
+        message.normalized_innovation_squared,
+        message.status,
+    )
+
+
+def estimates(rows: list[tuple]) -> TissueEstimates:
+    """Make ``TissueEstimates`` of the rows of one estimator, at least one."""
+    (name, *_), *_ = rows
+    _, stamp, sequence, *values, status = zip(*rows, strict=True)
+    return TissueEstimates(
+        name,
+        np.array(stamp, dtype=np.int64),
+        np.array(sequence, dtype=np.int64),
+        *(np.array(column, dtype=np.float64) for column in values),
+        status=np.array(status, dtype=np.uint8),
+    )
+
+
+def _stamp(message: Any) -> int:
+    stamp = message.header.stamp
+    return stamp.sec * NANOSECONDS + stamp.nanosec
+
+
+def _point(message: Any) -> tuple[float, float, float]:
+    return message.x, message.y, message.z

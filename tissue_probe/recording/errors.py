@@ -1,0 +1,5 @@
+"""The one error of reading a recording."""
+
+
+class RecordingError(ValueError):
+    """A recording cannot be read; the message says what is wrong, where, and what to do."""

@@ -1,0 +1,131 @@
+"""Estimates and samples as tables, in CSV or Parquet.
+
+What belongs here: the tables' columns.
+What does not: computing what is in them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    IntArray,
+    Recording,
+    Status,
+    TissueEstimates,
+)
+
+if TYPE_CHECKING:
+    import pyarrow
+
+# pyarrow is imported where it is used: it takes longer to load than most commands to run
+
+
+def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -> None:
+    """Write estimates, one row each, every digit kept.
+
+    Columns: time [s], stiffness [N/m], damping [N s/m], stiffness_variance [N^2/m^2],
+    damping_variance [N^2 s^2/m^2], covariance_trace, innovation [N],
+    normalized_innovation_squared [-], status (the name of the ``Status`` in lower case).
+
+    Parameters
+    ----------
+    path : path
+        Ends in ``.csv`` or ``.parquet``; a file of that name is overwritten.
+    estimates : TissueEstimates
+        Rows in their order.
+    origin : int
+        Where the column ``time`` is zero [ns]: the first sample's stamp for a recorded
+        run; 0 for samples from CSV, which gives the times that the CSV has.
+
+    Raises
+    ------
+    ValueError
+        If the name ends otherwise.
+    OSError
+        If the file cannot be written.
+    """
+    names = np.array([status.name.lower() for status in sorted(Status)])
+    columns = {
+        "time": _seconds(estimates.stamp, origin),
+        "stiffness": estimates.stiffness,
+        "damping": estimates.damping,
+        "stiffness_variance": estimates.stiffness_variance,
+        "damping_variance": estimates.damping_variance,
+        "covariance_trace": estimates.covariance_trace,
+        "innovation": estimates.innovation,
+        "normalized_innovation_squared": estimates.normalized_innovation_squared,
+        "status": names[estimates.status],
+    }
+    _write(Path(path), columns)
+
+
+def write_samples(path: str | Path, recording: Recording, origin: int) -> None:
+    """Write a recording's samples, one row each, every digit kept.
+
+    Columns: time [s], position [m], force [N], command [V], sequence [-], site (the number of
+    the site where the probe dwells; empty where it does not).
+
+    Parameters
+    ----------
+    path : path
+        Ends in ``.csv`` or ``.parquet``; a file of that name is overwritten.
+    recording : Recording
+        At least one sample.
+    origin : int
+        Where the column ``time`` is zero [ns] (see ``write_estimates``).
+
+    Raises
+    ------
+    ValueError
+        If the name ends otherwise.
+    OSError
+        If the file cannot be written.
+    """
+    columns = {
+        "time": _seconds(recording.stamps, origin),
+        "position": recording.position,
+        "force": recording.force,
+        "command": recording.command,
+        "sequence": np.concatenate(
+            [block.sequence + np.arange(len(block)) for block in recording.blocks]
+        ),
+        "site": _sites(recording),
+    }
+    _write(Path(path), columns)
+
+
+def _seconds(stamps: IntArray, origin: int) -> FloatArray:
+    return (stamps - origin) / NANOSECONDS
+
+
+def _sites(recording: Recording) -> pyarrow.Array:
+    import pyarrow
+
+    if not recording.sites:
+        return pyarrow.nulls(len(recording), pyarrow.int64())
+    stamps = recording.stamps
+    sites = np.zeros(stamps.size, dtype=np.int64)
+    dwells = np.zeros(stamps.size, dtype=bool)
+    for site, end in recording.dwells():
+        during = (stamps >= site.stamp) & (stamps < end)
+        sites[during] = site.site
+        dwells |= during
+    return pyarrow.array(sites, mask=~dwells)
+
+
+def _write(path: Path, columns: dict[str, np.ndarray | pyarrow.Array]) -> None:
+    import pyarrow
+    from pyarrow import csv, parquet
+
+    if path.suffix == ".csv":
+        csv.write_csv(pyarrow.table(columns), path, csv.WriteOptions(quoting_header="none"))
+    elif path.suffix == ".parquet":
+        parquet.write_table(pyarrow.table(columns), path)
+    else:
+        raise ValueError(f"{path} ends in '{path.suffix}'; tables are .csv or .parquet")
