@@ -90,7 +90,7 @@ def test_found_nodules_are_crossed_and_told_with_their_ratio():
     for axes in panels(figure):
         (cross,) = (line for line in axes.lines if line.get_marker() == "x")
         assert cross.get_xydata()[0] == pytest.approx((11.0, 19.0))
-    assert [text.get_text() for text in figure.axes[0].texts] == ["3 mm", "5 mm", "2.7×"]  # noqa: RUF001
+    assert [text.get_text() for text in figure.axes[0].texts] == ["3 mm", "5 mm", "2.7×"]
 
 
 def test_the_legend_names_only_what_is_drawn():

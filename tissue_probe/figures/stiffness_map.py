@@ -135,7 +135,7 @@ def _write_ratios(axes: Axes, found: Sequence[Region]) -> None:
     """Write each found nodule's stiffness over the background's above its cross."""
     for region in found:
         centre = (MILLIMETRES * region.x, MILLIMETRES * region.y)
-        _write(axes, f"{region.ratio:.1f}×", centre, (0.0, 34.0), "center")  # noqa: RUF001
+        _write(axes, f"{region.ratio:.1f}×", centre, (0.0, 34.0), "center")
 
 
 def _write(

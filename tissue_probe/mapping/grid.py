@@ -72,12 +72,12 @@ class Grid:
 
     @property
     def x(self) -> FloatArray:
-        """x of each column [m], shape (columns,)."""
+        """Position x of each column [m], shape (columns,)."""
         return self.origin[0] + self.spacing * np.arange(self.columns)
 
     @property
     def y(self) -> FloatArray:
-        """y of each row [m], shape (rows,)."""
+        """Position y of each row [m], shape (rows,)."""
         return self.origin[1] + self.spacing * np.arange(self.rows)
 
     def cell(self, site: int) -> tuple[int, int]:

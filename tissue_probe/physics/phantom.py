@@ -16,60 +16,36 @@ time constant beta / k.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import reprlib
 from pathlib import Path
-from typing import Annotated, Any
 
 import numpy as np
 import yaml
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe.settings import rule, setting
 from tissue_probe.signals import FloatArray
 
 DEPTH_OF_FEELING = 0.008  # m; stress under a flat punch has faded at two to three radii
 
 
-def _number(low: float, high: float, unit: str) -> BeforeValidator:
-    """Accept a number from low to high; an error names the value, the range and the unit."""
+class Nodule(BaseModel):
+    """A stiff inclusion."""
 
-    def check(value: Any) -> float:
-        try:
-            # float() also reads 1e-3, which YAML takes for text.
-            number = float("nan") if isinstance(value, bool) else float(value)
-        except (TypeError, ValueError):
-            number = float("nan")
-        if not low <= number <= high:
-            raise ValueError(f"is {value!r}; it must be a number from {low} to {high} {unit}")
-        return number
-
-    return BeforeValidator(check)
-
-
-class _Checked(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-
-class Nodule(_Checked):
-    """A stiff inclusion.
-
-    Attributes
-    ----------
-    x, y : float
-        Centre in the stage's frame [m].
-    depth : float
-        From the tissue's surface to the nodule's top [m].
-    radius : float
-        [m]
-    stiffness_ratio : float
-        Stiffness felt over its centre if it lay at the surface, over the background's [-].
-    """
-
-    x: Annotated[float, _number(-1.0, 1.0, "m")]
-    y: Annotated[float, _number(-1.0, 1.0, "m")]
-    depth: Annotated[float, _number(0.0, 0.1, "m")]
-    radius: Annotated[float, _number(1e-4, 0.1, "m")]
-    stiffness_ratio: Annotated[float, _number(1.0, 100.0, "times the background's stiffness")]
+    x: float = setting(..., "m", "x of the centre in the stage's frame", ge=-1.0, le=1.0)
+    y: float = setting(..., "m", "y of the centre in the stage's frame", ge=-1.0, le=1.0)
+    depth: float = setting(..., "m", "from the tissue's surface to the top", ge=0.0, le=0.1)
+    radius: float = setting(..., "m", "radius", ge=1e-4, le=0.1)
+    stiffness_ratio: float = setting(
+        ...,
+        "",
+        "stiffness felt over the centre if the nodule lay at the surface, over the background's",
+        ge=1.0,
+        le=100.0,
+    )
 
     def excess(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Return what the nodule adds to the stiffness at (x, y) [m], over the background's [-]."""
@@ -78,21 +54,17 @@ class Nodule(_Checked):
         return centre * np.exp(-distance_squared / (self.radius**2 + self.depth**2))
 
 
-class Phantom(_Checked):
-    """Tissue with nodules in it.
+class Phantom(BaseModel):
+    """Tissue with nodules in it, or with none."""
 
-    Attributes
-    ----------
-    background_stiffness : float
-        [N/m]
-    background_damping : float
-        [N s/m]
-    nodules : tuple of Nodule
-        May be empty.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    background_stiffness: Annotated[float, _number(1.0, 1e5, "N/m")]
-    background_damping: Annotated[float, _number(0.0, 1e3, "N s/m")]
+    background_stiffness: float = setting(
+        ..., "N/m", "stiffness k far from every nodule", ge=1.0, le=1e5
+    )
+    background_damping: float = setting(
+        ..., "N s/m", "damping beta far from every nodule", ge=0.0, le=1e3
+    )
     nodules: tuple[Nodule, ...] = ()
 
     @staticmethod
@@ -127,13 +99,19 @@ class Phantom(_Checked):
 
 
 def _first_complaint(error: ValidationError) -> str:
-    """Say in one clause which field is wrong and why."""
+    """Say in one clause which field is wrong, and what it takes."""
     complaint = error.errors()[0]
-    field = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in complaint["loc"])
-    reasons: dict[str, Callable[[], str]] = {
-        "missing": lambda: "is missing",
-        "extra_forbidden": lambda: "is not a field of a phantom; remove it or mend its spelling",
-        "value_error": lambda: str(complaint["ctx"]["error"]),
-    }
-    reason = reasons.get(complaint["type"], lambda: f"is wrong: {complaint['msg']}")()
-    return f"{field.removeprefix('.') or 'the file'} {reason}"
+    place = complaint["loc"]
+    name = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
+    name = name.removeprefix(".") or "the file"
+    fields = (Nodule if len(place) > 1 else Phantom).model_fields
+    if complaint["type"] == "extra_forbidden":
+        return f"there is no {name}; there are {', '.join(fields)}"
+    found = "missing" if complaint["type"] == "missing" else reprlib.repr(complaint["input"])
+    if place == ("nodules",):
+        wanted = "a list of nodules"
+    elif place and place[-1] in fields:
+        wanted = rule(fields[place[-1]])
+    else:
+        wanted = f"the fields {', '.join(fields)}"
+    return f"{name} is {found}: give {wanted}"
