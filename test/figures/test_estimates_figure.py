@@ -113,6 +113,15 @@ def test_nothing_is_drawn_where_there_was_no_contact():
         assert np.isfinite(values[time % 2.0 > 0.61]).all()
 
 
+def test_what_a_filter_believes_between_dwells_is_not_drawn():
+    believer = estimates()
+    believer.status[:] = Status.CONVERGED
+    _, right = panels(draw_estimates(recording(), [believer], TRUTH))
+    time, values = lines(right[0], "ekf")[0].get_data()
+    assert np.isnan(values[time % 2.0 < 0.5]).all()
+    assert np.isfinite(values[time % 2.0 >= 0.5]).all()
+
+
 def test_the_band_is_two_standard_deviations_to_either_side():
     left, _ = panels(draw_estimates(recording(), [estimates()], TRUTH))
     for axes, value, stddev in ((left[0], 450.0, 3.0), (left[1], 5.0, 0.2)):

@@ -7,12 +7,13 @@ paper. What does not: how they were made (``estimation``).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 from numpy.typing import NDArray
 
 from tissue_probe.signals import (
@@ -77,10 +78,10 @@ def draw_estimates(
 ) -> Figure:
     """Draw all estimators over one site's first second (left) and over the whole scan (right).
 
-    Estimates are thin lines until they have converged, and left out without contact; bands are two
-    standard deviations to either side. The axes hold what converged; a start-up transient may run
-    out of them. A recording that announces no dwell is drawn as one dwell from its first sample to
-    its last.
+    Estimates are thin lines until they have converged, and left out between dwells and without
+    contact; bands are two standard deviations to either side. The axes hold what converged; a
+    start-up transient may run out of them. A recording that announces no dwell is drawn as one
+    dwell from its first sample to its last.
 
     Parameters
     ----------
@@ -105,6 +106,7 @@ def draw_estimates(
     detail_end = min(shown.span.end, shown.span.begin + round(DETAIL_DURATION * NANOSECONDS))
     detail = _Span(shown.span.begin, detail_end)
     scan = _Span(recording.blocks[0].stamp, recording.blocks[-1].end)
+    estimates = [_lifted_between(dwells, each) for each in estimates]
 
     figure = Figure(figsize=(12.0, 10.0), layout="constrained")
     panels = figure.subplots(4, 2, sharex="col", width_ratios=(2, 3))
@@ -140,6 +142,14 @@ def _dwells(recording: Recording, truth: FloatArray | None) -> list[_Dwell]:
         _Dwell(site, span, {"stiffness": stiffness, "damping": damping})
         for (site, span), (stiffness, damping) in zip(stays, known, strict=True)
     ]
+
+
+def _lifted_between(dwells: Sequence[_Dwell], estimates: TissueEstimates) -> TissueEstimates:
+    """Deny contact between dwells, whatever a filter that forgets slowly still believes there."""
+    dwelling = np.zeros(len(estimates), dtype=bool)
+    for dwell in dwells:
+        dwelling |= dwell.span.holds(estimates.stamp)
+    return replace(estimates, status=np.where(dwelling, estimates.status, Status.NO_CONTACT))
 
 
 def _in_contact(estimates: TissueEstimates, values: FloatArray) -> FloatArray:
@@ -225,6 +235,8 @@ def _draw_innovation(axes: Axes, span: _Span, estimates: Sequence[TissueEstimate
             MILLINEWTONS * np.sqrt(mean_square), edges, baseline=None, label=each.estimator, **style
         )
     axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(LogFormatter())
+    axes.yaxis.set_minor_formatter(LogFormatter())
 
 
 def _mark_dwells(column: Sequence[Axes], span: _Span, dwells: Sequence[_Dwell]) -> None:
