@@ -1,5 +1,58 @@
-"""The command line."""
+"""The command line: one program beside the ROS executables.
+
+What belongs here: arguments, and what is printed. What does not: anything a script would want to
+call; that lies in the packages below. Each command imports what it needs when it runs, so that
+``--help`` and shell completion answer at once.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from tissue_probe import __version__
+from tissue_probe.cli.demo import demo
+from tissue_probe.cli.estimate import estimate
+from tissue_probe.cli.estimators import estimators
+from tissue_probe.cli.export import export
+from tissue_probe.cli.info import info
+from tissue_probe.cli.map import map_command
+
+app = typer.Typer(
+    name="tissue_probe",
+    help="Stiffness and damping of soft tissue from a vibrating palpation probe.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command()(demo)
+app.command()(estimate)
+app.command()(estimators)
+app.command("map")(map_command)
+app.command()(info)
+app.command()(export)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"tissue_probe {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: bool = typer.Option(
+        False, "--version", callback=_print_version, is_eager=True, help="Print the version."
+    ),
+) -> None:
+    pass
 
 
 def main() -> None:
-    print("soon")
+    """Run the program; what the user can mend is told in one line."""
+    try:
+        app()
+    except (ValueError, OSError) as error:
+        # RecordingError and SettingsError are ValueErrors; each message is a sentence for the user.
+        sys.exit(f"tissue_probe: {error}")

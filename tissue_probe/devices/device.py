@@ -37,12 +37,15 @@ class Device(Protocol):
         The voltage that the coil is told now [V].
     worst_lateness : float
         Longest delay between a sample and its being fetched since last asked [s].
+    description : str
+        What the device is, in YAML, as far as it is needed to understand a recording.
     """
 
     sample_period: float
     samples_per_read: int
     commanded_voltage: float
     worst_lateness: float
+    description: str
 
     def start(self, excitation: Excitation) -> None:
         """Begin to sample, with the excitation [V] on the coil; sample 0 is taken now."""

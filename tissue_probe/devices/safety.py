@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.devices.device import Device, Samples
 from tissue_probe.excitation import Excitation
+from tissue_probe.settings import setting
 
 
 class Limits(BaseModel):
@@ -14,26 +15,26 @@ class Limits(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    force_limit: float = Field(
+    force_limit: float = setting(
         8.0,
+        "N",
+        "largest force on the load cell, either way; above it the coil goes to zero",
         gt=0.0,
         le=22.0,
-        description="largest force on the load cell, either way; above it the coil goes to zero",
-        json_schema_extra={"unit": "N"},
     )
-    travel_limit: float = Field(
+    travel_limit: float = setting(
         0.006,
+        "m",
+        "largest displacement of the coil, either way; beyond it the coil goes to zero",
         gt=0.0,
         le=0.0065,
-        description="largest displacement of the coil, either way; beyond it the coil goes to zero",
-        json_schema_extra={"unit": "m"},
     )
-    command_limit: float = Field(
+    command_limit: float = setting(
         5.0,
+        "V",
+        "largest voltage on the coil, either way; an excitation above it is refused",
         gt=0.0,
         le=10.0,
-        description="largest voltage on the coil, either way; an excitation above it is refused",
-        json_schema_extra={"unit": "V"},
     )
 
 
@@ -62,6 +63,10 @@ class GuardedDevice:
     @property
     def commanded_voltage(self) -> float:
         return self._device.commanded_voltage
+
+    @property
+    def description(self) -> str:
+        return self._device.description
 
     @property
     def worst_lateness(self) -> float:

@@ -20,13 +20,15 @@ from pathlib import Path
 
 import numba
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+import yaml
+from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.excitation import Excitation
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe.settings import setting
 from tissue_probe.signals import FloatArray
 
 #: Runge-Kutta steps in one sample at 2 kHz.
@@ -41,10 +43,6 @@ BUFFER_TIME = 2.0
 COMMAND_SAMPLES = 200
 
 
-def _setting(default: float, unit: str, description: str, **bounds: float):
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
-
-
 class SimulatedProbeSettings(BaseModel):
     """Constants of the simulated probe; the tool's are the paper's (section IV-A).
 
@@ -54,26 +52,26 @@ class SimulatedProbeSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    sample_rate: float = _setting(
+    sample_rate: float = setting(
         2000.0, "Hz", "samples a second of the simulated DAQ", ge=500.0, le=10000.0
     )
-    tip_mass: float = _setting(0.04, "kg", "mass m of the tip", gt=0.0, le=1.0)
-    load_cell_stiffness: float = _setting(9700.0, "N/m", "stiffness k0", gt=0.0, le=1e6)
-    load_cell_damping: float = _setting(0.8, "N s/m", "damping beta0", ge=0.0, le=100.0)
-    coil_mass: float = _setting(0.08, "kg", "mass of coil and carriage", gt=0.0, le=10.0)
-    coil_resistance: float = _setting(3.6, "ohm", "resistance of the coil", gt=0.0, le=100.0)
-    coil_inductance: float = _setting(0.001, "H", "inductance of the coil", ge=1e-4, le=0.1)
-    force_constant: float = _setting(4.5, "N/A", "force for each ampere", gt=0.0, le=100.0)
-    bearing_damping: float = _setting(0.5, "N s/m", "damping of the bearings", ge=0.0, le=100.0)
-    suspension_stiffness: float = _setting(
+    tip_mass: float = setting(0.04, "kg", "mass m of the tip", gt=0.0, le=1.0)
+    load_cell_stiffness: float = setting(9700.0, "N/m", "stiffness k0", gt=0.0, le=1e6)
+    load_cell_damping: float = setting(0.8, "N s/m", "damping beta0", ge=0.0, le=100.0)
+    coil_mass: float = setting(0.08, "kg", "mass of coil and carriage", gt=0.0, le=10.0)
+    coil_resistance: float = setting(3.6, "ohm", "resistance of the coil", gt=0.0, le=100.0)
+    coil_inductance: float = setting(0.001, "H", "inductance of the coil", ge=1e-4, le=0.1)
+    force_constant: float = setting(4.5, "N/A", "force for each ampere", gt=0.0, le=100.0)
+    bearing_damping: float = setting(0.5, "N s/m", "damping of the bearings", ge=0.0, le=100.0)
+    suspension_stiffness: float = setting(
         800.0, "N/m", "stiffness that centres the coil", ge=0.0, le=1e5
     )
-    encoder_resolution: float = _setting(1e-7, "m", "step of the encoder", ge=0.0, le=1e-4)
-    force_noise: float = _setting(
+    encoder_resolution: float = setting(1e-7, "m", "step of the encoder", ge=0.0, le=1e-4)
+    force_noise: float = setting(
         0.005, "N", "standard deviation of the load cell's white noise", ge=0.0, le=10.0
     )
-    seed: int = Field(0, ge=0, description="seed of the noise", json_schema_extra={"unit": "-"})
-    phantom: str = Field("", description="YAML file of the phantom; empty for the stock one")
+    seed: int = setting(0, "", "seed of the noise", ge=0)
+    phantom: str = setting("", "", "YAML file of the phantom; empty for the stock one")
 
 
 class SimulatedProbe:
@@ -92,8 +90,7 @@ class SimulatedProbe:
         self.sample_period = 1.0 / settings.sample_rate
         self.commanded_voltage = 0.0
         self._settings = settings
-        self.phantom_file = Path(settings.phantom or stock_configuration("phantom.yaml"))
-        self._phantom = Phantom.load(self.phantom_file)
+        self._phantom = Phantom.load(Path(settings.phantom or stock_configuration("phantom.yaml")))
         self._pacer = Pacer(self.sample_period)
         self._excitation: Excitation | None = None
         self._tissue = (0.0, 0.0, -1.0)  # no tissue in reach
@@ -143,6 +140,11 @@ class SimulatedProbe:
             position *= settings.encoder_resolution
         force += settings.force_noise * self._noise.standard_normal(count)
         return Samples(position, force, command)
+
+    @property
+    def description(self) -> str:
+        """The phantom, in YAML."""
+        return yaml.safe_dump({"phantom": self._phantom.model_dump(mode="json")})
 
     @property
     def worst_lateness(self) -> float:
@@ -206,7 +208,7 @@ def _derivative(state, attached, voltage, constants):
 
 @numba.njit(cache=True)
 def _axpy(state, scale, slope):
-    """state + scale * slope, entry by entry."""
+    """State + scale * slope, entry by entry."""
     return (
         state[0] + scale * slope[0],
         state[1] + scale * slope[1],

@@ -61,6 +61,32 @@ class Grid:
                 f"a grid has at most {MAXIMUM_SITES}"
             )
 
+    @staticmethod
+    def through(positions: Sequence[tuple[float, float, float]]) -> Grid:
+        """Return the smallest grid that has a cell at each position, its spacing the coarsest.
+
+        A single position gets a spacing of 10 mm, since a grid of one cell tells none.
+
+        Raises
+        ------
+        ValueError
+            If there is no position, or the positions lie on no square grid.
+        """
+        if not positions:
+            raise ValueError("no positions: there is no grid through nothing")
+        axes = [np.unique(np.round([position[axis] for position in positions], 9)) for axis in (0, 1)]
+        steps = np.concatenate([np.diff(axis) for axis in axes])
+        spacing = float(steps.min()) if steps.size else 0.01
+        columns, rows = (round((axis[-1] - axis[0]) / spacing) + 1 for axis in axes)
+        grid = Grid((axes[0][0], axes[1][0], positions[0][2]), spacing, rows, columns)
+        off = max(np.abs(steps / spacing - np.round(steps / spacing)), default=0.0)
+        if off > 0.01:
+            raise ValueError(
+                f"the sites lie on no square grid: their distances are no multiples of "
+                f"{1e3 * spacing:.3f} mm"
+            )
+        return grid
+
     def __len__(self) -> int:
         """Return the number of sites."""
         return self.rows * self.columns

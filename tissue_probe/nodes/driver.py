@@ -7,66 +7,49 @@ import threading
 from typing import Literal
 
 from geometry_msgs.msg import PoseStamped
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
 
 from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
-from tissue_probe.nodes.parameters import (
-    ParameterError,
-    build,
-    declare,
-    read,
-    validate_together,
-)
+from tissue_probe.nodes.parameters import declare, read, validate_together
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
+from tissue_probe.settings import SettingsError, setting
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
 
 
 class DriverSettings(BaseModel):
-    """What the driver itself needs to know."""
+    """What the driver itself needs to know, and what its device tells of itself."""
 
-    device: Literal[tuple(DEVICES)] = Field("simulated", description="which probe to run")
-    block_size: int = Field(10, ge=1, le=2000, description="samples in one message of `samples`")
-    frame_id: str = Field("probe", description="frame of the samples")
-    stage_pose: str = Field(
-        "/stage/measured_cp", description="topic on which a simulated probe hears where it stands"
+    device: Literal[tuple(DEVICES)] = setting("simulated", "", "which probe to run")
+    block_size: int = setting(10, "", "samples in one message of `samples`", ge=1, le=2000)
+    frame_id: str = setting("probe", "", "frame of the samples")
+    stage_pose: str = setting(
+        "/stage/measured_cp", "", "topic on which a simulated probe hears where it stands"
+    )
+    device_description: str = setting(
+        "", "", "what the configured device is, in YAML; set by the driver, for recordings"
     )
 
 
 class ExcitationSettings(BaseModel):
     """The excitation; which of the values count depends on its kind."""
 
-    kind: Literal[tuple(EXCITATIONS)] = Field("sine", description="shape of the coil's command")
-    amplitude: float = Field(
-        0.85, ge=0.0, le=10.0, description="largest command", json_schema_extra={"unit": "V"}
-    )
-    frequency: float = Field(
-        10.0, ge=0.01, le=100.0, description="of a sine", json_schema_extra={"unit": "Hz"}
-    )
-    start: float = Field(
-        1.0, ge=0.01, le=100.0, description="lowest frequency", json_schema_extra={"unit": "Hz"}
-    )
-    stop: float = Field(
-        30.0, ge=0.01, le=100.0, description="highest frequency", json_schema_extra={"unit": "Hz"}
-    )
-    duration: float = Field(
-        10.0, gt=0.0, le=3600.0, description="time of one sweep", json_schema_extra={"unit": "s"}
-    )
-    steps: int = Field(10, ge=2, le=1000, description="frequencies of a stepped sweep")
-    spacing: float = Field(
-        1.0,
-        ge=0.01,
-        le=100.0,
-        description="between the frequencies of a multisine",
-        json_schema_extra={"unit": "Hz"},
-    )
+    kind: Literal[tuple(EXCITATIONS)] = setting("sine", "", "shape of the coil's command")
+    amplitude: float = setting(0.85, "V", "largest command", ge=0.0, le=10.0)
+    frequency: float = setting(10.0, "Hz", "of a sine", ge=0.01, le=100.0)
+    start: float = setting(1.0, "Hz", "lowest frequency", ge=0.01, le=100.0)
+    stop: float = setting(30.0, "Hz", "highest frequency", ge=0.01, le=100.0)
+    duration: float = setting(10.0, "s", "time of one sweep", gt=0.0, le=3600.0)
+    steps: int = setting(10, "", "frequencies of a stepped sweep", ge=2, le=1000)
+    spacing: float = setting(1.0, "Hz", "between the frequencies of a multisine", ge=0.01, le=100.0)
 
     def make(self) -> Excitation:
         """Return the excitation that the settings describe.
@@ -116,7 +99,7 @@ class Driver(LifecycleNode):
             device_type = DEVICES[settings.device]
             device = device_type(read(self, device_type.Settings, f"{settings.device}."))
             self._device = GuardedDevice(device, read(self, Limits, "limits."))
-        except (ParameterError, DeviceError, OSError, ValueError) as error:
+        except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
         self._stage = None
@@ -124,6 +107,7 @@ class Driver(LifecycleNode):
             self._stage = self.create_subscription(
                 PoseStamped, settings.stage_pose, lambda pose: _place(device, pose), POSES
             )
+        self.set_parameters([Parameter("device_description", value=device.description)])
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
         return TransitionCallbackReturn.SUCCESS
 
@@ -133,7 +117,7 @@ class Driver(LifecycleNode):
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
             self._device.start(excitation)
-        except (ParameterError, DeviceError, LimitExceeded, ValueError) as error:
+        except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
             self.get_logger().error(f"cannot activate: {error}")
             return TransitionCallbackReturn.FAILURE
         self._fault = ""

@@ -6,9 +6,10 @@ import sys
 from functools import partial
 from typing import Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.node import Node
 from std_msgs.msg import Float64
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.nodes.conversions import (
@@ -20,17 +21,15 @@ from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.settings import setting
 from tissue_probe.signals import Phase
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 
 class EstimatorNodeSettings(BaseModel):
     """What the node adds to the filter's own settings."""
 
-    estimator: Literal[tuple(ESTIMATORS)] = Field("ekf", description="the filter to run")
-    restart_at_site: bool = Field(
-        True, description="forget the tissue when a dwell at a new site begins"
-    )
+    estimator: Literal[tuple(ESTIMATORS)] = setting("ekf", "", "the filter to run")
+    restart_at_site: bool = setting(True, "", "forget the tissue when a dwell at a new site begins")
 
 
 class EstimatorNode(Node):
@@ -102,9 +101,7 @@ class EstimatorNode(Node):
             "status": self._status,
         }
         if self.count_publishers("samples") > 1:
-            return Health(
-                ERROR, "several nodes publish samples: their sequences are mixed", values
-            )
+            return Health(ERROR, "several nodes publish samples: their sequences are mixed", values)
         if self.lost or self._malformed:
             return Health(WARN, "samples are missing", values)
         return Health(OK, "estimating" if self.received else "no samples yet", values)

@@ -37,7 +37,13 @@ class Inbox:
         self._subscriptions: list[tuple[Any, Handler]] = []
 
     def subscribe(
-        self, message_type: type, topic: str, qos: QoSProfile, handler: Handler, *, raw: bool = False
+        self,
+        message_type: type,
+        topic: str,
+        qos: QoSProfile,
+        handler: Handler,
+        *,
+        raw: bool = False,
     ) -> None:
         """Keep messages of a topic until ``empty``; at most the depth of ``qos`` of them."""
         subscription = self._node.create_subscription(
@@ -49,8 +55,9 @@ class Inbox:
         """Hand every message that has arrived to its handler, topic by topic; return how many."""
         count = 0
         for subscription, handler in self._subscriptions:
-            with subscription.handle as handle:
-                while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is not None:
+            take = subscription.handle.take_message
+            with subscription.handle:
+                while (taken := take(subscription.msg_type, subscription.raw)) is not None:
                     handler(*taken)
                     count += 1
         return count

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
 
 from tissue_probe.mapping.fusion import Estimate, MapBuilder
 from tissue_probe.mapping.grid import Grid
@@ -17,7 +18,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
+from tissue_probe.settings import setting
 
 #: Time between two looks at what has arrived [s].
 INTERVAL = 0.1
@@ -26,10 +27,10 @@ INTERVAL = 0.1
 class MapperSettings(BaseModel):
     """Whose estimates make the map."""
 
-    estimators: list[str] = Field(
-        ["ekf", "ukf", "afekf"], description="estimators to fuse, by the names of their topics"
+    estimators: list[str] = setting(
+        ["ekf", "ukf", "afekf"], "", "estimators to fuse, by the names of their topics"
     )
-    frame_id: str = Field("stage", description="frame of the map")
+    frame_id: str = setting("stage", "", "frame of the map")
 
 
 class Mapper(Node):

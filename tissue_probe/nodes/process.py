@@ -9,7 +9,7 @@ import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from tissue_probe.nodes.parameters import ParameterError
+from tissue_probe.settings import SettingsError
 
 
 class Finished(Exception):
@@ -17,7 +17,7 @@ class Finished(Exception):
 
 
 #: What a user can mend; told in one line, without a traceback.
-MISTAKES = (ParameterError, OSError)
+MISTAKES = (SettingsError, OSError)
 
 
 def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreadedExecutor) -> int:

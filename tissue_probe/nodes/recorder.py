@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import yaml
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -25,6 +25,7 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.remote_parameters import fetch_parameters
 from tissue_probe.recording.definitions import message_definition
 from tissue_probe.recording.writer import McapWriter
+from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS
 
 #: Time between two looks at what has arrived [s]; with the writer's flush it bounds what a killed
@@ -43,11 +44,11 @@ PER_SAMPLE = ("measured_cp", "measured_cf")
 class RecorderSettings(BaseModel):
     """Where to record, and whether to record again what the blocks hold already."""
 
-    output: str = Field(
-        "", description="file to write, never overwritten; empty for tissue_probe_<time>.mcap"
+    output: str = setting(
+        "", "", "file to write, never overwritten; empty for tissue_probe_<time>.mcap"
     )
-    per_sample: bool = Field(
-        False, description="also record the per-sample messages measured_cp and measured_cf"
+    per_sample: bool = setting(
+        False, "", "also record the per-sample messages measured_cp and measured_cf"
     )
 
 

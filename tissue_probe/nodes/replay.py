@@ -5,19 +5,20 @@ from __future__ import annotations
 import time
 from itertools import dropwhile
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import SetBool
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
-from tissue_probe.nodes.parameters import ParameterError, declare, read
+from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import Finished, run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import iterate_raw
 from tissue_probe.recording.summary import summarize
+from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import NANOSECONDS
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 #: Time between two looks at what is due [s].
 INTERVAL = 0.002
@@ -30,23 +31,13 @@ SAMPLES, SITE = "tissue_probe_msgs/msg/ProbeSamples", "tissue_probe_msgs/msg/Pal
 class ReplaySettings(BaseModel):
     """What to replay, and how."""
 
-    bag: str = Field("", description="MCAP file to replay")
-    rate: float = Field(
-        1.0,
-        gt=0.0,
-        le=1000.0,
-        description="speed of the replay over that of the run",
-        json_schema_extra={"unit": "-"},
+    bag: str = setting("", "", "MCAP file to replay")
+    rate: float = setting(1.0, "", "speed of the replay over that of the run", gt=0.0, le=1000.0)
+    loop: bool = setting(False, "", "begin again at the end")
+    start: float = setting(
+        0.0, "s", "time after the bag's first message at which to begin", ge=0.0, le=1e6
     )
-    loop: bool = Field(False, description="begin again at the end")
-    start: float = Field(
-        0.0,
-        ge=0.0,
-        le=1e6,
-        description="time after the bag's first message at which to begin",
-        json_schema_extra={"unit": "s"},
-    )
-    paused: bool = Field(False, description="wait for the service ~/pause before the first message")
+    paused: bool = setting(False, "", "wait for the service ~/pause before the first message")
 
 
 class Replay(Node):
@@ -61,12 +52,12 @@ class Replay(Node):
         declare(self, ReplaySettings)
         self._settings = read(self, ReplaySettings)
         if not self._settings.bag:
-            raise ParameterError("parameter bag is empty: give the MCAP file to replay")
+            raise SettingsError("parameter bag is empty: give the MCAP file to replay")
         try:
             self._publishers_by_topic = self._make_publishers()
             self._begin()
         except RecordingError as error:
-            raise ParameterError(str(error)) from None
+            raise SettingsError(str(error)) from None
         self._paused = self._settings.paused
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_timer(INTERVAL, self._publish_due)
@@ -82,7 +73,7 @@ class Replay(Node):
             if topic.typename in kinds
         }
         if not any(publisher.msg_type is ProbeSamples for publisher in found.values()):
-            raise ParameterError(f"{self._settings.bag} has no samples to replay")
+            raise SettingsError(f"{self._settings.bag} has no samples to replay")
         return found
 
     def _begin(self) -> None:

@@ -10,12 +10,14 @@ import time
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
+from tissue_probe_msgs import msg
+from tissue_probe_msgs.action import ScanGrid
 
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
@@ -23,9 +25,8 @@ from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
+from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
-from tissue_probe_msgs import msg
-from tissue_probe_msgs.action import ScanGrid
 
 #: Time between two setpoints [s].
 INTERVAL = 0.01
@@ -34,46 +35,20 @@ INTERVAL = 0.01
 class ScanSettings(BaseModel):
     """How the probe is moved and when it is trusted to have arrived."""
 
-    robot: str = Field("/stage", description="namespace of the CRTK robot that carries the probe")
-    frame_id: str = Field("stage", description="frame of the robot's poses")
-    speed: float = Field(
-        0.04, gt=0.0, le=0.5, description="speed of the probe", json_schema_extra={"unit": "m/s"}
+    robot: str = setting("/stage", "", "namespace of the CRTK robot that carries the probe")
+    frame_id: str = setting("stage", "", "frame of the robot's poses")
+    speed: float = setting(0.04, "m/s", "speed of the probe", gt=0.0, le=0.5)
+    lift_height: float = setting(
+        0.003, "m", "height above the surface between sites", gt=0.0005, le=0.1
     )
-    lift_height: float = Field(
-        0.003,
-        gt=0.0005,
-        le=0.1,
-        description="height above the surface between sites",
-        json_schema_extra={"unit": "m"},
+    settle_time: float = setting(
+        0.1, "s", "time in contact before a dwell begins", ge=0.02, le=10.0
     )
-    settle_time: float = Field(
-        0.1,
-        ge=0.02,
-        le=10.0,
-        description="time in contact before a dwell begins",
-        json_schema_extra={"unit": "s"},
+    tolerance: float = setting(0.0002, "m", "distance at which a site is reached", gt=0.0, le=0.01)
+    motion_timeout: float = setting(
+        3.0, "s", "longest wait for the robot to arrive after its last setpoint", gt=0.0, le=60.0
     )
-    tolerance: float = Field(
-        0.0002,
-        gt=0.0,
-        le=0.01,
-        description="distance at which a site is reached",
-        json_schema_extra={"unit": "m"},
-    )
-    motion_timeout: float = Field(
-        3.0,
-        gt=0.0,
-        le=60.0,
-        description="longest wait for the robot to arrive after its last setpoint",
-        json_schema_extra={"unit": "s"},
-    )
-    samples_timeout: float = Field(
-        0.5,
-        ge=0.05,
-        le=60.0,
-        description="longest silence of the driver",
-        json_schema_extra={"unit": "s"},
-    )
+    samples_timeout: float = setting(0.5, "s", "longest silence of the driver", ge=0.05, le=60.0)
 
 
 class ScanStopped(RuntimeError):

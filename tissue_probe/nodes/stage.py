@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 from rclpy.node import Node
 
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
+from tissue_probe.settings import setting
 
 
 class StageSettings(BaseModel):
     """How the stage moves, and where it stands at first."""
 
-    speed: float = Field(
-        0.05, gt=0.0, le=1.0, description="fastest motion", json_schema_extra={"unit": "m/s"}
-    )
-    rate: float = Field(
-        100.0, ge=1.0, le=1000.0, description="poses a second", json_schema_extra={"unit": "Hz"}
-    )
-    x: float = Field(0.0, ge=-1.0, le=1.0, description="first x", json_schema_extra={"unit": "m"})
-    y: float = Field(0.0, ge=-1.0, le=1.0, description="first y", json_schema_extra={"unit": "m"})
-    z: float = Field(
-        0.01, ge=-1.0, le=1.0, description="first height", json_schema_extra={"unit": "m"}
-    )
-    frame_id: str = Field("stage", description="frame of the poses")
+    speed: float = setting(0.05, "m/s", "fastest motion", gt=0.0, le=1.0)
+    rate: float = setting(100.0, "Hz", "poses a second", ge=1.0, le=1000.0)
+    x: float = setting(0.0, "m", "first x", ge=-1.0, le=1.0)
+    y: float = setting(0.0, "m", "first y", ge=-1.0, le=1.0)
+    z: float = setting(0.01, "m", "first height", ge=-1.0, le=1.0)
+    frame_id: str = setting("stage", "", "frame of the poses")
 
 
 class Stage(Node):

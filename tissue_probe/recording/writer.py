@@ -93,6 +93,26 @@ class McapWriter:
             schema = self._schema(typename, definition)
             return self._writer.register_channel(topic, "cdr", schema, metadata)
 
+    def add_metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Store a metadata record; a reader takes the last of those of one name.
+
+        Parameters
+        ----------
+        name : str
+            Such as a node's full name.
+        values : mapping
+            Text by key.
+
+        Raises
+        ------
+        ValueError
+            If the writer is closed.
+        OSError
+            If it, or something earlier, could not be stored.
+        """
+        with self._storing():
+            self._writer.add_metadata(name, dict(values))
+
     def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Store one message.
 

@@ -1,0 +1,120 @@
+"""``tissue_probe demo``: the whole suite on a simulated phantom, from probe to map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from tissue_probe.signals import Recording, TissueEstimates
+
+ESTIMATORS = ("ekf", "ukf", "afekf")
+
+
+def demo(
+    folder: Annotated[
+        Path,
+        typer.Option(
+            "--folder",
+            help="Where to leave run.mcap, map.png and estimates.png; an earlier demo's are replaced.",
+            file_okay=False,
+        ),
+    ] = Path(),
+    dwell_time: Annotated[
+        float, typer.Option(min=0.05, max=60.0, help="Time in contact at each site [s].")
+    ] = 1.0,
+    phantom: Annotated[
+        Path | None,
+        typer.Option(help="YAML file of the phantom.  [default: three nodules in soft tissue]"),
+    ] = None,
+) -> None:
+    """Palpate a simulated phantom on a 5 x 5 grid at real time, every node a process of its own.
+
+    Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
+    """
+    from tissue_probe.nodes.session import SessionError
+
+    folder.mkdir(parents=True, exist_ok=True)
+    bag = folder / "run.mcap"
+    try:
+        print(palpate(bag, dwell_time, phantom))
+    except SessionError as error:
+        raise SystemExit(f"tissue_probe: {error}") from None
+    evaluate(bag, folder)
+
+
+def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
+    """Run the scan into a recording; return how it ended.
+
+    Raises
+    ------
+    SessionError
+        If the suite cannot be started or breaks down.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from tissue_probe.nodes.grid_settings import GridSettings
+    from tissue_probe.nodes.session import Session, simulation
+
+    bag.unlink(missing_ok=True)
+    grid = GridSettings().make()
+    subscribers = {
+        "/probe/samples": len(ESTIMATORS) + 2,
+        **{f"/probe/{name}/estimate": 2 for name in ESTIMATORS},
+        "/probe/palpation_site": len(ESTIMATORS) + 2,
+    }
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed} of {task.total} sites"),
+        TimeRemainingColumn(),
+    )
+    with (
+        Progress(*columns) as progress,
+        Session(simulation(ESTIMATORS, bag.absolute(), phantom)) as session,
+    ):
+        task = progress.add_task("starting the nodes", total=len(grid))
+        session.activate(subscribers)
+
+        def show(feedback) -> None:
+            doing = {0: "approaching", 1: "palpating", 2: "lifting"}[feedback.site.phase]
+            progress.update(task, completed=feedback.sites_visited, description=doing)
+
+        message = session.scan(grid, dwell_time, show).message
+        progress.update(task, description="done")
+        session.deactivate()
+    return message
+
+
+def evaluate(bag: Path, folder: Path) -> None:
+    """Draw and print what a recorded scan found."""
+    from tissue_probe.cli.map import draw, summarize_map
+    from tissue_probe.cli.recorded import build_map, estimate_again, recorded_phantom
+    from tissue_probe.recording.reader import read_estimates, read_recording
+
+    recording = read_recording(bag)
+    phantom = recorded_phantom(recording)
+    found = build_map(recording, list(read_estimates(bag).values()))
+    regions = draw(found, phantom, folder / "map.png")
+    draw_course(recording, [estimate_again(recording, name) for name in ESTIMATORS], folder)
+    summarize_map(found, regions, phantom)
+    print(f"Look at {folder / 'map.png'} and {folder / 'estimates.png'}; the run is in {bag}.")
+
+
+def draw_course(recording: Recording, estimates: list[TissueEstimates], folder: Path) -> None:
+    """Draw the estimates over time, beside the truth."""
+    import numpy as np
+
+    from tissue_probe.cli.recorded import recorded_phantom
+    from tissue_probe.figures.estimates import draw_estimates
+
+    phantom = recorded_phantom(recording)
+    places = [site.position for site, _ in recording.dwells()]
+    truth = (
+        np.array([(phantom.stiffness(x, y), phantom.damping(x, y)) for x, y, _ in places])
+        if phantom
+        else None
+    )
+    draw_estimates(recording, estimates, truth).savefig(folder / "estimates.png", dpi=100)

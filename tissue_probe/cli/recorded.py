@@ -1,0 +1,122 @@
+"""What a recording tells of the run it was made in: filters' settings, grid, phantom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+
+from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+from tissue_probe.estimation.offline import estimate
+from tissue_probe.mapping.fusion import MapBuilder
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.physics.phantom import Phantom
+from tissue_probe.recording.csv_file import read_csv
+from tissue_probe.recording.reader import read_recording
+from tissue_probe.settings import SettingsError, build
+from tissue_probe.signals import Recording, TissueEstimates
+
+
+def read_samples(
+    path: Path,
+    topic: str | None,
+    columns: dict[str, str],
+    polarity: Literal["compression", "tension"],
+) -> tuple[Recording, int]:
+    """Read a recording or a CSV file; return it, and the stamp from which its time counts [ns].
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or has no samples.
+    """
+    if path.suffix.lower() == ".csv":
+        return read_csv(path, polarity=polarity, **columns), 0
+    recording = read_recording(path, topic)
+    return recording, recording.blocks[0].stamp
+
+
+def node_parameters(recording: Recording, key: str, value: object) -> dict[str, Any]:
+    """Return the parameters of the first recorded node whose ``key`` is ``value``, or nothing."""
+    for parameters in recording.metadata.values():
+        if key in parameters and yaml.safe_load(parameters[key]) == value:
+            return {name: yaml.safe_load(text) for name, text in parameters.items()}
+    return {}
+
+
+def estimator_settings(
+    recording: Recording, estimator: str, changes: Sequence[str]
+) -> EstimatorSettings:
+    """Return the settings an estimator had when recorded, else the defaults, with changes.
+
+    Parameters
+    ----------
+    recording : Recording
+        What was recorded.
+    estimator : str
+        The estimator's name.
+    changes : sequence of str
+        Each ``name=value``.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such estimator or setting, or a value is out of its range.
+    """
+    if estimator not in ESTIMATORS:
+        raise SettingsError(
+            f"there is no estimator {estimator!r}; there are {', '.join(ESTIMATORS)}"
+        )
+    recorded = node_parameters(recording, "estimator", estimator)
+    values = {name: recorded[name] for name in EstimatorSettings.model_fields if name in recorded}
+    for change in changes:
+        name, equals, value = change.partition("=")
+        if not equals:
+            raise SettingsError(f"--set {change}: write NAME=VALUE, such as force_noise=0.01")
+        values[name.strip()] = value.strip()
+    return build(EstimatorSettings, values)
+
+
+def restarts_at_sites(recording: Recording, estimator: str) -> bool:
+    """Return whether the recorded estimator forgot the tissue at each site; yes if not known."""
+    return node_parameters(recording, "estimator", estimator).get("restart_at_site", True)
+
+
+def estimate_again(recording: Recording, estimator: str) -> TissueEstimates:
+    """Run an estimator on a recording as it ran when recorded, one estimate a sample."""
+    return estimate(
+        recording,
+        estimator,
+        estimator_settings(recording, estimator, []),
+        restart_at_site=restarts_at_sites(recording, estimator),
+    )
+
+
+def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> StiffnessMapData:
+    """Fuse estimates into a map over the sites of a recording.
+
+    Raises
+    ------
+    ValueError
+        If no site was announced in the recording, or the sites lie on no square grid.
+    """
+    if not recording.sites:
+        raise ValueError("the recording announces no palpation sites: there is nothing to map")
+    builder = MapBuilder(Grid.through([site.position for site in recording.sites]))
+    for site in recording.sites:
+        builder.announce(site)
+    for found in estimates:
+        builder.add(found)
+    return builder.map()
+
+
+def recorded_phantom(recording: Recording) -> Phantom | None:
+    """Return the phantom of a simulated run; None for any other."""
+    for parameters in recording.metadata.values():
+        description = yaml.safe_load(yaml.safe_load(parameters.get("device_description", "")) or "")
+        if isinstance(description, dict) and "phantom" in description:
+            return Phantom.model_validate(description["phantom"])
+    return None

@@ -1,0 +1,252 @@
+"""A whole suite on this machine: each node a process of its own, started, run through a scan, ended.
+
+The PyPI wheels bring no ``launch``; on a full ROS 2 install the files in ``launch/`` do the same.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
+from tissue_probe_msgs.action import ScanGrid
+
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.mapping.grid import Grid
+
+#: Longest wait for all processes to find one another [s]; a first start compiles the filters.
+START_TIMEOUT = 90.0
+#: Longest wait for an answer of a running node [s].
+ANSWER_TIMEOUT = 20.0
+#: Longest wait for a process to end after Ctrl-C, before it is killed [s].
+END_TIMEOUT = 15.0
+
+
+class SessionError(RuntimeError):
+    """The suite could not be started or broke down; the message says which part and why."""
+
+
+@dataclass(frozen=True)
+class NodeProcess:
+    """How to start one node: its module in ``tissue_probe.nodes``, name, namespace, parameters."""
+
+    module: str
+    name: str
+    namespace: str = "/probe"
+    parameters: dict[str, object] = field(default_factory=dict)
+
+    def command(self, parameter_file: Path) -> list[str]:
+        """Return the command line."""
+        settings = [f"{key}:={_yaml(value)}" for key, value in self.parameters.items()]
+        return [
+            *(sys.executable, "-m", f"tissue_probe.nodes.{self.module}", "--ros-args"),
+            *("-r", f"__node:={self.name}", "-r", f"__ns:={self.namespace}"),
+            *("--params-file", str(parameter_file)),
+            *(word for setting in settings for word in ("-p", setting)),
+        ]
+
+
+def simulation(
+    estimators: Sequence[str], recording: Path, phantom: Path | None = None
+) -> list[NodeProcess]:
+    """Return the processes of the suite on the simulated probe, in the order of their ending."""
+    chosen = {"simulated.phantom": str(phantom)} if phantom else {}
+    return [
+        NodeProcess("scan", "scan"),
+        NodeProcess("driver", "driver", parameters=chosen),
+        NodeProcess("stage", "stage", "/stage"),
+        *(NodeProcess("estimator", name, parameters={"estimator": name}) for name in estimators),
+        NodeProcess("mapper", "mapper", parameters={"estimators": list(estimators)}),
+        NodeProcess("recorder", "recorder", parameters={"output": str(recording)}),
+    ]
+
+
+class Session:
+    """Processes that are started together and ended in order, whatever happens.
+
+    Use it as a context manager. While it is open this process takes part in the graph with a node
+    of its own.
+
+    Parameters
+    ----------
+    processes : sequence of NodeProcess
+        In the order in which they are to end.
+    parameter_file : path
+        YAML file with parameters of the nodes; the stock simulation's if not given.
+    """
+
+    def __init__(
+        self, processes: Sequence[NodeProcess], parameter_file: Path | None = None
+    ) -> None:
+        self._descriptions = processes
+        self._parameter_file = parameter_file or stock_configuration("simulation.yaml")
+        self._logs = tempfile.TemporaryDirectory(prefix="tissue_probe_")
+        self.processes: dict[str, subprocess.Popen] = {}
+
+    def __enter__(self) -> Session:
+        # Nobody outside this machine is to hear of a demonstration, nor to command its coil.
+        os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        try:
+            for description in self._descriptions:
+                self._start(description)
+            rclpy.init()
+            self.node = rclpy.create_node("session", namespace="/probe")
+            self._executor = SingleThreadedExecutor()
+            self._executor.add_node(self.node)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+        if rclpy.ok():
+            self.node.destroy_node()
+            rclpy.try_shutdown()
+        self._logs.cleanup()
+
+    def activate(self, subscribers: dict[str, int]) -> None:
+        """Configure the driver, wait until every topic has its subscribers, activate the driver.
+
+        Parameters
+        ----------
+        subscribers : dict
+            How many subscriptions each topic must have, by the topic's full name.
+
+        Raises
+        ------
+        SessionError
+            If a process ends, or they do not find one another.
+        """
+        self._change_state(Transition.TRANSITION_CONFIGURE, "configure", START_TIMEOUT)
+        self.wait_until(
+            lambda: all(
+                self.node.count_subscribers(topic) >= count for topic, count in subscribers.items()
+            ),
+            "the nodes to find one another",
+        )
+        self._change_state(Transition.TRANSITION_ACTIVATE, "activate", ANSWER_TIMEOUT)
+
+    def deactivate(self) -> None:
+        """Put the coil at zero.
+
+        Raises
+        ------
+        SessionError
+            If the driver does not answer.
+        """
+        self._change_state(Transition.TRANSITION_DEACTIVATE, "deactivate", ANSWER_TIMEOUT)
+
+    def scan(
+        self, grid: Grid, dwell_time: float, on_feedback: Callable[[ScanGrid.Feedback], None]
+    ) -> ScanGrid.Result:
+        """Palpate a grid; on Ctrl-C, cancel the scan before going on.
+
+        Parameters
+        ----------
+        grid : Grid
+            The sites.
+        dwell_time : float
+            Time in contact at each [s].
+        on_feedback : callable
+            Called with the scan's feedback at each announcement.
+
+        Raises
+        ------
+        SessionError
+            If the scan is refused, or a process ends.
+        """
+        client = ActionClient(self.node, ScanGrid, "scan_grid")
+        self.wait_until(client.server_is_ready, "the scan node")
+        goal = ScanGrid.Goal(
+            spacing=grid.spacing, rows=grid.rows, columns=grid.columns, dwell_time=dwell_time
+        )
+        goal.origin.x, goal.origin.y, goal.origin.z = grid.origin
+        accepted = client.send_goal_async(goal, lambda message: on_feedback(message.feedback))
+        self.wait_until(accepted.done, "the scan to be accepted")
+        handle = accepted.result()
+        if not handle.accepted:
+            raise SessionError(f"the scan was refused: {self.log('scan')}")
+        result = handle.get_result_async()
+        try:
+            self.wait_until(result.done, "the scan", timeout=float("inf"))
+        except KeyboardInterrupt:
+            handle.cancel_goal_async()
+            self.wait_until(result.done, "the scan to end")
+        client.destroy()
+        return result.result().result
+
+    def wait_until(
+        self, condition: Callable[[], bool], what: str, timeout: float = START_TIMEOUT
+    ) -> None:
+        """Take part in the graph until the condition holds.
+
+        Raises
+        ------
+        SessionError
+            If it does not hold in time, or a process ended meanwhile.
+        """
+        deadline = time.monotonic() + timeout
+        while not condition():
+            self._executor.spin_once(timeout_sec=0.05)
+            for name, process in self.processes.items():
+                if process.poll() is not None:
+                    raise SessionError(f"{name} has ended: {self.log(name)}")
+            if time.monotonic() > deadline:
+                raise SessionError(f"waited {timeout:g} s in vain for {what}")
+
+    def log(self, name: str) -> str:
+        """Return the last line that a process wrote, or the last lines of a traceback."""
+        lines = (Path(self._logs.name) / name).read_text(errors="replace").strip().splitlines()
+        is_traceback = any(line.startswith("Traceback") for line in lines)
+        return "\n".join(lines[-12:] if is_traceback else lines[-1:]) or "it said nothing"
+
+    def _start(self, description: NodeProcess) -> None:
+        with (Path(self._logs.name) / description.name).open("wb") as log:
+            self.processes[description.name] = subprocess.Popen(
+                description.command(self._parameter_file),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                # Ctrl-C reaches this process alone, which then ends the others in order.
+                start_new_session=True,
+            )
+
+    def _change_state(self, transition: int, name: str, timeout: float) -> None:
+        client = self.node.create_client(ChangeState, "driver/change_state")
+        self.wait_until(client.service_is_ready, "the driver", timeout)
+        request = ChangeState.Request()
+        request.transition.id = transition
+        answer = client.call_async(request)
+        self.wait_until(answer.done, f"the driver to {name}", timeout)
+        self.node.destroy_client(client)
+        if not answer.result().success:
+            raise SessionError(f"the driver did not {name}: {self.log('driver')}")
+
+    def _end(self) -> None:
+        """End the processes in order, each by Ctrl-C, by force if it does not listen."""
+        for process in self.processes.values():
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(END_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def _yaml(value: object) -> str:
+    """Return a parameter's value as --ros-args reads it."""
+    if isinstance(value, list):
+        return "[" + ", ".join(map(str, value)) + "]"
+    return str(value).lower() if isinstance(value, bool) else str(value)
