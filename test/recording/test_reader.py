@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from mcap.writer import CompressionType, IndexType, Writer
@@ -168,6 +168,44 @@ def test_a_file_cut_off_anywhere_gives_what_came_before(run, blocks, tmp_path, c
         lengths.append(len(block))
     assert lengths == sorted(lengths)
     assert set(lengths) == {100, 200, 300, 400, 500, 600}
+
+
+def test_a_file_cut_off_between_the_indexes_of_a_chunk_keeps_all_its_topics(
+    tmp_path, messages, record
+):
+    data = messages.cdr(messages.FLOAT, 1.0)
+    entries = [(f"/{time % 3}", messages.FLOAT, time, data) for time in range(30)]
+    whole = record(tmp_path / "run.mcap", entries, chunk=30).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    complete = 0
+    for size in range(len(whole) // 4, len(whole), 7):
+        cut.write_bytes(whole[:size])
+        counts = {topic.messages for topic in summarize(cut).topics}
+        assert counts in (set(), {10})
+        complete += counts == {10}
+    assert complete > 30
+
+
+@given(
+    places=st.lists(st.integers(8), min_size=1, max_size=3),
+    values=st.lists(st.integers(0, 255), min_size=3, max_size=3),
+)
+@settings(
+    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+def test_a_damaged_file_never_gives_wrong_samples(places, values, run, blocks, tmp_path, caplog):
+    damaged = bytearray(run.read_bytes())
+    for place, value in zip(places, values, strict=False):
+        damaged[8 + place % (len(damaged) - 8)] = value
+    (tmp_path / "damaged.mcap").write_bytes(damaged)
+    caplog.set_level(logging.ERROR)
+    try:
+        read = read_recording(tmp_path / "damaged.mcap").blocks
+    except RecordingError:
+        return
+    (original,) = join(blocks)
+    for block in read:
+        same(block, original[block.sequence : block.sequence + len(block)])
 
 
 def test_a_file_cut_off_is_warned_of_with_what_was_read(run, caplog):

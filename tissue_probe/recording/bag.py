@@ -44,10 +44,15 @@ class Bag(Protocol):
     ``truncated`` whether the recorder did not get to close the bag.
     """
 
-    topics: Sequence[Topic]
-    metadata: Mapping[str, Mapping[str, str]]
-    profile: str
-    truncated: bool
+    @property
+    def topics(self) -> Sequence[Topic]: ...
+    @property
+    def metadata(self) -> Mapping[str, Mapping[str, str]]: ...
+    @property
+    def profile(self) -> str: ...
+    @property
+    def truncated(self) -> bool: ...
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of the topics so named, in the order of their log times."""
+        ...

@@ -64,11 +64,11 @@ def read_csv(
         raise ValueError(f"force polarity is '{polarity}'; it is 'compression' or 'tension'")
     if sample_period is not None and not 0.0 < sample_period < float("inf"):
         raise ValueError(f"sample_period is {sample_period} s; it must be positive")
-    wanted = [position, force] if sample_period is not None else [position, force, time]
-    u, f, *t = _columns(Path(path), wanted)
-    if t:
-        start, period, sequence = _regular(Path(path), t[0])
+    if sample_period is None:
+        u, f, t = _columns(Path(path), [position, force, time])
+        start, period, sequence = _regular(Path(path), t)
     else:
+        u, f = _columns(Path(path), [position, force])
         start, period, sequence = 0.0, sample_period, np.arange(u.size)
     return Recording(tuple(_blocks(start, period, sequence, u, signs[polarity] * f)))
 

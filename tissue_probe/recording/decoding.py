@@ -159,14 +159,9 @@ def estimate_row(message: Any) -> tuple:
 def estimates(rows: list[tuple]) -> TissueEstimates:
     """Make ``TissueEstimates`` of the rows of one estimator, at least one."""
     (name, *_), *_ = rows
-    _, stamp, sequence, *values, status = zip(*rows, strict=True)
-    return TissueEstimates(
-        name,
-        np.array(stamp, dtype=np.int64),
-        np.array(sequence, dtype=np.int64),
-        *(np.array(column, dtype=np.float64) for column in values),
-        status=np.array(status, dtype=np.uint8),
-    )
+    _, *columns = zip(*rows, strict=True)
+    types = [np.int64, np.int64, *([np.float64] * (len(columns) - 3)), np.uint8]
+    return TissueEstimates(name, *map(np.array, columns, types))
 
 
 def _stamp(message: Any) -> int:

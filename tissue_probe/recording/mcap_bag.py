@@ -3,15 +3,17 @@
 What belongs here: the file's records, down to messages as bytes.
 What does not: the messages' content (``decoding``).
 
-``mcap`` has readers of its own. They need the summary that a killed recorder never wrote, or
-decode every record on the way; this one takes 0.1 s where they take seconds.
+``mcap`` has readers of its own. They end in an error where the file was cut off, and take 0.45 s
+for one topic of a run of a minute (150,000 messages); this one takes 0.03 s.
 """
 
 from __future__ import annotations
 
 import logging
+import struct
 from bisect import bisect_left
 from collections.abc import Collection, Iterable, Iterator
+from contextlib import suppress
 from io import BytesIO
 from itertools import pairwise
 from mmap import ACCESS_READ, mmap
@@ -22,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from mcap.stream_reader import get_chunk_data_stream
@@ -37,6 +40,8 @@ _TIME = Struct("<Q")  # a chunk begins with its first log time
 _INDEX = Struct("<HI")  # a message index: channel, length; then pairs of log time and offset
 _FOREVER = 2**64
 _NO_SCHEMA = Schema(id=0, data=b"", encoding="", name="")
+
+_DAMAGE = (McapError, struct.error, ValueError, OverflowError)  # what parsing nonsense raises
 
 _log_time = attrgetter("log_time")
 _first_time = attrgetter("first_time")
@@ -72,7 +77,8 @@ class McapBag:
         self._complete = len(MCAP0_MAGIC)  # bytes in complete records
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, Topic] = {}
-        self._scan()
+        with suppress(*_DAMAGE):
+            self._scan()
         if self.truncated:
             self._warn_of_truncation()
         if self.truncated or not self._channels:
@@ -103,27 +109,30 @@ class McapBag:
 
     def _spans(
         self, part: _Part, data: bytes, channels: Iterable[int]
-    ) -> Iterator[tuple[int, int]]:
-        """Yield begin and end of each message, at least of those of the channels."""
-        if part.indexes and data and not self.truncated:  # the last indexes may be cut off
-            for offset in self._offsets(part, channels):
-                _, length = _PREFIX.unpack_from(data, offset)
-                begin = offset + _PREFIX.size
-                yield begin, begin + length
-        else:
-            for opcode, begin, end in _records(data, 0):
-                if opcode == Opcode.MESSAGE:
-                    yield begin, end
+    ) -> Iterable[tuple[int, int]]:
+        """Return begin and end of each message, at least of those of the channels."""
+        if part.indexes and not self.truncated:  # the last indexes may be cut off
+            with suppress(*_DAMAGE):
+                return list(self._indexed(part, data, channels))
+        return [(begin, end) for op, begin, end in _records(data, 0) if op == Opcode.MESSAGE]
 
-    def _offsets(self, part: _Part, channels: Iterable[int]) -> Iterator[int]:
+    def _indexed(
+        self, part: _Part, data: bytes, channels: Iterable[int]
+    ) -> Iterator[tuple[int, int]]:
         for channel in channels:
             if channel in part.indexes:
-                begin = part.indexes[channel]
-                _, length = _INDEX.unpack_from(self._bytes, begin)
-                entries = np.frombuffer(
-                    self._bytes[begin + _INDEX.size : begin + _INDEX.size + length], "<u8"
-                )
-                yield from entries[1::2].tolist()
+                for offset in self._offsets(part.indexes[channel]):
+                    opcode, length = _PREFIX.unpack_from(data, offset)
+                    begin = offset + _PREFIX.size
+                    if opcode != Opcode.MESSAGE or begin + length > len(data):
+                        raise ValueError(f"no message at byte {offset} of the chunk")
+                    yield begin, begin + length
+
+    def _offsets(self, index: int) -> list[int]:
+        """Return where a message index says that messages begin in their chunk."""
+        _, length = _INDEX.unpack_from(self._bytes, index)
+        begin = index + _INDEX.size
+        return np.frombuffer(self._bytes[begin : begin + length], "<u8")[1::2].tolist()
 
     def _scan(self) -> None:
         for opcode, begin, end in _records(self._bytes, len(MCAP0_MAGIC)):
@@ -147,13 +156,16 @@ class McapBag:
             self._complete = end
 
     def _learn(self, opcode: int, data: bytes | mmap, begin: int, end: int) -> None:
-        """Take in a schema or a channel."""
-        if opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(data, begin, end))
-            self._schemas[schema.id] = schema
-        elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(_stream(data, begin, end))
-            self._channels[channel.id] = self._topic(channel)
+        """Take in a schema or a channel; leave out, with a warning, one that is damaged."""
+        try:
+            if opcode == Opcode.SCHEMA:
+                schema = Schema.read(_stream(data, begin, end))
+                self._schemas[schema.id] = schema
+            elif opcode == Opcode.CHANNEL:
+                channel = Channel.read(_stream(data, begin, end))
+                self._channels[channel.id] = self._topic(channel)
+        except _DAMAGE as error:
+            _log.warning("%s: skipping a damaged definition (%s)", self._path, error)
 
     def _add_loose_message(self, begin: int, end: int) -> None:
         """Note a message outside of a chunk; neighbours make one part, like a chunk."""

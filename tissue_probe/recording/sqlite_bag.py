@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from pathlib import Path
+from typing import cast
 
-from rosbags.interfaces import Connection, MessageDefinitionFormat
+from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat
 from rosbags.rosbag2 import Reader, ReaderError
 
 from tissue_probe.recording.bag import RawMessage, Topic
@@ -62,5 +63,5 @@ def _topic(connection: Connection) -> Topic:
         connection.msgtype,
         connection.msgdef.data,
         _ENCODINGS[connection.msgdef.format],
-        connection.ext.serialization_format,
+        cast(ConnectionExtRosbag2, connection.ext).serialization_format,
     )
