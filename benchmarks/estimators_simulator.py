@@ -7,17 +7,18 @@ on a sample, nothing is approximated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import expm, solve_sylvester
 
 
 @dataclass(frozen=True)
 class Experiment:
     """One simulated measurement; SI units.
 
-    ``tissue`` holds (time from which it is under the tip, stiffness, damping), the first at 0.
+    ``tissue`` holds (time from which it is under the tip, stiffness, damping), the first at 0. The
+    tip begins at ``start`` (position, velocity), or in the motion long after its beginning.
     """
 
     tissue: tuple[tuple[float, float, float], ...] = ((0.0, 450.0, 5.0),)
@@ -35,7 +36,8 @@ class Experiment:
     tip_mass: float = 0.04
     load_cell_stiffness: float = 9700.0
     load_cell_damping: float = 0.8
-    from_rest: bool = field(default=True)
+    start: tuple[float, float] = (0.0, 0.0)
+    steady: bool = False
 
     def run(self) -> tuple[np.ndarray, np.ndarray]:
         """Return measured position [m] and force [N] (positive in compression) of each sample."""
@@ -58,9 +60,8 @@ class Experiment:
         return stiffness[piece], damping[piece]
 
     def _motion(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        state = np.array([0.0, 0.0, np.sin(self.phase), np.cos(self.phase), 1.0])
-        if not self.from_rest:
-            state[:2] = self._steady_state()
+        start = self._steady_state() if self.steady else self.start
+        state = np.array([*start, np.sin(self.phase), np.cos(self.phase), 1.0])
         states = np.empty((time.size, 5))
         ends = [start for start, _, _ in self.tissue[1:]] + [np.inf]
         sample, now = 0, 0.0
@@ -104,8 +105,25 @@ class Experiment:
         coil = np.array([np.sin(self.phase), np.cos(self.phase)])
         rotation = matrix[2:4, 2:4]
         # x' = A x + B c and x = S c with c' = W c give the Sylvester equation A S - S W = -B.
-        from scipy.linalg import solve_sylvester
-
         steady = solve_sylvester(matrix[:2, :2], -rotation, -matrix[:2, 2:4])
         still = np.linalg.solve(matrix[:2, :2], -matrix[:2, 4])
         return steady @ coil + still
+
+
+def simulate_ramp(
+    stiffness: float, damping: float, start: float, length: float, duration: float
+) -> Experiment:
+    """Return an experiment whose tissue grows twice as stiff and damped within ``length`` [s].
+
+    In steps of a tenth of a sample, each at the ramp's value in its middle.
+    """
+    width = 5e-5
+    times = start + width * np.arange(round(length / width))
+    share = (times - start + width / 2) / length
+    pieces = [
+        (t, stiffness * (1 + s), damping * (1 + s)) for t, s in zip(times, share, strict=True)
+    ]
+    after = (start + length, 2 * stiffness, 2 * damping)
+    return Experiment(
+        tissue=((0.0, stiffness, damping), *map(tuple, pieces), after), duration=duration
+    )

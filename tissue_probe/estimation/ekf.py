@@ -1,5 +1,8 @@
 """Extended Kalman filter (paper, section III-A)."""
 
+# What a filter carries along besides mean and covariance: names and values at the start.
+EXTRA = {}
+
 
 def predict(filter):
     """Advance mean and covariance by one sample: eqs. 20 and 23.
@@ -17,8 +20,13 @@ def update(filter):
 
     Eq. 21 is printed with h(X_t) for h(X_t^-), and eq. 18 calls H a 4x1 matrix; it is 1x4.
     """
-    P, H, R, I = filter.P, filter.H, filter.R, filter.I
+    P, H, R = filter.P, filter.H, filter.R
     K = filter.let("K", P * H.T / filter.S)
-    L = filter.let("L", I - K * H)
+    L = filter.let("L", filter.I - K * H)
     P = filter.let("LP", L * P) * L.T + K * R * K.T
     filter.assign(filter.X + K * filter.innovation, P)
+
+
+def weigh(constants, memory, innovation, S):
+    """Return the innovation's variance as it was predicted: every measurement is believed."""
+    return S

@@ -14,6 +14,9 @@ from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.estimation.table import ESTIMATORS
 from tissue_probe.signals import SampleBlock, TissueEstimates, sample_offsets
 
+#: Samples that come again within this time are taken for repeats [ns].
+REPEAT_WINDOW = 1_000_000_000
+
 _offsets = lru_cache(maxsize=32)(sample_offsets)
 
 
@@ -49,8 +52,8 @@ class Estimator:
         for them, and so may return fewer estimates than samples, or none.
     restarts : int
         How often everything learnt was forgotten: by ``restart`` and ``restart_at``, because the
-        sequence began again at 0 (the probe was activated anew), or because the sample period
-        changed.
+        sequence stepped back to 0 or stamps tell that another run began, or because the sample
+        period changed.
     """
 
     def __init__(self, name: str, settings: EstimatorSettings) -> None:
@@ -64,6 +67,7 @@ class Estimator:
         self._constants: np.ndarray | None = None
         self._sample_period = 0.0
         self._expected = 0
+        self._end = 0
         self._restart_stamps: list[int] = []
 
     def process(self, block: SampleBlock) -> TissueEstimates:
@@ -75,18 +79,21 @@ class Estimator:
         if known:
             block = block[known:]
         self._expected = block.sequence + count
+        self._end = block.end
         stamps = block.stamp + _offsets(count, block.sample_period)
         estimates = np.empty((11, count))
         begin = 0
+        # Copies, since a kernel is compiled for arrays that are contiguous and may be written.
+        arrays = block.position.copy(), block.force.copy(), estimates
         while self._restart_stamps:
             index = int(np.searchsorted(stamps, self._restart_stamps[0]))
             if index >= count:
                 break
-            self._run(block, begin, index, estimates)
+            self._run(*arrays, begin, index)
             self._restart_stamps.pop(0)
             self.restart()
             begin = index
-        self._run(block, begin, count, estimates)
+        self._run(*arrays, begin, count)
         return self._estimates(stamps, block.sequence, estimates)
 
     def restart(self) -> None:
@@ -115,13 +122,22 @@ class Estimator:
             self.lost += block.sequence - self._expected
             self._kernel.reopen(self._constants, self._memory)
         elif block.sequence < self._expected:
-            if block.sequence == 0:
+            if self._begins_anew(block):
                 self.restart()
             else:
                 known = min(self._expected - block.sequence, len(block))
                 self.repeats += known
                 return known
         return 0
+
+    def _begins_anew(self, block: SampleBlock) -> bool:
+        """Whether a step back in the sequence is another run, not samples that came twice.
+
+        It is, if the probe was activated anew (stamps go on though numbers do not, even where the
+        first blocks were missed), or a recording is replayed from further back.
+        """
+        came_twice = self._end - REPEAT_WINDOW < block.stamp < self._end
+        return block.sequence == 0 or not came_twice
 
     def _begin(self, block: SampleBlock) -> None:
         """Set the filter up for the block's sample period."""
@@ -131,14 +147,8 @@ class Estimator:
         self._constants = self._kernel.constants(self.settings, block.sample_period)
         self._kernel.start(self._constants, self._memory)
 
-    def _run(self, block: SampleBlock, begin: int, end: int, estimates: np.ndarray) -> None:
-        self.missing += self._kernel.run(
-            self._constants,
-            self._memory,
-            block.position[begin:end],
-            block.force[begin:end],
-            estimates[:, begin:end],
-        )
+    def _run(self, *arguments: np.ndarray | int) -> None:
+        self.missing += self._kernel.run(self._constants, self._memory, *arguments)
 
     def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:
         sequence = np.arange(first, first + stamps.size)

@@ -8,19 +8,27 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
 import sympy as sp
 
-from tissue_probe.estimation import loop
 from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import PER_STATE, SETTINGS, Layout
 from tissue_probe.physics.model import Model
+
+OPTIONS = 'cache=True, nogil=True, error_model="numpy"'
+LOOP = Path(__file__).with_name("loop.py")
 
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
 
 from numba import njit
+
+SIGNATURE = "void(float64[::1], float64[::1])"
+RUN_SIGNATURE = (
+    "int64(float64[::1], float64[::1], float64[::1], float64[::1], float64[:, ::1], int64, int64)"
+)
 
 '''
 
@@ -32,32 +40,37 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
     ``reopen`` set them up, ``run`` filters samples.
     """
 
-    def function(signature: str, write: Callable[[Filter], object], given: bool = False) -> str:
+    def function(
+        signature: str, write: Callable[[Filter], object], given: bool = False, types: str = ""
+    ) -> str:
         filter = Filter(model, discretisation, layout, given)
         returns = write(filter) or ()
         body = filter.program.source(signature, ", ".join(map(str, returns)))
-        return f"@njit(cache=True, nogil=True)\n{body}"
+        return f"@njit({types}{OPTIONS})\n{body}"
 
     states = ", ".join(layout.states)
     functions = [
-        function("start(constants, memory)", _start),
-        function("reopen(constants, memory)", _reopen),
+        function("start(constants, memory)", _start, types="SIGNATURE, "),
+        function("reopen(constants, memory)", _reopen, types="SIGNATURE, "),
         function("cap(constants, memory)", _cap),
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
         function("predict(constants, memory)", equations.predict),
         function("update(constants, memory, innovation, S)", equations.update),
+        function("inflate(constants, memory, factor)", _inflate),
+        f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
+        LOOP.read_text(),
     ]
-    text = inspect.getsource(loop)
-    return HEADER + _places(model, layout) + "\n\n".join(functions) + "\n\n" + text
+    return HEADER + _places(model, layout) + "\n\n".join(functions)
 
 
 def _places(model: Model, layout: Layout) -> str:
     """The names in capitals of the loop."""
     states = layout.states
     names = {name.upper(): layout.constant(name) for name in SETTINGS}
+    names["FORCE_VARIANCE"] = layout.constant("force_variance")
     names |= {name.upper(): layout.per_state(name) for name in PER_STATE}
-    names |= {name.upper(): layout.carried(name) for name in layout.extra}
+    names |= {name: layout.carried(name) for name in layout.extra}
     names |= {
         "STATES": len(states),
         "DIAGONAL": tuple(layout.covariance(i, i) for i in range(len(states))),
@@ -71,7 +84,7 @@ def _places(model: Model, layout: Layout) -> str:
         "MEMORY": layout.size,
         "FLOOR": 1e-24,
         "STATE_NAMES": states,
-        "EXTRA_NAMES": layout.extra,
+        "EXTRA": layout.extra,
     }
     return "".join(f"{name} = {place!r}\n" for name, place in names.items()) + "\n\n"
 
@@ -80,7 +93,8 @@ def _start(filter: Filter) -> None:
     """Know nothing but the prior, and no input yet."""
     layout = filter.layout
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("prior_variance")))
-    filter.program.store("memory", layout.history, [0.0] * (layout.size - layout.history))
+    filter.program.store("memory", layout.history, [0.0] * 6)
+    filter.program.store("memory", layout.history + 6, list(layout.extra.values()))
 
 
 def _reopen(filter: Filter) -> None:
@@ -97,6 +111,11 @@ def _cap(filter: Filter) -> None:
     shares = [prior / filter.P[i, i] for i, prior in enumerate(priors)]
     D = sp.diag(*filter.let("scale", sp.Matrix([sp.sqrt(sp.Min(1, share)) for share in shares])))
     filter.assign(filter.X, D * filter.P * D)
+
+
+def _inflate(filter: Filter) -> None:
+    """Multiply the covariance by a factor."""
+    filter.assign(filter.X, sp.Symbol("factor", real=True) * filter.P)
 
 
 def _output(filter: Filter) -> list[sp.Symbol]:

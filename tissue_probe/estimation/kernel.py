@@ -31,15 +31,16 @@ class Kernel:
     reopen : callable
         (constants, memory): samples were lost; keep what is known of the tissue.
     run : callable
-        (constants, memory, position, force, estimates) -> number of missing samples. Fills
-        ``estimates``, shape (11, n), with the rows of ``TissueEstimates`` from ``stiffness`` on.
+        (constants, memory, position, force, estimates, begin, end) -> number of missing samples
+        of those from ``begin`` to ``end``. Fills ``estimates``, shape (11, n), with the rows of
+        ``TissueEstimates`` from ``stiffness`` on.
     """
 
     size: int
     constants: Callable[[EstimatorSettings, float], FloatArray]
     start: Callable[[FloatArray, FloatArray], None]
     reopen: Callable[[FloatArray, FloatArray], None]
-    run: Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], int]
+    run: Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, int, int], int]
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class KalmanFilter:
     Attributes
     ----------
     equations : module
-        Has ``predict(filter)`` and ``update(filter)``.
+        Has ``predict(filter)`` and ``update(filter)``, which write equations in symbols; ``weigh``,
+        which is Numba's Python; and ``EXTRA``, what the filter carries along besides.
     force_offset : bool
         Whether a constant force is estimated too.
     """
@@ -68,7 +70,7 @@ class KalmanFilter:
         module = compiled.module(
             f"{name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
         )
-        layout = Layout(module.STATE_NAMES, module.EXTRA_NAMES)
+        layout = Layout(module.STATE_NAMES, module.EXTRA)
         return Kernel(layout.size, layout.constants, module.start, module.reopen, module.run)
 
     def _source(self, discretisation: str) -> str:
@@ -78,5 +80,5 @@ class KalmanFilter:
 
         model = compliant_probe(self.force_offset)
         states = tuple(map(str, [*model.states, *model.parameters]))
-        extra = getattr(self.equations, "EXTRA", ())
-        return source(model, discretisation, Layout(states, extra), self.equations)
+        layout = Layout(states, self.equations.EXTRA)
+        return source(model, discretisation, layout, self.equations)

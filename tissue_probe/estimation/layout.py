@@ -8,7 +8,8 @@ sample to the next.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +33,12 @@ class Layout:
     ----------
     states : tuple of str
         Names of the filter's states: the model's, then its parameters.
-    extra : tuple of str
-        Further numbers that the estimator carries along, 0 at the start.
+    extra : mapping
+        Further numbers that the estimator carries along: names, and values at the start.
     """
 
     states: tuple[str, ...]
-    extra: tuple[str, ...] = ()
+    extra: Mapping[str, float] = field(default_factory=dict)
 
     def constant(self, name: str) -> int:
         """Place in ``constants`` of a setting or a derived number."""
@@ -70,7 +71,7 @@ class Layout:
 
     def carried(self, name: str) -> int:
         """Place in ``memory`` of one of the ``extra`` numbers."""
-        return self.history + 6 + self.extra.index(name)
+        return self.history + 6 + list(self.extra).index(name)
 
     @property
     def size(self) -> int:

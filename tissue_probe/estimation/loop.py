@@ -1,92 +1,72 @@
 # ruff: noqa: F821
 """The loop around every Kalman filter: input history, missing samples, bounds, status.
 
-This text becomes part of each generated kernel module, which supplies ``start``, ``reopen``,
-``predict``, ``output``, ``update`` and ``cap``, all from symbols, and the names in capitals: places
+Never imported: this text becomes part of each generated kernel module, which supplies ``start``, ``reopen``,
+``predict``, ``output``, ``weigh``, ``update`` and ``cap``, all from symbols, and the names in capitals: places
 in ``constants`` and in ``memory``. All that a filter knows is in ``memory``, so that cutting
 the stream into blocks of any size cannot change a bit of the estimates.
 """
 
-import math
 
-from numba import njit
-
-
-@njit(cache=True, nogil=True)
-def run(constants, memory, position, force, estimates):
-    """Filter consecutive samples; fill ``estimates`` (11, n); return how many were missing."""
-    missing = 0
-    for sample in range(position.size):
-        innovation = normalized = math.nan
-        if math.isfinite(position[sample]):
-            advance(constants, memory, position[sample])
-            predicted, variance = output(constants, memory)
-            memory[PREDICTED] = predicted
-            innovation = force[sample] - predicted
-            normalized = innovation * innovation / variance
-        elif memory[PRIMED] > 0.0:
-            reopen(constants, memory)
-        if math.isfinite(normalized):
-            update(constants, memory, innovation, variance)
-            keep_sound(constants, memory)
-        else:
-            innovation = normalized = math.nan
-            missing += 1
-        record(constants, memory, estimates, sample)
-        estimates[8, sample] = innovation
-        estimates[9, sample] = normalized
-    return missing
-
-
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def advance(constants, memory, position):
     """Take in the coil's position and, from the second sample on, predict.
 
     The cubic of the exact step needs u[t-3..t]. After a start it has fewer points, and the missing
     ones are extrapolated by the straight line, then the parabola through those there are.
     """
-    history = memory[HISTORY : HISTORY + 4]
-    history[1:] = history[:3].copy()
-    history[0] = position
+    u1, u2, u3 = memory[HISTORY], memory[HISTORY + 1], memory[HISTORY + 2]
     primed = memory[PRIMED]
-    memory[PRIMED] = min(primed + 1.0, 4.0)
+    if primed < 4.0:
+        memory[PRIMED] = primed + 1.0
+        if primed == 1.0:
+            u2 = 2.0 * u1 - position
+        if primed <= 2.0:
+            u3 = 3.0 * u2 - 3.0 * u1 + position
+    memory[HISTORY] = position
+    memory[HISTORY + 1] = u1
+    memory[HISTORY + 2] = u2
+    memory[HISTORY + 3] = u3
     if primed == 0.0:
-        memory[PREDICTED] = 0.0
         return
-    if primed == 1.0:
-        history[2] = 2.0 * history[1] - history[0]
-    if primed <= 2.0:
-        history[3] = 3.0 * history[2] - 3.0 * history[1] + history[0]
     predict(constants, memory)
     keep_sound(constants, memory)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def keep_sound(constants, memory):
     """Hold estimates within their bounds and variances between their floor and their prior.
 
     Without a cap the covariance of a fading filter grows for ever in a direction that is not
-    excited. Where numbers overflowed nothing learnt is left to keep: the filter starts again.
+    excited. Written so that a NaN counts as out of bounds.
     """
-    total = 0.0
+    sound = math.isfinite(memory[STIFFNESS_DAMPING])
+    for state in range(STATES):
+        mean, variance = memory[state], memory[DIAGONAL[state]]
+        prior = constants[PRIOR_VARIANCE + state]
+        sound &= constants[LOWER + state] <= mean
+        sound &= mean <= constants[UPPER + state]
+        sound &= FLOOR * prior <= variance
+        sound &= variance <= prior
+    if not sound:
+        repair(constants, memory)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def repair(constants, memory):
+    """Bring mean and covariance back into bounds; where numbers overflowed, start again."""
     for index in range(HISTORY):
-        total += memory[index]
-    if not math.isfinite(total):
-        start(constants, memory)
-        return
-    exceeds = False
+        if not math.isfinite(memory[index]):
+            start(constants, memory)
+            return
     for state in range(STATES):
         memory[state] = min(max(memory[state], constants[LOWER + state]), constants[UPPER + state])
-        prior = constants[PRIOR_VARIANCE + state]
-        variance = memory[DIAGONAL[state]]
-        if variance < FLOOR * prior:
-            memory[DIAGONAL[state]] = FLOOR * prior
-        exceeds |= variance > prior
-    if exceeds:
-        cap(constants, memory)
+        floor = FLOOR * constants[PRIOR_VARIANCE + state]
+        memory[DIAGONAL[state]] = max(memory[DIAGONAL[state]], floor)
+    cap(constants, memory)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def record(constants, memory, estimates, sample):
     """Write down what is known after a sample."""
     stiffness = memory[STIFFNESS]
@@ -109,12 +89,43 @@ def record(constants, memory, estimates, sample):
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def status(constants, stiffness, damping, stiffness_variance, damping_variance):
-    """Return 2 (NO_CONTACT) or 1 (CONVERGED), each only where two standard deviations prove it."""
-    sd = math.sqrt(stiffness_variance)
-    if stiffness + 2.0 * sd < constants[CONTACT_STIFFNESS]:
+    """Return 2 (NO_CONTACT) or 1 (CONVERGED), each only where two standard deviations prove it.
+
+    Converged: 2 sd <= 5 % of the value, for stiffness and for damping. No contact: stiffness + 2 sd
+    below ``contact_stiffness``.
+    """
+    room = constants[CONTACT_STIFFNESS] - stiffness
+    if room > 0.0 and 4.0 * stiffness_variance < room * room:
         return 2.0
-    known = 2.0 * sd <= 0.05 * abs(stiffness)
-    known &= 2.0 * math.sqrt(damping_variance) <= 0.05 * abs(damping)
+    known = 1600.0 * stiffness_variance <= stiffness * stiffness
+    known &= 1600.0 * damping_variance <= damping * damping
     return 1.0 if known else 0.0
+
+
+@njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+def run(constants, memory, position, force, estimates, begin, end):
+    """Filter samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
+    missing = 0
+    for sample in range(begin, end):
+        innovation = normalized = math.nan
+        if math.isfinite(position[sample]):
+            advance(constants, memory, position[sample])
+            predicted, variance = output(constants, memory)
+            memory[PREDICTED] = predicted
+            innovation = force[sample] - predicted
+            normalized = innovation * innovation / variance
+        elif memory[PRIMED] > 0.0:
+            reopen(constants, memory)
+        if math.isfinite(normalized):
+            variance = weigh(constants, memory, innovation, variance)
+            update(constants, memory, innovation, variance)
+            keep_sound(constants, memory)
+        else:
+            innovation = normalized = math.nan
+            missing += 1
+        record(constants, memory, estimates, sample)
+        estimates[8, sample] = innovation
+        estimates[9, sample] = normalized
+    return missing

@@ -1,8 +1,8 @@
 """Unscented Kalman filter (paper, section III-C)."""
 
-from tissue_probe.estimation.ekf import update
+from tissue_probe.estimation.ekf import EXTRA, update, weigh
 
-__all__ = ["predict", "update"]
+__all__ = ["EXTRA", "predict", "update", "weigh"]
 
 KAPPA = 2
 

@@ -1,0 +1,318 @@
+"""How fast, how exact and how honest the estimators are, against a truth that is known.
+
+    python benchmarks/estimators.py [--seeds 20] [--first-seed 1000] [--json numbers.json]
+
+Every number comes from fresh noise, of seeds that neither the tests nor the tuning used, and what
+changes does so at a random time within a period. Two values are those of k and of beta; a/b is
+median/worst. One configuration serves all rows, except for what a user knows of his
+instrument (noise, encoder) and, in the row that says so, a prior widened on purpose.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from estimators_bound import cramer_rao_bound
+from estimators_simulator import Experiment, simulate_ramp
+
+from tissue_probe.estimation import Estimator, EstimatorSettings
+from tissue_probe.signals import SampleBlock, TissueEstimates
+
+STANDARD = EstimatorSettings()
+PAPER = EstimatorSettings(
+    discretisation="euler",
+    stiffness_prior_sd=1.0,
+    damping_prior_sd=1.0,
+    tip_position_prior_sd=1.0,
+    tip_velocity_prior_sd=1.0,
+)
+K, B = 450.0, 5.0
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A column of the tables."""
+
+    title: str
+    estimator: str
+    settings: EstimatorSettings
+
+
+CONTESTANTS = (
+    Contestant("paper EKF", "ekf", PAPER),
+    Contestant("paper AFEKF", "afekf", PAPER),
+    Contestant("ekf", "ekf", STANDARD),
+    Contestant("ukf", "ukf", STANDARD),
+    Contestant("afekf", "afekf", STANDARD),
+    # AFUKF
+    Contestant("robust_ekf", "robust_ekf", STANDARD),
+    # LOCK
+    # RLS
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Estimates of one experiment beside its truth."""
+
+    experiment: Experiment
+    estimates: TissueEstimates
+
+    @property
+    def errors(self) -> np.ndarray:
+        """Errors of k and beta over the truth (the first tissue's where it is 0), shape (2, n)."""
+        stiffness, damping = self.experiment.truth()
+        _, k, b = self.experiment.tissue[0]
+        return np.array(
+            [
+                (self.estimates.stiffness - stiffness) / np.where(stiffness, stiffness, k),
+                (self.estimates.damping - damping) / np.where(damping, damping, b),
+            ]
+        )
+
+    def settled(self, begin: float, end: float) -> np.ndarray:
+        """Time after ``begin`` from which both stay within 5 % until ``end`` [ms], inf if never."""
+        first, last = (round(t / self.experiment.sample_period) for t in (begin, end))
+        times = []
+        for error in np.abs(self.errors[:, first:last]):
+            outside = np.flatnonzero(~(error <= 0.05))
+            sample = outside[-1] + 1 if outside.size else 0
+            times.append(1e3 * sample * self.experiment.sample_period)
+            if sample == error.size:
+                times[-1] = np.inf
+        return np.array(times)
+
+    def late(self, begin: float) -> slice:
+        """The samples from ``begin`` [s] on."""
+        return slice(round(begin / self.experiment.sample_period), None)
+
+
+def run(contestant: Contestant, experiment: Experiment, settings: EstimatorSettings) -> Run:
+    position, force = experiment.run()
+    block = SampleBlock(
+        0, 0, experiment.sample_period, position, force, np.full(force.size, np.nan)
+    )
+    estimator = Estimator(contestant.estimator, settings)
+    return Run(experiment, estimator.process(block))
+
+
+def runs(
+    who: Contestant, experiment: Experiment, seeds: Sequence[int], **changed: float
+) -> list[Run]:
+    """Run an experiment with each seed's noise; ``changed`` are settings that the user knows."""
+    settings = who.settings.model_copy(update=changed)
+    return [run(who, replace(experiment, seed=seed), settings) for seed in seeds]
+
+
+def random_part(seed: int) -> float:
+    """Between 0 and 1: where in a period something happens."""
+    return float(np.random.default_rng([seed, 7]).uniform())
+
+
+def spread(values: Sequence[float], digits: int = 0) -> str:
+    """Median / worst."""
+    return f"{np.median(values):.{digits}f}/{np.max(values):.{digits}f}"
+
+
+def settling(times: Sequence[np.ndarray]) -> str:
+    """Median/worst settling times of k and of beta [ms]."""
+    return ", ".join(spread(column) for column in np.transpose(times))
+
+
+def from_zero(who: Contestant, seeds: Sequence[int]) -> str:
+    return settling([r.settled(0.0, 2.0) for r in runs(who, Experiment(duration=2.0), seeds)])
+
+
+def joining(who: Contestant, seeds: Sequence[int]) -> str:
+    times = []
+    for seed in seeds:
+        phase = 2 * np.pi * random_part(seed)
+        experiment = Experiment(duration=2.0, phase=phase, steady=True)
+        times.append(runs(who, experiment, [seed])[0].settled(0.0, 2.0))
+    return settling(times)
+
+
+def over_bound(who: Contestant, seeds: Sequence[int]) -> str:
+    """Rms error at 200 ms over the bound: ten times the seeds, since a rms needs many."""
+    many = range(seeds[0], seeds[0] + 10 * len(seeds))
+    squares, bounds = [], []
+    for result in runs(who, Experiment(duration=0.2), many):
+        squares.append((result.errors[:, -1] * [K, B]) ** 2)
+        bounds.append(cramer_rao_bound(result.experiment) ** 2)
+    ratios = np.sqrt(np.mean(squares, axis=0) / np.mean(bounds, axis=0))
+    return ", ".join(f"{ratio:.2f}" for ratio in ratios)
+
+
+def bias(who: Contestant, seeds: Sequence[int], frequency: float) -> str:
+    results = runs(who, Experiment(duration=4.0, frequency=frequency), seeds)
+    means = np.mean([result.errors[:, result.late(2.0)].mean(axis=1) for result in results], axis=0)
+    return ", ".join(f"{100 * mean:.3f}" for mean in means)
+
+
+def changes(who: Contestant, seeds: Sequence[int], *after: tuple[float, float]) -> str:
+    """Time to follow the last change of the tissue, which comes at any time of a period [ms]."""
+    times = []
+    for seed in seeds:
+        at = [1.0 + 0.7 * i + 0.1 * random_part(seed) for i in range(len(after))]
+        pieces = [(t, *tissue) for t, tissue in zip(at, after, strict=True)]
+        experiment = Experiment(tissue=((0.0, K, B), *pieces), duration=at[-1] + 2.0)
+        first = np.ceil(at[-1] / 5e-4) * 5e-4
+        times.append(runs(who, experiment, [seed])[0].settled(first, first + 1.9))
+    return settling(times)
+
+
+def steady_deviation(who: Contestant, seeds: Sequence[int]) -> str:
+    results = runs(who, Experiment(duration=4.0), seeds)
+    deviations = [result.errors[:, result.late(2.0)].std(axis=1) for result in results]
+    return ", ".join(f"{100 * value:.3f}" for value in np.mean(deviations, axis=0))
+
+
+def nis_in_band(who: Contestant, seeds: Sequence[int], **changed: float) -> str:
+    """Share of the NIS below the 95 % point of chi-squared with one degree of freedom."""
+    experiment = replace(Experiment(duration=4.0), **changed)
+    results = runs(who, experiment, seeds, **changed)
+    inside = [
+        result.estimates.normalized_innovation_squared[result.late(0.1)] < 3.841
+        for result in results
+    ]
+    return f"{np.mean(inside):.3f}"
+
+
+def nees_in_band(who: Contestant, seeds: Sequence[int]) -> str:
+    """Share of the NEES of (k, beta) below the 95 % point of chi-squared, two degrees."""
+    inside = []
+    for result in runs(who, Experiment(duration=4.0), seeds):
+        e = result.errors[:, result.late(0.1)] * np.array([[K], [B]])
+        p = result.estimates[result.late(0.1)]
+        kk, bb, kb = (p.stiffness_variance, p.damping_variance, p.stiffness_damping_covariance)
+        nees = (e[0] ** 2 * bb - 2 * e[0] * e[1] * kb + e[1] ** 2 * kk) / (kk * bb - kb**2)
+        inside.append(nees < 5.991)
+    return f"{np.mean(inside):.3f}"
+
+
+def disturbed(who: Contestant, seeds: Sequence[int], **disturbance: float) -> str:
+    """Bias, and in brackets the standard deviation, under a constant disturbance [%]."""
+    results = runs(who, replace(Experiment(duration=3.0), **disturbance), seeds)
+    late = [result.errors[:, result.late(1.0)] for result in results]
+    means = 100 * np.mean([error.mean(axis=1) for error in late], axis=0)
+    deviations = 100 * np.mean([error.std(axis=1) for error in late], axis=0)
+    return ", ".join(f"{m:.3f} ({s:.2f})" for m, s in zip(means, deviations, strict=True))
+
+
+def ramp(who: Contestant, seeds: Sequence[int]) -> str:
+    """Rms error while k and beta double within 100 ms [%]."""
+    experiment = simulate_ramp(K, B, start=1.0, length=0.1, duration=1.5)
+    results = runs(who, experiment, seeds)
+    during = [result.errors[:, 2000:2200] for result in results]
+    return ", ".join(
+        f"{100 * np.sqrt(np.mean(np.square(d))):.1f}" for d in np.moveaxis(during, 1, 0)
+    )
+
+
+def wide_prior_failures(who: Contestant, seeds: Sequence[int]) -> str:
+    """Failures (k off by 20 % or beta by 50 %) at 30 Hz, 2 mm, 3000 N/m, prior sd 1e4 N/m."""
+    tissue = ((0.0, 3000.0, 10.0),)
+    experiment = Experiment(tissue=tissue, frequency=30.0, amplitude=2e-3, duration=2.0)
+    results = runs(who, experiment, seeds, stiffness_prior_sd=1e4)
+    last = np.abs([result.errors[:, -1] for result in results])
+    return f"{np.sum(~((last[:, 0] < 0.2) & (last[:, 1] < 0.5)))} of {len(seeds)}"
+
+
+def coarse_encoder(who: Contestant, seeds: Sequence[int]) -> str:
+    results = runs(
+        who, Experiment(duration=2.0, encoder_resolution=5e-6), seeds, encoder_resolution=5e-6
+    )
+    times = settling([result.settled(0.0, 2.0) for result in results])
+    return f"{times}; NIS {nis_in_band(who, seeds, encoder_resolution=5e-6)}"
+
+
+def alarms(who: Contestant, seeds: Sequence[int], **disturbance: float) -> str:
+    """Share of the time, after the first second, in which the model is declared wrong."""
+    results = runs(who, replace(Experiment(duration=3.0), **disturbance), seeds)
+    return f"{np.mean([r.estimates.status[r.late(1.0)] == 3 for r in results]):.3f}"
+
+
+Row = Callable[[Contestant, Sequence[int]], str]
+ROWS: dict[str, tuple[str, Row]] = {
+    "from zero: within 5 % after, k, beta [ms]": ("<=15/<=40", from_zero),
+    "joining a motion at any phase: within 5 % after [ms]": ("", joining),
+    "rms over Cramer-Rao bound at 200 ms": ("<=1.2", over_bound),
+    **{
+        f"bias at {f} Hz, k, beta [%]": (
+            "<=0.1" if f > 2 else "<=0.1, <=0.3",
+            lambda who, seeds, f=f: bias(who, seeds, f),
+        )
+        for f in (2, 10, 30)
+    },
+    "k, beta doubled: within 5 % after [ms]": (
+        "<=30/<=45",
+        lambda who, seeds: changes(who, seeds, (2 * K, 2 * B)),
+    ),
+    "k, beta halved: within 5 % after [ms]": (
+        "<=30/<=45",
+        lambda who, seeds: changes(who, seeds, (K / 2, B / 2)),
+    ),
+    "contact lost: within 5 % after [ms]": (
+        "<=25/<=45",
+        lambda who, seeds: changes(who, seeds, (0.0, 0.0)),
+    ),
+    "softer tissue regained: within 5 % after [ms]": (
+        "<=25/<=45",
+        lambda who, seeds: changes(who, seeds, (0.0, 0.0), (250.0, 3.0)),
+    ),
+    "steady standard deviation, k, beta [%]": ("<=0.03, <=0.08", steady_deviation),
+    "NIS inside 95 %": ("0.93-0.97", nis_in_band),
+    "NEES(k, beta) inside 95 %": (">=0.85", nees_in_band),
+    "force offset 100 mN: bias (sd) [%]": (
+        "<=0.05",
+        lambda w, s: disturbed(w, s, force_offset=0.1),
+    ),
+    "contact zero 1 mm off: bias (sd) [%]": (
+        "<=0.05",
+        lambda w, s: disturbed(w, s, contact_zero=1e-3),
+    ),
+    "ramp x2 in 100 ms: rms error [%]": ("<=8", ramp),
+    "wide prior, 30 Hz, 3000 N/m: failures": ("0", wide_prior_failures),
+    "encoder of 5 um: within 5 % after [ms]; NIS": ("converges, in band", coarse_encoder),
+    "model declared wrong: never wrong": ("0", alarms),
+    "model declared wrong: position 1 sample late": (
+        "1",
+        lambda w, s: alarms(w, s, samples_late=1, frequency=30.0, amplitude=2e-3),
+    ),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20, help="seeds of each row [20]")
+    parser.add_argument("--first-seed", type=int, default=1000, help="first seed [1000]")
+    parser.add_argument("--only", nargs="*", help="estimators to show [all]")
+    parser.add_argument("--rows", help="only rows whose title contains this")
+    parser.add_argument("--json", type=Path, help="also write the numbers to this file")
+    options = parser.parse_args()
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    contestants = [c for c in CONTESTANTS if not options.only or c.title in options.only]
+    table: dict[str, dict[str, str]] = {}
+    for title, (goal, row) in ROWS.items():
+        if options.rows and options.rows not in title:
+            continue
+        table[title] = {"to reach": goal}
+        print(f"\n{title}    to reach: {goal}")
+        for contestant in contestants:
+            table[title][contestant.title] = row(contestant, seeds)
+            print(f"    {contestant.title:12} {table[title][contestant.title]}", flush=True)
+    if options.json:
+        options.json.write_text(json.dumps(table, indent=1))
+
+
+if __name__ == "__main__":
+    main()
