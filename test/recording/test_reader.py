@@ -191,7 +191,7 @@ def test_a_file_cut_off_between_the_indexes_of_a_chunk_keeps_all_its_topics(
     values=st.lists(st.integers(0, 255), min_size=3, max_size=3),
 )
 @settings(
-    max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 def test_a_damaged_file_never_gives_wrong_samples(places, values, run, blocks, tmp_path, caplog):
     damaged = bytearray(run.read_bytes())
@@ -280,6 +280,24 @@ def test_bags_written_by_rosbags_are_read(storage, what, tmp_path, messages, blo
     (file,) = (file for file in folder.iterdir() if file.suffix in (".mcap", ".db3"))
     (block,) = read_recording(file if what == "file" else folder).blocks
     same(block, join(blocks)[0])
+
+
+def test_the_files_of_a_folder_are_read_as_one_bag(tmp_path, messages, record, blocks):
+    entries = [
+        ("/samples", messages.SAMPLES, block.stamp, messages.samples(block)) for block in blocks
+    ]
+    record(tmp_path / "run_0.mcap", entries[1::2], {"first": {}})
+    record(tmp_path / "run_1.mcap", entries[::2], {"second": {}})
+    (tmp_path / "metadata.yaml").touch()
+    recording = read_recording(tmp_path)
+    (block,) = recording.blocks
+    same(block, join(blocks)[0])
+    assert set(recording.metadata) == {"first", "second"}
+    assert not summarize(tmp_path).truncated
+
+    cut = tmp_path / "run_1.mcap"
+    cut.write_bytes(cut.read_bytes()[:-10])
+    assert summarize(tmp_path).truncated
 
 
 def test_raw_messages_come_in_the_order_of_their_log_times(tmp_path, messages, record):
@@ -385,10 +403,8 @@ def test_a_bag_without_samples_is_refused_with_what_it_has(tmp_path, messages, r
     assert "/force (std_msgs/msg/Float64)" in said
 
 
-def test_a_topic_of_samples_without_a_message_is_refused(tmp_path, messages, record):
-    file = tmp_path / "run.mcap"
-    record(file, [("/force", messages.FLOAT, 0, messages.cdr(messages.FLOAT, 1.0))])
-    empty = write_mcap(file.with_name("empty.mcap"), messages, "ros2", "cdr", [])
+def test_a_topic_of_samples_without_a_message_is_refused(tmp_path, messages):
+    empty = write_mcap(tmp_path / "run.mcap", messages, "ros2", "cdr", [])
     assert "nothing was published on /samples" in refusal(empty)
 
 
