@@ -38,21 +38,23 @@ class RawMessage(NamedTuple):
 
 
 class Bag(Protocol):
-    """Recorded messages.
-
-    ``metadata`` is text by key, by name; ``profile`` says which framework recorded (``ros2``);
-    ``truncated`` whether the recorder did not get to close the bag.
-    """
+    """Recorded messages."""
 
     @property
-    def topics(self) -> Sequence[Topic]: ...
+    def topics(self) -> Sequence[Topic]:
+        """What was recorded."""
+
     @property
-    def metadata(self) -> Mapping[str, Mapping[str, str]]: ...
+    def metadata(self) -> Mapping[str, Mapping[str, str]]:
+        """Text by key, by name."""
+
     @property
-    def profile(self) -> str: ...
+    def profile(self) -> str:
+        """Which framework recorded (``ros2``, ...)."""
+
     @property
-    def truncated(self) -> bool: ...
+    def truncated(self) -> bool:
+        """Whether the recorder did not get to close the bag."""
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of the topics so named, in the order of their log times."""
-        ...

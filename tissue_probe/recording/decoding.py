@@ -90,14 +90,16 @@ class Decoder:
             If a message is damaged, has other fields than this suite's, or values that
             ``convert`` refuses.
         """
-        for message in messages:
-            try:
-                yield convert(self._store.deserialize_cdr(message.data, message.typename))
-            except (SerdeError, AttributeError, ValueError) as error:
-                raise RecordingError(
-                    f"the message of {message.topic} logged at {message.log_time} ns is not a "
-                    f"valid {message.typename}: {error}"
-                ) from error
+        return (self._decode(message, convert) for message in messages)
+
+    def _decode(self, message: RawMessage, convert: Callable[[Any], Content]) -> Content:
+        try:
+            return convert(self._store.deserialize_cdr(message.data, message.typename))
+        except (SerdeError, AttributeError, ValueError) as error:
+            raise RecordingError(
+                f"the message of {message.topic} logged at {message.log_time} ns is not a "
+                f"valid {message.typename}: {error}"
+            ) from error
 
 
 def samples(message: Any) -> SampleBlock:

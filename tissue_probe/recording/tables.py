@@ -107,8 +107,6 @@ def _seconds(stamps: IntArray, origin: int) -> FloatArray:
 def _sites(recording: Recording) -> pyarrow.Array:
     import pyarrow
 
-    if not recording.sites:
-        return pyarrow.nulls(len(recording), pyarrow.int64())
     stamps = recording.stamps
     sites = np.zeros(stamps.size, dtype=np.int64)
     dwells = np.zeros(stamps.size, dtype=bool)

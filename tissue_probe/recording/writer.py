@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event, Lock, Thread
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO
 
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -157,7 +157,7 @@ class McapWriter:
                     self._writer.finish()
                     self._stream.close()
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> McapWriter:
         return self
 
     def __exit__(
@@ -222,7 +222,7 @@ class McapWriter:
             ) from error
 
 
-def _create(path: Path):
+def _create(path: Path) -> BinaryIO:
     try:
         return path.open("xb")
     except FileExistsError:
