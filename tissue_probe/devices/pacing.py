@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections import deque
+
+#: Wake-ups whose lateness is remembered: those of a second at 2 kHz.
+REMEMBERED = 2000
 
 
 class Pacer:
@@ -19,17 +23,20 @@ class Pacer:
     ----------
     worst_lateness : float
         Longest time between a deadline and the wake-up for it since last set to zero [s].
+    recent : deque of float
+        The same for each of the latest wake-ups [s], at most ``REMEMBERED``.
     """
 
     def __init__(self, period: float) -> None:
         self._period = period
-        self._start = time.monotonic()
-        self.worst_lateness = 0.0
+        self.recent: deque[float] = deque(maxlen=REMEMBERED)
+        self.restart()
 
     def restart(self) -> None:
         """Make now deadline number 0."""
         self._start = time.monotonic()
         self.worst_lateness = 0.0
+        self.recent.clear()
 
     def wait_for(self, number: int) -> float:
         """Sleep until deadline ``number``; return by how much it was missed [s], 0 at the least."""
@@ -39,4 +46,5 @@ class Pacer:
             time.sleep(remaining)
         lateness = max(0.0, time.monotonic() - deadline)
         self.worst_lateness = max(self.worst_lateness, lateness)
+        self.recent.append(lateness)
         return lateness

@@ -152,6 +152,11 @@ class SimulatedProbe:
         worst, self._pacer.worst_lateness = self._pacer.worst_lateness, 0.0
         return worst
 
+    @property
+    def recent_lateness(self) -> FloatArray:
+        """Delays of the latest wake-ups [s], those of a second at 2 kHz."""
+        return np.array(self._pacer.recent)
+
     def stop(self) -> None:
         """Put the coil at zero volts and end sampling."""
         self.commanded_voltage = 0.0

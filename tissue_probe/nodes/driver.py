@@ -6,6 +6,7 @@ import sys
 import threading
 from typing import Literal
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -102,8 +103,9 @@ class Driver(LifecycleNode):
         except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
-        self._stage = None
+        self._stage = self._simulated = None
         if isinstance(device, SimulatedProbe):
+            self._simulated = device
             self._stage = self.create_subscription(
                 PoseStamped, settings.stage_pose, lambda pose: _place(device, pose), POSES
             )
@@ -213,17 +215,21 @@ class Driver(LifecycleNode):
     def _examine(self) -> Health:
         if self._fault:
             return Health(ERROR, f"{self._fault} (the coil is at zero)")
+        values: dict[str, object] = {}
+        if self._device is not None:
+            values["samples published"] = self._publisher.published
         if self._thread is None:
-            return Health(OK, "not acquiring, the coil is at zero")
+            return Health(OK, "not acquiring, the coil is at zero", values)
         others = self._other_drivers()
         if others:
             self._fault = f"{', '.join(others)} began to publish {self._samples_topic()} too"
         lateness = self._device.worst_lateness
-        values = {
-            "samples published": self._publisher.published,
-            "worst lateness in the last second [ms]": f"{1e3 * lateness:.3f}",
-            "command [V]": f"{self._device.commanded_voltage:.4f}",
-        }
+        values["worst lateness in the last second [ms]"] = f"{1e3 * lateness:.3f}"
+        values["command [V]"] = f"{self._device.commanded_voltage:.4f}"
+        if self._simulated is not None and (recent := self._simulated.recent_lateness).size:
+            median, high = np.percentile(recent, (50, 99))
+            values["median lateness in the last second [ms]"] = f"{1e3 * median:.3f}"
+            values["99th percentile of lateness in the last second [ms]"] = f"{1e3 * high:.3f}"
         if lateness > LATE:
             return Health(WARN, f"a sample was fetched {1e3 * lateness:.0f} ms late", values)
         return Health(OK, "acquiring", values)
