@@ -6,7 +6,7 @@ Independent of the package's own bound: no equation or code is shared.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 from estimators_simulator import Experiment
@@ -21,7 +21,7 @@ def cramer_rao_bound(experiment: Experiment) -> np.ndarray:
     return _bound(replace(experiment, seed=0, phase=phase, force_noise=0.0, encoder_resolution=0.0))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _bound(experiment: Experiment) -> np.ndarray:
     noise = Experiment().force_noise
     (_, k, b), *_ = experiment.tissue

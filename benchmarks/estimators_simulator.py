@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_sylvester
 
 
@@ -108,6 +109,28 @@ class Experiment:
         steady = solve_sylvester(matrix[:2, :2], -rotation, -matrix[:2, 2:4])
         still = np.linalg.solve(matrix[:2, :2], -matrix[:2, 4])
         return steady @ coil + still
+
+
+@dataclass(frozen=True)
+class HardeningTissue(Experiment):
+    """Tissue whose force is k x (1 + ``hardening`` (x / mm)^2): no Kelvin-Voigt model fits it."""
+
+    hardening: float = 0.2
+
+    def _motion(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        (_, k, b), *_ = self.tissue
+        w, m = 2 * np.pi * self.frequency, self.tip_mass
+
+        def rate(t: float, state: np.ndarray) -> list[float]:
+            x, v = state
+            u = self.amplitude * np.sin(w * t + self.phase)
+            du = self.amplitude * w * np.cos(w * t + self.phase)
+            load_cell = self.load_cell_stiffness * (u - x) + self.load_cell_damping * (du - v)
+            tissue = k * x * (1 + self.hardening * (x / 1e-3) ** 2) + b * v
+            return [v, (load_cell - tissue) / m]
+
+        solution = solve_ivp(rate, (0, time[-1]), self.start, "DOP853", time, rtol=1e-9, atol=1e-12)
+        return self.amplitude * np.sin(w * time + self.phase), solution.y[0]
 
 
 def simulate_ramp(

@@ -1,3 +1,4 @@
+# ruff: noqa: F821
 """Extended Kalman filter (paper, section III-A)."""
 
 # What a filter carries along besides mean and covariance: names and values at the start.
@@ -20,13 +21,13 @@ def update(filter):
 
     Eq. 21 is printed with h(X_t) for h(X_t^-), and eq. 18 calls H a 4x1 matrix; it is 1x4.
     """
-    P, H, R = filter.P, filter.H, filter.R
-    K = filter.let("K", P * H.T / filter.S)
+    P, H, S, R = filter.P, filter.H, filter.S, filter.R
+    K = filter.let("K", P * H.T / S)
     L = filter.let("L", filter.I - K * H)
     P = filter.let("LP", L * P) * L.T + K * R * K.T
     filter.assign(filter.X + K * filter.innovation, P)
 
 
 def weigh(constants, memory, innovation, S):
-    """Return the innovation's variance as it was predicted: every measurement is believed."""
-    return S
+    """Return the variances of the innovation and of the force: those that were predicted."""
+    return S, constants[FORCE_VARIANCE]

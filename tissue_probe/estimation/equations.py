@@ -21,14 +21,15 @@ class Filter:
     ----------
     X, P : Matrix, shape (n, 1) and (n, n)
         Mean of the state (the model's states, then its parameters) and covariance of its error.
-    Q, R, I : Matrix (n, n), Expr, Matrix (n, n)
-        Process noise per sample, variance of the force [N^2], identity.
+    Q, I : Matrix (n, n)
+        Process noise per sample, identity.
     H : Matrix, shape (1, n)
         Derivative of the output (eq. 18).
-    force, S : Expr
-        Predicted force h(X) [N] and its variance H P H^T + R [N^2].
-    innovation : Symbol
-        nu, measured minus predicted force [N].
+    force : Expr
+        Predicted force h(X) [N].
+    innovation, S, R : Symbol
+        Measured minus predicted force [N], its variance, and that of the force's noise [N^2], as
+        ``weigh`` returned them.
 
     With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
     """
@@ -54,7 +55,7 @@ class Filter:
         for constant in model.constants:
             self.constant(str(constant))
         self.I = sp.eye(count)
-        self.R = self.constant("force_variance")
+        self.S, self.R = sp.symbols("S R", real=True)
         self.H = sp.Matrix([model.output]).jacobian(self.X)
         self.innovation = sp.Symbol("innovation", real=True)
 
@@ -82,8 +83,9 @@ class Filter:
         return self.model.output.subs(self.model.input, position)
 
     @property
-    def S(self) -> sp.Symbol:
-        return self.let("S", self.H * self.P * self.H.T + sp.Matrix([self.R]))[0]
+    def force_variance(self) -> sp.Expr:
+        """H P H^T + R [N^2], the variance of the predicted force with its noise (eqs. 25, 39)."""
+        return (self.H * self.P * self.H.T)[0] + self.constant("force_variance")
 
     def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
         """Give a matrix a name: it is computed once, here."""

@@ -56,8 +56,8 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
         function("predict(constants, memory)", equations.predict),
-        function("update(constants, memory, innovation, S)", equations.update),
-        function("inflate(constants, memory, factor)", _inflate),
+        function("update(constants, memory, innovation, S, R)", equations.update),
+        function("inflate(constants, memory, factor, offset_factor)", _inflate),
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
         LOOP.read_text(),
     ]
@@ -81,6 +81,8 @@ def _places(model: Model, layout: Layout) -> str:
         "HISTORY": layout.history,
         "PRIMED": layout.primed,
         "PREDICTED": layout.predicted,
+        "MEAN_NIS": layout.mean_nis,
+        "REJECTED": layout.rejected,
         "MEMORY": layout.size,
         "FLOOR": 1e-24,
         "STATE_NAMES": states,
@@ -94,7 +96,8 @@ def _start(filter: Filter) -> None:
     layout = filter.layout
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("prior_variance")))
     filter.program.store("memory", layout.history, [0.0] * 6)
-    filter.program.store("memory", layout.history + 6, list(layout.extra.values()))
+    filter.program.store("memory", layout.mean_nis, [1.0, 0.0])
+    filter.program.store("memory", layout.rejected + 1, list(layout.extra.values()))
 
 
 def _reopen(filter: Filter) -> None:
@@ -106,21 +109,25 @@ def _reopen(filter: Filter) -> None:
 
 
 def _cap(filter: Filter) -> None:
-    """Scale rows and columns of P so that no variance exceeds its prior: P stays definite."""
-    priors = filter.per_state("prior_variance")
-    shares = [prior / filter.P[i, i] for i, prior in enumerate(priors)]
+    """Scale rows and columns of P so that no variance exceeds its ceiling: P stays definite."""
+    ceilings = filter.per_state("largest_variance")
+    shares = [ceiling / filter.P[i, i] for i, ceiling in enumerate(ceilings)]
     D = sp.diag(*filter.let("scale", sp.Matrix([sp.sqrt(sp.Min(1, share)) for share in shares])))
     filter.assign(filter.X, D * filter.P * D)
 
 
 def _inflate(filter: Filter) -> None:
-    """Multiply the covariance by a factor."""
-    filter.assign(filter.X, sp.Symbol("factor", real=True) * filter.P)
+    """Multiply the variances by a factor, that of the force offset by one of its own."""
+    factor, offset_factor = sp.symbols("factor offset_factor", real=True)
+    factors = [offset_factor if s == "force_offset" else factor for s in filter.layout.states]
+    D = sp.diag(*filter.let("root", sp.Matrix(factors).applyfunc(sp.sqrt)))
+    filter.assign(filter.X, D * filter.P * D)
 
 
 def _output(filter: Filter) -> list[sp.Symbol]:
     """Predict the force and its variance."""
-    return [filter.program.let("force", filter.force), filter.S]
+    program = filter.program
+    return [program.let("force", filter.force), program.let("S", filter.force_variance)]
 
 
 def _step(filter: Filter) -> list[sp.Symbol]:

@@ -22,7 +22,10 @@ SETTINGS = tuple(
     if entry.annotation in (float, int)
 )
 DERIVED = ("sample_period", "force_variance")
-PER_STATE = ("prior", "prior_variance", "process_variance", "lower", "upper")
+PER_STATE = ("prior", "prior_variance", "largest_variance", "process_variance", "lower", "upper")
+
+# How many times its prior a standard deviation may become; once for what is not listed.
+CEILING = {"force_offset": 100.0}
 
 
 @dataclass(frozen=True)
@@ -69,14 +72,24 @@ class Layout:
         """Place in ``memory`` of the force predicted last [N]."""
         return self.history + 5
 
+    @property
+    def mean_nis(self) -> int:
+        """Place in ``memory`` of the normalised innovations' squares, averaged."""
+        return self.history + 6
+
+    @property
+    def rejected(self) -> int:
+        """Place in ``memory`` of whether the model is rejected, 1 or 0."""
+        return self.history + 7
+
     def carried(self, name: str) -> int:
         """Place in ``memory`` of one of the ``extra`` numbers."""
-        return self.history + 6 + list(self.extra).index(name)
+        return self.history + 8 + list(self.extra).index(name)
 
     @property
     def size(self) -> int:
         """Length of ``memory``."""
-        return self.history + 6 + len(self.extra)
+        return self.history + 8 + len(self.extra)
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
         """Return the array ``constants`` for given settings and sample period [s]."""
@@ -100,6 +113,8 @@ def force_variance(settings: EstimatorSettings) -> float:
 def _per_state(settings: EstimatorSettings, name: str, state: str) -> float:
     if name == "prior_variance":
         return getattr(settings, f"{state}_prior_sd") ** 2
+    if name == "largest_variance":
+        return (CEILING.get(state, 1.0) * getattr(settings, f"{state}_prior_sd")) ** 2
     if name == "process_variance":
         return settings.velocity_noise if state == "tip_velocity" else 0.0
     field, default = {

@@ -2,8 +2,8 @@
 """The loop around every Kalman filter: input history, missing samples, bounds, status.
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``, ``reopen``,
-``predict``, ``output``, ``weigh``, ``update`` and ``cap``, all from symbols, and the names in capitals: places
-in ``constants`` and in ``memory``. All that a filter knows is in ``memory``, so that cutting
+``predict``, ``output``, ``update`` and ``cap``, all from symbols, the estimator's ``weigh``, and the
+names in capitals: places in ``constants`` and in ``memory``. All that a filter knows is in ``memory``, so that cutting
 the stream into blocks of any size cannot change a bit of the estimates.
 """
 
@@ -35,7 +35,7 @@ def advance(constants, memory, position):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def keep_sound(constants, memory):
-    """Hold estimates within their bounds and variances between their floor and their prior.
+    """Hold estimates within their bounds and variances between their floor and their ceiling.
 
     Without a cap the covariance of a fading filter grows for ever in a direction that is not
     excited. Written so that a NaN counts as out of bounds.
@@ -47,7 +47,7 @@ def keep_sound(constants, memory):
         sound &= constants[LOWER + state] <= mean
         sound &= mean <= constants[UPPER + state]
         sound &= FLOOR * prior <= variance
-        sound &= variance <= prior
+        sound &= variance <= constants[LARGEST_VARIANCE + state]
     if not sound:
         repair(constants, memory)
 
@@ -64,6 +64,20 @@ def repair(constants, memory):
         floor = FLOOR * constants[PRIOR_VARIANCE + state]
         memory[DIAGONAL[state]] = max(memory[DIAGONAL[state]], floor)
     cap(constants, memory)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def judge_model(memory, normalized):
+    """Reject the model while the mean NIS of the last half second at 2 kHz is far from 1.
+
+    With the right model it is 1.00 +- 0.05. A single outlier counts as 10 at most.
+    """
+    mean = 0.998 * memory[MEAN_NIS] + 0.002 * min(normalized, 10.0)
+    memory[MEAN_NIS] = mean
+    if mean > 2.0:
+        memory[REJECTED] = 1.0
+    elif mean < 1.5:
+        memory[REJECTED] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -85,17 +99,19 @@ def record(constants, memory, estimates, sample):
     estimates[6, sample] = memory[OFFSET] if OFFSET >= 0 else 0.0
     estimates[7, sample] = memory[PREDICTED]
     estimates[10, sample] = status(
-        constants, stiffness, damping, stiffness_variance, damping_variance
+        constants, memory, stiffness, damping, stiffness_variance, damping_variance
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def status(constants, stiffness, damping, stiffness_variance, damping_variance):
-    """Return 2 (NO_CONTACT) or 1 (CONVERGED), each only where two standard deviations prove it.
+def status(constants, memory, stiffness, damping, stiffness_variance, damping_variance):
+    """Return the number of the ``Status``, each claimed only where two standard deviations prove it.
 
     Converged: 2 sd <= 5 % of the value, for stiffness and for damping. No contact: stiffness + 2 sd
     below ``contact_stiffness``.
     """
+    if memory[REJECTED] > 0.0:
+        return 3.0
     room = constants[CONTACT_STIFFNESS] - stiffness
     if room > 0.0 and 4.0 * stiffness_variance < room * room:
         return 2.0
@@ -119,8 +135,9 @@ def run(constants, memory, position, force, estimates, begin, end):
         elif memory[PRIMED] > 0.0:
             reopen(constants, memory)
         if math.isfinite(normalized):
-            variance = weigh(constants, memory, innovation, variance)
-            update(constants, memory, innovation, variance)
+            judge_model(memory, normalized)
+            S, R = weigh(constants, memory, innovation, variance)
+            update(constants, memory, innovation, S, R)
             keep_sound(constants, memory)
         else:
             innovation = normalized = math.nan

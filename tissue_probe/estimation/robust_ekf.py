@@ -1,24 +1,45 @@
 # ruff: noqa: F821
-"""Robust extended Kalman filter: a constant force as fifth state, and a gate on the innovations."""
+"""Robust extended Kalman filter: a constant force as fifth state, and a gate on the innovations.
+
+The step is the extended filter's. When the mean NIS of the last ten samples shows that the tissue
+has changed, the covariance is re-opened just as far as the innovations ask for, and never beyond
+the prior. The force offset is re-opened little at first, since a change of tissue under an
+unloaded tip leaves it alone, and farther with each further opening that comes soon after.
+
+A model that is wrong makes the gate fire again and again. Then the filter rejects the model, and
+instead of jumping lets the past fade, with the noise that the innovations show.
+"""
 
 from tissue_probe.estimation.ekf import predict, update
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
 
-# Means over the last ten or so samples: of NIS, and of the innovations' squares [N^2].
-EXTRA = {"MEAN_NIS": 1.0, "MEAN_SQUARE": 0.0}
+# Means of NIS and of the squared innovations [N^2] over the last ten samples; openings of late,
+# within some 50 samples and within some 1000.
+EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENINGS": 0.0}
 
 
 def weigh(constants, memory, innovation, S):
-    """Re-open the covariance where innovations prove that the tissue has changed."""
-    memory[MEAN_NIS] = 0.9 * memory[MEAN_NIS] + 0.1 * innovation * innovation / S
-    memory[MEAN_SQUARE] = 0.9 * memory[MEAN_SQUARE] + 0.1 * innovation * innovation
-    if memory[MEAN_NIS] < 3.5:
-        return S
+    """Return the variances of innovation and force; re-open the covariance where they contradict."""
     R = constants[FORCE_VARIANCE]
-    factor = max(2.0, (memory[MEAN_SQUARE] - R) / (S - R))
-    inflate(constants, memory, factor)
+    memory[RECENT_NIS] = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S
+    memory[RECENT_SQUARE] = 0.9 * memory[RECENT_SQUARE] + 0.1 * innovation * innovation
+    memory[OPENINGS] *= 0.98
+    memory[MANY_OPENINGS] *= 0.999
+    if memory[REJECTED] > 0.0:
+        inflate(constants, memory, 1.003, 1.003)
+        R *= max(1.0, memory[MEAN_NIS])
+    elif memory[RECENT_NIS] > 3.5:
+        factor = max(2.0, (memory[RECENT_SQUARE] - R) / (S - R))
+        inflate(constants, memory, factor, min(factor, 2.0 * 3.0 ** memory[OPENINGS]))
+        memory[RECENT_NIS] = 1.0
+        memory[OPENINGS] += 1.0
+        memory[MANY_OPENINGS] += 1.0
+        if memory[MANY_OPENINGS] > 12.0:
+            memory[REJECTED] = 1.0
+            memory[MANY_OPENINGS] = 0.0
+    else:
+        return S, R
     cap(constants, memory)
-    memory[MEAN_NIS] = 1.0
-    predicted, S = output(constants, memory)
-    return S
+    _, S = output(constants, memory)
+    return S - constants[FORCE_VARIANCE] + R, R

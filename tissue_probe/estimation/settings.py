@@ -68,7 +68,7 @@ class EstimatorSettings(BaseModel):
         1.0, "m/s", "Standard deviation of the tip's velocity before the first sample", gt=0, le=100
     )
     force_offset_prior_sd: float = _setting(
-        1.0, "N", "Standard deviation of the load cell's constant error (robust_ekf)", gt=0, le=1e3
+        0.1, "N", "Standard deviation of the load cell's constant error (robust_ekf)", gt=0, le=1e3
     )
     stiffness_minimum: float = _setting(
         -2000.0, "N/m", "Estimates of the stiffness are held above", ge=-1e6, le=0
