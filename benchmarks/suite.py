@@ -1,0 +1,106 @@
+"""The suite as the benchmark runs it: on tissue from the start, without a scan.
+
+What belongs here: starting, holding and ending one run. What does not: what is measured of it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from tissue_probe_msgs.msg import PalpationSite
+
+from tissue_probe.nodes.qos import ANNOUNCEMENTS
+from tissue_probe.nodes.session import NodeProcess, Session
+
+ESTIMATORS = ("ekf", "ukf", "afekf")
+#: The processes that the targets are about.
+NODES = ("driver", *ESTIMATORS, "mapper", "recorder")
+#: The per-sample topic whose cost is measured.
+PER_SAMPLE_TOPIC = "/probe/measured_cf"
+#: Time after the last sample for what is still under way: DDS sends a lost message again within
+#: three seconds, the nodes sum up on /diagnostics once a second [s].
+LAST_WORDS = 4.5
+
+# Parameters given to one node by name win over those given on a command line to any.
+_PARAMETERS = """
+/stage/stage: {ros__parameters: {x: 0.0, y: 0.0, z: 0.0}}
+/probe/driver: {ros__parameters: {excitation.frequency: 10.0, excitation.amplitude: 0.85}}
+"""
+
+
+def processes(bag: Path) -> list[NodeProcess]:
+    """Return the suite's processes, in the order of their ending."""
+    return [
+        NodeProcess("driver", "driver"),
+        NodeProcess("stage", "stage", "/stage"),
+        *(NodeProcess("estimator", name, parameters={"estimator": name}) for name in ESTIMATORS),
+        NodeProcess("mapper", "mapper", parameters={"estimators": list(ESTIMATORS)}),
+        NodeProcess("recorder", "recorder", parameters={"output": str(bag)}),
+    ]
+
+
+@contextmanager
+def acquiring(bag: Path, *, subscribed: bool) -> Iterator[Session]:
+    """Start the suite, yield while it acquires and records, and leave the bag complete.
+
+    Parameters
+    ----------
+    bag : path
+        The file to record to; must not exist.
+    subscribed : bool
+        Whether a subscriber must have joined ``PER_SAMPLE_TOPIC`` before acquisition starts.
+
+    Raises
+    ------
+    SessionError
+        If a process ends or does not answer.
+    """
+    parameters = bag.with_suffix(".yaml")
+    parameters.write_text(_PARAMETERS)
+    subscribers = {
+        "/probe/samples": len(ESTIMATORS) + 1,
+        **{f"/probe/{name}/estimate": 2 for name in ESTIMATORS},
+        PER_SAMPLE_TOPIC: int(subscribed),
+    }
+    with Session(processes(bag.absolute()), parameters) as session:
+        announce_dwell(session)
+        session.activate(subscribers)
+        yield session
+        session.deactivate()
+        spend(session, LAST_WORDS)
+
+
+def announce_dwell(session: Session) -> None:
+    """Say that the probe stands on site 0, so that the mapper has a site to map."""
+    publisher = session.node.create_publisher(PalpationSite, "palpation_site", ANNOUNCEMENTS)
+    message = PalpationSite(phase=PalpationSite.DWELL)
+    message.header.stamp = session.node.get_clock().now().to_msg()
+    publisher.publish(message)
+
+
+def spend(session: Session, seconds: float) -> None:
+    """Let time pass; breaks off if a process ends."""
+    end = time.monotonic() + seconds
+    session.wait_until(lambda: time.monotonic() >= end, "time to pass", timeout=float("inf"))
+
+
+@contextmanager
+def subscriber(output: Path) -> Iterator[subprocess.Popen]:
+    """Run a subscriber of ``PER_SAMPLE_TOPIC``; at its end ``output`` holds what it received."""
+    environment = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", **os.environ}
+    command = [sys.executable, "-m", "benchmarks.subscriber", PER_SAMPLE_TOPIC, str(output)]
+    process = subprocess.Popen(
+        command, cwd=Path(__file__).parents[1], env=environment, start_new_session=True
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait()

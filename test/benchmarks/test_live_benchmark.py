@@ -1,0 +1,82 @@
+"""The benchmark measures what it says: nothing here asserts a time, which others could spoil."""
+
+import json
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from benchmarks import live, machine, offline, report
+from benchmarks.suite import ESTIMATORS, NODES
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("benchmark")
+
+
+@pytest.fixture(scope="module")
+def results(folder):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", "88")
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        measured = live.measure(folder, 2.0)
+    return {
+        "machine": machine.describe(),
+        "live": measured,
+        "offline": offline.measure(folder / "run.mcap"),
+    }
+
+
+def counted(run, node, what="samples"):
+    return next(row for row in run["counts"] if (row["node"], row["what"]) == (node, what))
+
+
+@pytest.mark.parametrize("mode", report.MODES)
+def test_every_node_receives_every_message(results, mode):
+    run = results["live"][mode]
+    for row in run["counts"]:
+        assert row["lost"] == 0, row
+        assert row["received"] == row["published"] > 2000, row
+    assert {row["node"] for row in run["counts"]} >= set(NODES) - {"driver"}
+
+
+def test_the_subscriber_gets_every_sample_by_itself(results):
+    run = results["live"]["with_subscriber"]
+    each = counted(run, "subscriber", "singles")
+    assert each["lost"] == 0
+    assert 0.5 * counted(run, "ekf")["published"] < each["published"]
+
+
+def test_latency_counts_from_the_last_and_from_the_first_sample_of_a_block(results):
+    for latency in results["live"]["alone"]["latency"].values():
+        assert 0.0 < latency["p50_ms"] <= latency["p99_ms"] <= latency["max_ms"]
+        assert latency["first_p99_ms"] - latency["p99_ms"] == pytest.approx(4.5)
+
+
+def test_cpu_and_memory_are_known_of_every_process(results):
+    run = results["live"]["with_subscriber"]
+    for unit in ("cpu_cores", "memory_megabytes"):
+        assert set(run[unit]) == {*NODES, "stage", "subscriber"}
+        assert all(value > 0.0 for value in run[unit].values())
+
+
+def test_every_filter_is_timed_off_line(results):
+    found = results["offline"]
+    assert found["recording_seconds"] > 2.0
+    assert set(found["warm_seconds"]) == {"read", *ESTIMATORS}
+    assert set(found["command_seconds"]) == set(ESTIMATORS)
+
+
+def test_the_file_holds_the_results_and_the_tables_show_them(results, folder):
+    path = report.keep(results, folder)
+    assert json.loads(path.read_text()) == results
+    console = Console(width=80, file=StringIO())
+    report.show(results, console)
+    shown = console.file.getvalue()
+    for title in ("Machine", "Messages", "Lateness", "Processor", "Off line", "Targets"):
+        assert title in shown
+    assert str(counted(results["live"]["alone"], "ekf")["published"]) in shown
+    assert "…" not in shown
