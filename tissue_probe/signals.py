@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -201,7 +202,7 @@ class Recording:
         A dwell ends when the next announcement's phase begins, or with the recording.
         """
         last = self.blocks[-1].end if self.blocks else 0
-        for site, following in zip(self.sites, [*self.sites[1:], None], strict=True):
+        for site, following in zip_longest(self.sites, self.sites[1:]):
             if site.phase == Phase.DWELL:
                 yield site, following.stamp if following else last
 

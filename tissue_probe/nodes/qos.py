@@ -11,6 +11,9 @@ PER_SAMPLE = QoSProfile(depth=2000, reliability=ReliabilityPolicy.RELIABLE)
 #: Poses of a stage or robot, of which only the latest matters.
 POSES = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
+#: Where only the newest message counts.
+LATEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+
 #: What a late joiner must still learn: the map.
 LATCHED = QoSProfile(
     depth=1,

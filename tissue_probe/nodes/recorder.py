@@ -151,7 +151,7 @@ def _message_type(typename: str) -> type:
 
 
 def _share_folders() -> list[Path]:
-    """Where packages keep their definitions: the sourced prefixes, or the environment of PyPI wheels."""
+    """Return where packages keep their definitions: sourced prefixes, and that of PyPI wheels."""
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
     return [Path(prefix, "share") for prefix in [*prefixes, sys.prefix] if prefix]
 

@@ -1,4 +1,4 @@
-"""The replay node: a bag's samples on the live topics, so that everything runs on them unchanged."""
+"""The replay node: a bag's samples on the live topics, where everything runs on them unchanged."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class SamplePublisher:
         self.published = 0
 
     def begin(self, start: int, sample_period: float) -> None:
-        """Number samples from 0 again; sample 0 is stamped ``start`` [ns since the epoch]."""
+        """Begin to number samples at 0, sample 0 stamped ``start`` [ns since the epoch]."""
         self._start = start
         self._period = sample_period
         self._pending: list[Samples] = []

@@ -22,9 +22,10 @@ from tissue_probe_msgs.action import ScanGrid
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import site_to_message
+from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
 
@@ -72,19 +73,16 @@ class Scan(Node):
         declare(self, ScanSettings)
         self._settings = read(self, ScanSettings)
         robot = self._settings.robot.rstrip("/")
-        group = ReentrantCallbackGroup()
         self._position: FloatArray | None = None
         self._heard_samples = -np.inf
         self._busy = threading.Lock()
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", ANNOUNCEMENTS)
         self._setpoints = self.create_publisher(PoseStamped, f"{robot}/servo_cp", POSES)
-        self.create_subscription(
-            PoseStamped, f"{robot}/measured_cp", self._on_pose, POSES, callback_group=group
-        )
-        # Raw, since only their coming counts.
-        self.create_subscription(
-            msg.ProbeSamples, "samples", self._on_samples, BLOCKS, callback_group=group, raw=True
-        )
+        # Emptied by the scan itself at each step: only the latest pose counts, and of the samples
+        # only that they come.
+        self._inbox = Inbox(self)
+        self._inbox.subscribe(PoseStamped, f"{robot}/measured_cp", LATEST, self._on_pose)
+        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples, raw=True)
         self._server = ActionServer(
             self,
             ScanGrid,
@@ -92,19 +90,20 @@ class Scan(Node):
             execute_callback=self._execute,
             goal_callback=self._judge,
             cancel_callback=lambda goal: CancelResponse.ACCEPT,
-            callback_group=group,
+            callback_group=ReentrantCallbackGroup(),
         )
 
     def destroy_node(self) -> None:
         """End the action server, then the node."""
         self._server.destroy()
+        self._inbox.destroy()
         super().destroy_node()
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def _on_pose(self, message: PoseStamped, info: dict) -> None:
         position = message.pose.position
         self._position = np.array([position.x, position.y, position.z])
 
-    def _on_samples(self, message: bytes) -> None:
+    def _on_samples(self, message: bytes, info: dict) -> None:
         self._heard_samples = time.monotonic()
 
     def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
@@ -123,6 +122,7 @@ class Scan(Node):
             grid, dwell_time = _grid_of(goal_handle.request), goal_handle.request.dwell_time
             result = ScanGrid.Result()
             try:
+                self._wait_for_robot_and_driver(goal_handle)
                 for site in range(len(grid)):
                     self._palpate(goal_handle, grid, site, dwell_time)
                     result.sites_visited = site + 1
@@ -137,10 +137,19 @@ class Scan(Node):
             self.get_logger().info(result.message)
             return result
 
+    def _wait_for_robot_and_driver(self, goal_handle: ServerGoalHandle) -> None:
+        """Give those who have only just been found the time to be heard."""
+        self._inbox.empty()  # what came before the scan is old
+        self._position, self._heard_samples = None, -np.inf
+        deadline = time.monotonic() + self._settings.motion_timeout
+        while self._missing() and time.monotonic() < deadline:
+            time.sleep(INTERVAL)
+        self._check(goal_handle)
+
     def _palpate(self, goal_handle, grid: Grid, site: int, dwell_time: float) -> None:
         """Approach one site, dwell, and lift; lift too if anything stops the scan in between."""
         surface = np.array(grid.position(site))
-        above = surface + [0.0, 0.0, self._settings.lift_height]
+        above = surface + np.array([0.0, 0.0, self._settings.lift_height])
 
         def announce(phase: Phase, stamp: int) -> None:
             announcement = PalpationSite(stamp, site, grid.position(site), phase)
@@ -210,14 +219,21 @@ class Scan(Node):
     def _check(self, goal_handle: ServerGoalHandle) -> None:
         if goal_handle.is_cancel_requested:
             raise ScanCancelled
+        if missing := self._missing():
+            raise ScanStopped(missing)
+
+    def _missing(self) -> str:
+        """Say which part that a scan needs is silent; nothing if all are heard."""
+        self._inbox.empty()
         if self._position is None:
-            raise ScanStopped(f"the robot says nothing on {self._settings.robot}/measured_cp")
+            return f"the robot says nothing on {self._settings.robot}/measured_cp"
         silence = time.monotonic() - self._heard_samples
         if silence > self._settings.samples_timeout:
-            raise ScanStopped(
+            return (
                 f"no samples for {self._settings.samples_timeout:g} s on "
                 f"{self.resolve_topic_name('samples')}: is the driver running and active?"
             )
+        return ""
 
     def _command(self, position: FloatArray) -> None:
         if not self.context.ok():

@@ -1,4 +1,4 @@
-"""A whole suite on this machine: each node a process of its own, started, run through a scan, ended.
+"""A whole suite on this machine: every node a process of its own, run through a scan, and ended.
 
 The PyPI wheels bring no ``launch``; on a full ROS 2 install the files in ``launch/`` do the same.
 """
@@ -20,6 +20,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 from tissue_probe_msgs.action import ScanGrid
 
 from tissue_probe.configuration import stock_configuration
@@ -92,28 +93,24 @@ class Session:
         self._descriptions = processes
         self._parameter_file = parameter_file or stock_configuration("simulation.yaml")
         self._logs = tempfile.TemporaryDirectory(prefix="tissue_probe_")
+        self._context = rclpy.Context()
         self.processes: dict[str, subprocess.Popen] = {}
 
     def __enter__(self) -> Session:
         # Nobody outside this machine is to hear of a demonstration, nor to command its coil.
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        try:
-            for description in self._descriptions:
-                self._start(description)
-            rclpy.init()
-            self.node = rclpy.create_node("session", namespace="/probe")
-            self._executor = SingleThreadedExecutor()
-            self._executor.add_node(self.node)
-        except BaseException:
-            self.__exit__()
-            raise
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self.node = rclpy.create_node("session", namespace="/probe", context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        for description in self._descriptions:
+            self._start(description)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._end()
-        if rclpy.ok():
-            self.node.destroy_node()
-            rclpy.try_shutdown()
+        self.node.destroy_node()
+        self._context.try_shutdown()
         self._logs.cleanup()
 
     def activate(self, subscribers: dict[str, int]) -> None:

@@ -1,0 +1,146 @@
+"""Real nodes as real processes over DDS: each test has its own domain, on this host only."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import domain_coordinator
+import pytest
+import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter_client import AsyncParameterClient
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
+
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.nodes.session import NodeProcess, Session, SessionError
+
+PATIENCE = 40.0
+
+
+@pytest.fixture(autouse=True)
+def domain(monkeypatch) -> Iterator[int]:
+    """A DDS domain that no other test on this machine uses."""
+    with domain_coordinator.domain_id() as number:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield number
+
+
+@pytest.fixture
+def session() -> Iterator[Callable[..., Session]]:
+    """Start node processes; they are ended with the test."""
+    opened: list[Session] = []
+
+    def start(*processes: NodeProcess) -> Session:
+        opened.append(Session(processes).__enter__())
+        return opened[-1]
+
+    yield start
+    for each in opened:
+        each.__exit__()
+
+
+@pytest.fixture
+def graph() -> Iterator[Graph]:
+    """A node of the test's own in the graph, without any other process."""
+    rclpy.init()
+    found = Graph()
+    yield found
+    found.close()
+    rclpy.try_shutdown()
+
+
+class Graph:
+    """A node, and bounded waits on what comes to it."""
+
+    def __init__(self) -> None:
+        self.node = rclpy.create_node("test", namespace="/probe")
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+
+    def close(self) -> None:
+        self.node.destroy_node()
+
+    def wait_until(self, condition: Callable[[], object], timeout: float = PATIENCE) -> None:
+        deadline = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < deadline, "waited in vain"
+            self._executor.spin_once(timeout_sec=0.02)
+
+
+def collect(node, message_type, topic: str, qos=BLOCKS) -> list:
+    """Subscribe, and return the list to which every message is added."""
+    received: list = []
+    node.create_subscription(message_type, topic, received.append, qos)
+    return received
+
+
+def driver(**parameters: object) -> NodeProcess:
+    """A driver whose parameters are given with '__' for '.'."""
+    named = {name.replace("__", "."): value for name, value in parameters.items()}
+    return NodeProcess("driver", "driver", parameters=named)
+
+
+def stage_on_tissue(x: float = 0.0, y: float = 0.0) -> NodeProcess:
+    """A stage that holds the tip on the phantom's surface."""
+    return NodeProcess("stage", "stage", "/stage", {"x": x, "y": y, "z": 0.0})
+
+
+def estimator(name: str, **parameters: object) -> NodeProcess:
+    return NodeProcess("estimator", name, parameters={"estimator": name, **parameters})
+
+
+def change_state(session: Session, transition: int, node: str = "/probe/driver") -> bool:
+    client = session.node.create_client(ChangeState, f"{node}/change_state")
+    session.wait_until(client.service_is_ready, "the driver", PATIENCE)
+    request = ChangeState.Request()
+    request.transition.id = transition
+    answer = client.call_async(request)
+    session.wait_until(answer.done, "the driver's answer", PATIENCE)
+    session.node.destroy_client(client)
+    return answer.result().success
+
+
+def activate(session: Session) -> None:
+    assert change_state(session, Transition.TRANSITION_CONFIGURE)
+    assert change_state(session, Transition.TRANSITION_ACTIVATE)
+
+
+def deactivate(session: Session) -> None:
+    assert change_state(session, Transition.TRANSITION_DEACTIVATE)
+
+
+def set_parameter(session: Session, node: str, name: str, value: object) -> tuple[bool, str]:
+    """Set a parameter as `ros2 param set` does; return success and the node's reason."""
+    client = AsyncParameterClient(session.node, node)
+    session.wait_until(client.services_are_ready, node, PATIENCE)
+    answer = client.set_parameters([rclpy.parameter.Parameter(name, value=value)])
+    session.wait_until(answer.done, "the answer", PATIENCE)
+    result = answer.result().results[0]
+    return result.successful, result.reason
+
+
+def fails_with(process: NodeProcess) -> str:
+    """Start a process that must end by itself; return what it said."""
+    with Session([process]) as running:
+        with pytest.raises(SessionError) as failure:
+            running.wait_until(lambda: False, "its end", PATIENCE)
+        assert running.processes[process.name].wait() == 1
+    return str(failure.value)
+
+
+def site_publisher(node):
+    return node.create_publisher(PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+
+
+def samples_publisher(node):
+    return node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
+
+
+@pytest.fixture
+def bag(tmp_path) -> Path:
+    return tmp_path / "run.mcap"

@@ -1,0 +1,190 @@
+"""The scan node: from site to site, and lifted whatever ends it."""
+
+from __future__ import annotations
+
+import pytest
+from action_msgs.msg import GoalStatus
+from conftest import activate, collect, driver, estimator, stage_on_tissue
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import ActionClient
+from tissue_probe_msgs.action import ScanGrid
+from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
+
+from tissue_probe.nodes.conversions import from_time
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
+from tissue_probe.nodes.session import NodeProcess
+
+STAGE = NodeProcess("stage", "stage", "/stage")
+SCAN = NodeProcess("scan", "scan")
+
+
+def goal(rows: int = 1, columns: int = 2, dwell_time: float = 0.2) -> ScanGrid.Goal:
+    return ScanGrid.Goal(rows=rows, columns=columns, spacing=0.01, dwell_time=dwell_time)
+
+
+class Scanning:
+    """A scan that was asked for."""
+
+    def __init__(self, running, wanted: ScanGrid.Goal) -> None:
+        self.running = running
+        self.feedback: list[ScanGrid.Feedback] = []
+        client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
+        running.wait_until(client.server_is_ready, "the scan node")
+        accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
+        running.wait_until(accepted.done, "an answer")
+        self.handle = accepted.result()
+
+    def result(self):
+        answer = self.handle.get_result_async()
+        self.running.wait_until(answer.done, "the scan's end")
+        return answer.result()
+
+    def wait_for(self, phase: int) -> None:
+        self.running.wait_until(
+            lambda: any(f.site.phase == phase for f in self.feedback), "the phase"
+        )
+
+
+@pytest.fixture
+def running(session):
+    started = session(driver(), STAGE, SCAN)
+    activate(started)
+    return started
+
+
+def test_every_site_is_approached_palpated_for_its_time_and_left(running):
+    sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+    scanning = Scanning(running, goal(rows=2, columns=2))
+    answer = scanning.result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    assert answer.result.sites_visited == 4
+    running.wait_until(lambda: len(sites) == 12, "the announcements")
+    assert [site.phase for site in sites] == 4 * [
+        PalpationSite.APPROACH,
+        PalpationSite.DWELL,
+        PalpationSite.LIFTED,
+    ]
+    # Serpentine: the way back along the second row.
+    places = [(s.position.x, s.position.y) for s in sites if s.phase == PalpationSite.DWELL]
+    assert places == [(0.0, 0.0), (0.01, 0.0), (0.01, 0.01), (0.0, 0.01)]
+    stamps = [from_time(site.header.stamp) for site in sites]
+    for begin, end in zip(stamps[1::3], stamps[2::3], strict=True):
+        assert end - begin == 200_000_000
+    assert scanning.feedback[-1].sites_visited == scanning.feedback[-1].sites_total == 4
+
+
+def test_the_dwell_is_announced_before_it_begins(running):
+    early = []
+
+    def hear(message) -> None:
+        if message.phase == PalpationSite.DWELL:
+            now = running.node.get_clock().now().nanoseconds
+            early.append(from_time(message.header.stamp) - now)
+
+    running.node.create_subscription(PalpationSite, "/probe/palpation_site", hear, ANNOUNCEMENTS)
+    answer = Scanning(running, goal()).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: len(early) == 2, "both dwells")
+    assert min(early) > 0
+
+
+def test_a_cancelled_scan_ends_and_the_probe_is_lifted(running):
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    scanning = Scanning(running, goal(dwell_time=100.0))
+    scanning.wait_for(PalpationSite.DWELL)
+    scanning.handle.cancel_goal_async()
+    answer = scanning.result()
+    assert answer.status == GoalStatus.STATUS_CANCELED, answer.result.message
+    assert "0 of 2 sites" in answer.result.message
+    running.wait_until(lambda: poses[-1].pose.position.z > 0.0025, "the probe to be lifted")
+    assert scanning.feedback[-1].site.phase == PalpationSite.LIFTED
+
+
+def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session):
+    running = session(
+        driver(),
+        STAGE,
+        SCAN,
+        estimator("ekf"),
+        NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf"]}),
+    )
+    maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    running.wait_until(lambda: bool(maps), "the mapper")
+    running.wait_until(
+        lambda: running.node.count_subscribers("/probe/samples") == 2, "the estimator and the scan"
+    )
+    activate(running)
+    scanning = Scanning(running, goal(dwell_time=1.0))
+    running.wait_until(lambda: maps[-1].stiffness[0] > 0.0, "the first cell")
+    running.processes["driver"].kill()
+    running.processes.pop("driver").wait()
+    answer = scanning.result()
+    assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
+    assert "no samples for 0.5 s on /probe/samples" in answer.result.message
+    running.wait_until(lambda: poses[-1].pose.position.z > 0.0025, "the probe to be lifted")
+    assert maps[-1].stiffness[0] == pytest.approx(450.0, rel=0.05)
+
+
+def test_a_robot_that_says_nothing_stops_the_scan(session):
+    running = session(driver(), SCAN)
+    activate(running)
+    answer = Scanning(running, goal()).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
+    assert "/stage/measured_cp" in answer.result.message
+
+
+def test_a_robot_that_does_not_arrive_stops_the_scan(session):
+    running = session(
+        driver(),
+        NodeProcess("stage", "stage", "/stage", {"speed": 1e-6}),
+        NodeProcess("scan", "scan", parameters={"motion_timeout": 0.5}),
+    )
+    activate(running)
+    answer = Scanning(running, goal()).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
+    assert "did not reach" in answer.result.message
+
+
+def test_a_scan_without_samples_is_stopped_at_once(session):
+    running = session(STAGE, SCAN)
+    answer = Scanning(running, goal()).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
+    assert "is the driver running and active?" in answer.result.message
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        goal(rows=0),
+        goal(dwell_time=0.0),
+        goal(dwell_time=float("nan")),
+        goal(rows=1000, columns=1000),
+    ],
+)
+def test_a_scan_that_makes_no_sense_is_refused(session, wrong):
+    running = session(STAGE, SCAN)
+    assert not Scanning(running, wrong).handle.accepted
+    running.wait_until(lambda: "the scan is refused" in running.log("scan"), "the log")
+
+
+def test_a_second_scan_is_refused_while_one_is_under_way(running):
+    first = Scanning(running, goal(dwell_time=100.0))
+    first.wait_for(PalpationSite.DWELL)
+    assert not Scanning(running, goal()).handle.accepted
+    first.handle.cancel_goal_async()
+    first.result()
+
+
+def test_the_stage_stays_where_it_is_for_a_setpoint_that_is_no_number(session):
+    running = session(stage_on_tissue(x=0.02))
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    setpoints = running.node.create_publisher(PoseStamped, "/stage/servo_cp", POSES)
+    running.wait_until(lambda: setpoints.get_subscription_count() == 1, "the stage")
+    wrong = PoseStamped()
+    wrong.pose.position.x = float("nan")
+    setpoints.publish(wrong)
+    running.wait_until(lambda: "not finite" in running.log("stage"), "the log")
+    count = len(poses)
+    running.wait_until(lambda: len(poses) > count + 10, "more poses")
+    assert poses[-1].pose.position.x == 0.02

@@ -1,0 +1,39 @@
+"""A driver whose simulated probe writes every voltage on its coil to a file, and fails on demand.
+
+Run as a program with the driver's arguments. WITNESS names the file; WITNESS_FAILS_AFTER, if set,
+is the number of samples after which reading fails.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from tissue_probe.devices import DEVICES
+from tissue_probe.devices.simulated import SimulatedProbe
+
+
+class Witness(SimulatedProbe):
+    """The simulated probe; each change of the coil's voltage becomes a line of the file."""
+
+    @property
+    def commanded_voltage(self) -> float:
+        return self._voltage
+
+    @commanded_voltage.setter
+    def commanded_voltage(self, value: float) -> None:
+        self._voltage = value
+        with Path(os.environ["WITNESS"]).open("a") as file:
+            file.write(f"{value}\n")
+
+    def read(self, count):
+        if self._taken >= int(os.environ.get("WITNESS_FAILS_AFTER", "1000000000")):
+            raise ZeroDivisionError("a fault that nobody foresaw")
+        return super().read(count)
+
+
+if __name__ == "__main__":
+    DEVICES["simulated"] = Witness
+    from tissue_probe.nodes.driver import main
+
+    raise SystemExit(main())
