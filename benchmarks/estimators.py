@@ -53,10 +53,10 @@ CONTESTANTS = (
     Contestant("ekf", "ekf", STANDARD),
     Contestant("ukf", "ukf", STANDARD),
     Contestant("afekf", "afekf", STANDARD),
-    # AFUKF
+    Contestant("afukf", "afukf", STANDARD),
     Contestant("robust_ekf", "robust_ekf", STANDARD),
-    # LOCK
-    # RLS
+    Contestant("lock_in", "lock_in", STANDARD),
+    Contestant("rls", "rls", STANDARD),
 )
 
 
@@ -92,7 +92,7 @@ class Run:
         return np.array(times)
 
     def late(self, begin: float) -> slice:
-        """The samples from ``begin`` [s] on."""
+        """Return the samples from ``begin`` [s] on."""
         return slice(round(begin / self.experiment.sample_period), None)
 
 
@@ -109,7 +109,7 @@ def runs(
     who: Contestant, experiment: Experiment, seeds: Sequence[int], **changed: float
 ) -> list[Run]:
     """Run an experiment with each seed's noise; ``changed`` are settings that the user knows."""
-    settings = who.settings.model_copy(update=changed)
+    settings = who.settings.model_copy(update={"drive_frequency": experiment.frequency, **changed})
     return [run(who, replace(experiment, seed=seed), settings) for seed in seeds]
 
 

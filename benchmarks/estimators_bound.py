@@ -40,7 +40,7 @@ def _bound(experiment: Experiment) -> np.ndarray:
 
 
 def _mirrored(experiment: Experiment, change: dict) -> dict:
-    """The same change in the other direction."""
+    """Return the same change in the other direction."""
     if "start" in change:
         return {"start": tuple(-value for value in change["start"])}
     (_, k, b), *_ = experiment.tissue

@@ -25,8 +25,6 @@ class Filter:
         Process noise per sample, identity.
     H : Matrix, shape (1, n)
         Derivative of the output (eq. 18).
-    force : Expr
-        Predicted force h(X) [N].
     innovation, S, R : Symbol
         Measured minus predicted force [N], its variance, and that of the force's noise [N^2], as
         ``weigh`` returned them.
@@ -55,6 +53,7 @@ class Filter:
         for constant in model.constants:
             self.constant(str(constant))
         self.I = sp.eye(count)
+        self.Q = sp.diag(*self.per_state("process_variance"))
         self.S, self.R = sp.symbols("S R", real=True)
         self.H = sp.Matrix([model.output]).jacobian(self.X)
         self.innovation = sp.Symbol("innovation", real=True)
@@ -69,16 +68,13 @@ class Filter:
         return sp.Matrix(self.program.load("constants", self.layout.per_state(name), names))
 
     @property
-    def Q(self) -> sp.Matrix:
-        return sp.diag(*self.per_state("process_variance"))
-
-    @property
     def inputs(self) -> list[sp.Symbol]:
         """u[t], u[t-1], u[t-2], u[t-3] [m]."""
         return self.program.load("memory", self.layout.history, ["u0", "u1", "u2", "u3"])
 
     @property
     def force(self) -> sp.Expr:
+        """h(X) [N], the predicted force (eq. 10)."""
         position = self.program.load("memory", self.layout.history, ["position"])[0]
         return self.model.output.subs(self.model.input, position)
 

@@ -14,11 +14,12 @@ from types import ModuleType
 import sympy as sp
 
 from tissue_probe.estimation.equations import Filter
-from tissue_probe.estimation.layout import PER_STATE, SETTINGS, Layout
+from tissue_probe.estimation.layout import DERIVED, PER_STATE, SETTINGS, Layout
 from tissue_probe.physics.model import Model
 
 OPTIONS = 'cache=True, nogil=True, error_model="numpy"'
 LOOP = Path(__file__).with_name("loop.py")
+VERDICT = Path(__file__).with_name("verdict.py")
 
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
@@ -59,16 +60,22 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         function("update(constants, memory, innovation, S, R)", equations.update),
         function("inflate(constants, memory, factor, offset_factor)", _inflate),
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
+        VERDICT.read_text(),
         LOOP.read_text(),
     ]
-    return HEADER + _places(model, layout) + "\n\n".join(functions)
+    return HEADER + _places(layout) + "\n\n".join(functions)
 
 
-def _places(model: Model, layout: Layout) -> str:
-    """The names in capitals of the loop."""
+def source_by_hand(layout: Layout, path: Path) -> str:
+    """Return the source of a kernel module whose ``start``, ``reopen``, ``run`` are in a file."""
+    return HEADER + _places(layout) + "\n\n".join([VERDICT.read_text(), path.read_text()])
+
+
+def _places(layout: Layout) -> str:
+    """Return the names in capitals that the texts written by hand use."""
     states = layout.states
     names = {name.upper(): layout.constant(name) for name in SETTINGS}
-    names["FORCE_VARIANCE"] = layout.constant("force_variance")
+    names |= {name.upper(): layout.constant(name) for name in DERIVED}
     names |= {name.upper(): layout.per_state(name) for name in PER_STATE}
     names |= {name: layout.carried(name) for name in layout.extra}
     names |= {

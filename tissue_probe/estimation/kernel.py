@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -82,3 +84,33 @@ class KalmanFilter:
         states = tuple(map(str, [*model.states, *model.parameters]))
         layout = Layout(states, self.equations.EXTRA)
         return source(model, discretisation, layout, self.equations)
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """Definition of an estimator by the text of a file, which is Numba's Python.
+
+    Attributes
+    ----------
+    path : Path
+        Has ``start``, ``reopen``, ``run`` and ``MEMORY``, the length of their memory.
+    """
+
+    path: Path
+
+    @property
+    def summary(self) -> str:
+        """One line on what the estimator is."""
+        return ast.get_docstring(ast.parse(self.path.read_text())).splitlines()[0]
+
+    def kernel(self, settings: EstimatorSettings) -> Kernel:
+        """Return the compiled kernel; how steps are discretised makes no difference to it."""
+        del settings
+        layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
+        module = compiled.module(self.path.stem, lambda: self._source(layout))
+        return Kernel(module.MEMORY, layout.constants, module.start, module.reopen, module.run)
+
+    def _source(self, layout: Layout) -> str:
+        from tissue_probe.estimation.generate import source_by_hand
+
+        return source_by_hand(layout, self.path)

@@ -1,10 +1,11 @@
 # ruff: noqa: F821
 """The loop around every Kalman filter: input history, missing samples, bounds, status.
 
-Never imported: this text becomes part of each generated kernel module, which supplies ``start``, ``reopen``,
-``predict``, ``output``, ``update`` and ``cap``, all from symbols, the estimator's ``weigh``, and the
-names in capitals: places in ``constants`` and in ``memory``. All that a filter knows is in ``memory``, so that cutting
-the stream into blocks of any size cannot change a bit of the estimates.
+Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
+``reopen``, ``predict``, ``output``, ``update`` and ``cap``, all from symbols, the estimator's
+``weigh``, and the names in capitals: places in ``constants`` and in ``memory``. All that a filter
+knows is in ``memory``, so that cutting the stream into blocks of any size cannot change a bit of
+the estimates.
 """
 
 
@@ -67,20 +68,6 @@ def repair(constants, memory):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def judge_model(memory, normalized):
-    """Reject the model while the mean NIS of the last half second at 2 kHz is far from 1.
-
-    With the right model it is 1.00 +- 0.05. A single outlier counts as 10 at most.
-    """
-    mean = 0.998 * memory[MEAN_NIS] + 0.002 * min(normalized, 10.0)
-    memory[MEAN_NIS] = mean
-    if mean > 2.0:
-        memory[REJECTED] = 1.0
-    elif mean < 1.5:
-        memory[REJECTED] = 0.0
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def record(constants, memory, estimates, sample):
     """Write down what is known after a sample."""
     stiffness = memory[STIFFNESS]
@@ -101,23 +88,6 @@ def record(constants, memory, estimates, sample):
     estimates[10, sample] = status(
         constants, memory, stiffness, damping, stiffness_variance, damping_variance
     )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def status(constants, memory, stiffness, damping, stiffness_variance, damping_variance):
-    """Return the number of the ``Status``, each claimed only where two standard deviations prove it.
-
-    Converged: 2 sd <= 5 % of the value, for stiffness and for damping. No contact: stiffness + 2 sd
-    below ``contact_stiffness``.
-    """
-    if memory[REJECTED] > 0.0:
-        return 3.0
-    room = constants[CONTACT_STIFFNESS] - stiffness
-    if room > 0.0 and 4.0 * stiffness_variance < room * room:
-        return 2.0
-    known = 1600.0 * stiffness_variance <= stiffness * stiffness
-    known &= 1600.0 * damping_variance <= damping * damping
-    return 1.0 if known else 0.0
 
 
 @njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")

@@ -20,7 +20,7 @@ EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENING
 
 
 def weigh(constants, memory, innovation, S):
-    """Return the variances of innovation and force; re-open the covariance where they contradict."""
+    """Return the variances of innovation and force; re-open the covariance where these say so."""
     R = constants[FORCE_VARIANCE]
     memory[RECENT_NIS] = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S
     memory[RECENT_SQUARE] = 0.9 * memory[RECENT_SQUARE] + 0.1 * innovation * innovation

@@ -85,3 +85,9 @@ class EstimatorSettings(BaseModel):
     contact_stiffness: float = _setting(
         20.0, "N/m", "A stiffness certainly below this means that there is no contact", ge=0, le=1e5
     )
+    drive_frequency: float = _setting(
+        10.0, "Hz", "Frequency at which the coil is driven (lock_in only)", gt=0, le=1000
+    )
+    forgetting: float = _setting(
+        0.98, "", "Weight of a sample relative to the next (rls only)", gt=0.5, lt=1
+    )

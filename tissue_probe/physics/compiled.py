@@ -41,7 +41,11 @@ def module(name: str, write: Callable[[], str]) -> ModuleType:
             _replace(path, write())
         spec = importlib.util.spec_from_file_location(full_name, path)
         sys.modules[full_name] = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(sys.modules[full_name])
+        try:
+            spec.loader.exec_module(sys.modules[full_name])
+        except BaseException:
+            del sys.modules[full_name]
+            raise
     return sys.modules[full_name]
 
 

@@ -16,7 +16,7 @@ from sympy.printing.pycode import PythonCodePrinter
 class _Printer(PythonCodePrinter):
     """Python that loses no digit of a constant."""
 
-    def _print_Float(self, expression: sp.Float) -> str:
+    def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
         return repr(float(expression))
 
 

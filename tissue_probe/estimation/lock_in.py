@@ -1,0 +1,138 @@
+# ruff: noqa: F821
+"""Lock-in: the complex impedance at the drive frequency, without any Kalman filter.
+
+Position and force are fitted, all by themselves, with a sine, a cosine and a constant at the known
+``drive_frequency``, older samples weighing less with a time constant of one period. From the
+amplitudes U and F the tip moves by X = U - F / k0, and eq. 1 becomes
+
+    k + i w beta = F (1 + i w beta0 / k0) / X + m w^2
+
+A cross-check: constant errors of force and contact point drop out, but it sees one tone only and
+needs an established motion. Never imported: this text becomes part of a kernel module.
+"""
+
+# Places in memory: products of [cos, sin, 1] with themselves (upper triangle), with the position
+# and with the force; phase [rad]; samples since the start; squared weights, added up; then the
+# rows of the estimate made last.
+WITH_POSITION, WITH_FORCE, PHASE, COUNT, SQUARED_WEIGHTS, LAST = 6, 9, 12, 13, 14, 15
+MEAN_NIS, REJECTED, MEMORY = 23, 24, 25
+
+# Whatever exceeds this is no measurement [m, N], and would overflow; so does a NaN.
+LARGEST = 1e30
+
+
+@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+def start(constants, memory):
+    """Know nothing but the prior."""
+    memory[:] = 0.0
+    memory[LAST] = constants[PRIOR + 2]
+    memory[LAST + 1] = constants[PRIOR + 3]
+    memory[LAST + 3] = constants[PRIOR_VARIANCE + 2]
+    memory[LAST + 4] = constants[PRIOR_VARIANCE + 3]
+    memory[LAST + 2] = memory[LAST + 3] + memory[LAST + 4]
+    memory[MEAN_NIS] = 1.0
+
+
+@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+def reopen(constants, memory):
+    """Keep the last estimate, and collect a new period."""
+    memory[:LAST] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def solve(memory, products):
+    """Return the amplitudes of [cos, sin, 1] from their products with a signal."""
+    a, b, c, d, e, f = memory[0], memory[1], memory[2], memory[3], memory[4], memory[5]
+    x, y, z = memory[products], memory[products + 1], memory[products + 2]
+    p, q, r = d * f - e * e, c * e - b * f, b * e - c * d
+    determinant = a * p + b * q + c * r
+    s, t, v = a * f - c * c, b * c - a * e, a * d - b * b
+    return (
+        (p * x + q * y + r * z) / determinant,
+        (q * x + s * y + t * z) / determinant,
+        (r * x + t * y + v * z) / determinant,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def collect(constants, memory, cosine, sine, position, force):
+    """Take in a sample; those before it weigh less."""
+    keep = math.exp(-constants[SAMPLE_PERIOD] * constants[DRIVE_FREQUENCY])
+    for place in range(PHASE):
+        memory[place] *= keep
+    memory[0] += cosine * cosine
+    memory[1] += cosine * sine
+    memory[2] += cosine
+    memory[3] += sine * sine
+    memory[4] += sine
+    memory[5] += 1.0
+    for first, signal in ((WITH_POSITION, position), (WITH_FORCE, force)):
+        memory[first] += cosine * signal
+        memory[first + 1] += sine * signal
+        memory[first + 2] += signal
+    memory[SQUARED_WEIGHTS] = keep * keep * memory[SQUARED_WEIGHTS] + 1.0
+    memory[COUNT] += 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def estimate(constants, memory, w):
+    """Turn the amplitudes into k and beta, unless the prior knows more."""
+    k0, m = constants[LOAD_CELL_STIFFNESS], constants[TIP_MASS]
+    u, f = solve(memory, WITH_POSITION), solve(memory, WITH_FORCE)
+    U, F = complex(u[0], -u[1]), complex(f[0], -f[1])
+    X = U - F / k0
+    c = complex(1.0, w * constants[LOAD_CELL_DAMPING] / k0)
+    # Each quadrature of F has the variance 2 R (sum of w^2) / (sum of w)^2, and dZ/dF = c U / X^2.
+    R = constants[FORCE_VARIANCE] * max(1.0, memory[MEAN_NIS])
+    noise = 2.0 * R * memory[SQUARED_WEIGHTS] / memory[5] ** 2
+    variance = noise * abs(c * U) ** 2 / abs(X) ** 4
+    # A motion that is not ten times its noise is none.
+    known = abs(k0 * X) ** 2 > 100.0 * noise
+    known &= variance < constants[PRIOR_VARIANCE + 2]
+    known &= variance < constants[PRIOR_VARIANCE + 3] * w * w
+    if not known:
+        return
+    impedance = F * c / X + m * w * w
+    k, beta = impedance.real, impedance.imag / w
+    memory[LAST] = min(max(k, constants[LOWER + 2]), constants[UPPER + 2])
+    memory[LAST + 1] = min(max(beta, constants[LOWER + 3]), constants[UPPER + 3])
+    memory[LAST + 2] = variance + variance / (w * w)
+    memory[LAST + 3] = variance
+    memory[LAST + 4] = variance / (w * w)
+
+
+@njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+def run(constants, memory, position, force, estimates, begin, end):
+    """Fit samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
+    missing = 0
+    w = 2.0 * math.pi * constants[DRIVE_FREQUENCY]
+    one_period = 1.0 / (constants[SAMPLE_PERIOD] * constants[DRIVE_FREQUENCY])
+    for sample in range(begin, end):
+        cosine, sine = math.cos(memory[PHASE]), math.sin(memory[PHASE])
+        memory[PHASE] = (memory[PHASE] + w * constants[SAMPLE_PERIOD]) % (2.0 * math.pi)
+        innovation = normalized = math.nan
+        if abs(position[sample]) < LARGEST and abs(force[sample]) < LARGEST:
+            settled = memory[COUNT] >= one_period
+            variance = constants[FORCE_VARIANCE] * (1.0 + 1.5 / one_period)
+            if settled:
+                f = solve(memory, WITH_FORCE)
+                memory[LAST + 7] = f[0] * cosine + f[1] * sine + f[2]
+            innovation = force[sample] - memory[LAST + 7]
+            if settled:
+                judge_model(memory, innovation * innovation / variance)
+            else:  # nothing was predicted yet
+                variance += innovation * innovation
+            normalized = innovation * innovation / variance
+            collect(constants, memory, cosine, sine, position[sample], force[sample])
+            if memory[COUNT] >= one_period:
+                estimate(constants, memory, w)
+        else:
+            missing += 1
+        for row in range(8):
+            estimates[row, sample] = memory[LAST + row]
+        estimates[8, sample] = innovation
+        estimates[9, sample] = normalized
+        estimates[10, sample] = status(
+            constants, memory, memory[LAST], memory[LAST + 1], memory[LAST + 3], memory[LAST + 4]
+        )
+    return missing
