@@ -78,9 +78,11 @@ def _unit(field: FieldInfo) -> str:
 def _sentence(settings: type[BaseModel], prefix: str, error: ValidationError) -> str:
     first = error.errors()[0]
     if not first["loc"]:
-        return f"{prefix}*: {first['msg'].removeprefix('Value error, ')}"
+        together = f"{prefix}*: " if prefix else ""
+        return together + first["msg"].removeprefix("Value error, ")
     name = str(first["loc"][0])
     field = settings.model_fields.get(name)
     if field is None:
         return f"there is no {prefix}{name}; there are {', '.join(settings.model_fields)}"
-    return f"{prefix}{name} is {first['input']!r}: give {rule(field)}"
+    given = "missing" if first["type"] == "missing" else repr(first["input"])
+    return f"{prefix}{name} is {given}: give {rule(field)}"

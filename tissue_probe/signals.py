@@ -100,10 +100,18 @@ class SampleBlock:
 
     def continues(self, other: SampleBlock) -> bool:
         """Whether this block's first sample is the one after the last of ``other``."""
+        return self._begins_after(len(other), other)
+
+    def _begins_after(self, count: int, first: SampleBlock) -> bool:
+        """Whether this block begins ``count`` samples after ``first`` does.
+
+        Both stamps are rounded, so they may disagree by a nanosecond.
+        """
+        due = first.stamp + round(count * self.sample_period * NANOSECONDS)
         return (
-            self.sequence == other.sequence + len(other)
-            and self.sample_period == other.sample_period
-            and self.stamp == other.end
+            self.sequence == first.sequence + count
+            and self.sample_period == first.sample_period
+            and abs(self.stamp - due) <= 1
         )
 
 
@@ -113,14 +121,17 @@ def sample_offsets(count: int, sample_period: float) -> IntArray:
 
 
 def join(blocks: Iterable[SampleBlock]) -> list[SampleBlock]:
-    """Join blocks that continue one another; a new block begins at every gap, repeat or step back."""
+    """Join blocks that continue one another; at a gap, repeat or step back a new block begins."""
     joined: list[SampleBlock] = []
     run: list[SampleBlock] = []
+    count = 0
     for block in blocks:
-        if run and not block.continues(run[-1]):
+        # Held against the first, so that a nanosecond a block cannot add up to a drift.
+        if run and not block._begins_after(count, run[0]):
             joined.append(_concatenate(run))
-            run = []
+            run, count = [], 0
         run.append(block)
+        count += len(block)
     if run:
         joined.append(_concatenate(run))
     return joined

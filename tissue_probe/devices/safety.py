@@ -54,22 +54,27 @@ class GuardedDevice:
 
     @property
     def sample_period(self) -> float:
+        """Time between two samples [s]."""
         return self._device.sample_period
 
     @property
     def samples_per_read(self) -> int:
+        """How many samples the device likes to hand over at once."""
         return self._device.samples_per_read
 
     @property
     def commanded_voltage(self) -> float:
+        """Voltage that the coil is told now [V]."""
         return self._device.commanded_voltage
 
     @property
     def description(self) -> str:
+        """What the device is, in YAML."""
         return self._device.description
 
     @property
     def worst_lateness(self) -> float:
+        """Longest delay between a sample and its being fetched since last asked [s]."""
         return self._device.worst_lateness
 
     def start(self, excitation: Excitation) -> None:
@@ -78,14 +83,15 @@ class GuardedDevice:
         Raises
         ------
         LimitExceeded
-            If the excitation would pass the command limit; nothing is started then.
+            If the excitation would pass the command limit; nothing is started then, and what ran
+            before is stopped.
         """
-        if excitation.amplitude > self._limits.command_limit:
-            raise LimitExceeded(
-                f"the excitation's amplitude is {excitation.amplitude:g} V, above the command "
-                f"limit of {self._limits.command_limit:g} V: lower it"
-            )
         try:
+            if excitation.amplitude > self._limits.command_limit:
+                raise LimitExceeded(
+                    f"the excitation's amplitude is {excitation.amplitude:g} V, above the command "
+                    f"limit of {self._limits.command_limit:g} V: lower it"
+                )
             self._device.start(excitation)
         except BaseException:
             self._device.stop()
@@ -97,8 +103,8 @@ class GuardedDevice:
         Raises
         ------
         LimitExceeded
-            If a sample passed a limit. Samples that are not finite pass none: they are what was
-            measured, and those who use them say so.
+            If a sample passed a limit. NaN passes none: it is what was measured, and those who
+            use it say so.
         """
         try:
             samples = self._device.read(count)

@@ -9,14 +9,16 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
     tissue         F_tissue = k (x + d) + beta (x' + d')         while the suction tip holds
     stage          d' = (d_target - d) / tau                     how far it stands below the surface
 
-It is integrated by the classical Runge-Kutta scheme at 20 kHz, which shares nothing with the
-discretisation of the estimators. The encoder shows u in whole steps, the load cell k0 (u - x) with
-white noise.
+It is integrated by the classical Runge-Kutta scheme, at 20 kHz or what the fastest motion of the
+probe needs, which shares nothing with the discretisation of the estimators. The encoder shows u in
+whole steps, the load cell k0 (u - x) with white noise.
 """
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from threading import Lock
 
 import numba
 import numpy as np
@@ -29,10 +31,14 @@ from tissue_probe.devices.pacing import Pacer
 from tissue_probe.excitation import Excitation
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import setting
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import NANOSECONDS, FloatArray
 
-#: Runge-Kutta steps in one sample at 2 kHz.
-SUBSTEPS = 10
+#: Longest Runge-Kutta step [s].
+LONGEST_STEP = 5e-5
+#: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
+STEP_OF_TIME_CONSTANT = 0.2
+#: Most Runge-Kutta steps in a second: a fifth of a core.
+MOST_STEPS = 5e6
 #: Time constant with which the stage's motion reaches the tissue [s].
 STAGE_TIME_CONSTANT = 0.005
 #: The suction tip lets go when it is pulled this far above the surface [m].
@@ -53,7 +59,11 @@ class SimulatedProbeSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     sample_rate: float = setting(
-        2000.0, "Hz", "samples a second of the simulated DAQ", ge=500.0, le=10000.0
+        2000.0,
+        "Hz",
+        "samples a second of the simulated DAQ, to the nearest period in whole nanoseconds",
+        ge=500.0,
+        le=10000.0,
     )
     tip_mass: float = setting(0.04, "kg", "mass m of the tip", gt=0.0, le=1.0)
     load_cell_stiffness: float = setting(9700.0, "N/m", "stiffness k0", gt=0.0, le=1e6)
@@ -81,26 +91,38 @@ class SimulatedProbe:
     ----------
     settings : SimulatedProbeSettings
         Its constants, and the phantom: the tissue as a function of place.
+
+    Raises
+    ------
+    DeviceError
+        If the constants make a probe that moves too fast to be simulated at real time.
+    OSError, ValueError
+        If the phantom cannot be read.
     """
 
     Settings = SimulatedProbeSettings
     samples_per_read = 1
 
     def __init__(self, settings: SimulatedProbeSettings) -> None:
-        self.sample_period = 1.0 / settings.sample_rate
+        # As in a DAQ, a whole number of ticks of a clock, of 1 GHz: then every stamp is exact.
+        self.sample_period = round(NANOSECONDS / settings.sample_rate) / NANOSECONDS
         self.commanded_voltage = 0.0
         self._settings = settings
         self._phantom = Phantom.load(Path(settings.phantom or stock_configuration("phantom.yaml")))
         self._pacer = Pacer(self.sample_period)
         self._excitation: Excitation | None = None
-        self._tissue = (0.0, 0.0, -1.0)  # no tissue in reach
-        self.place(0.0, 0.0, 1.0)
+        self._lock = Lock()  # so that no command follows a stop, whichever thread it comes from
+        self.place(0.0, 0.0, 1.0)  # no tissue in reach
+        self._substeps = self._needed_substeps()
         # Compiled, or loaded from the cache, before the clock runs.
-        _simulate(np.zeros(6), np.zeros(1, bool), np.zeros(1), self._constants(), 1.0)
+        _simulate(
+            np.zeros(6), np.zeros(1, bool), np.zeros(1), self._constants(), self.sample_period, 1
+        )
 
     def place(self, x: float, y: float, z: float) -> None:
         """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
-        self._tissue = (self._phantom.stiffness(x, y), self._phantom.damping(x, y), -z)
+        stiffness, damping = self._phantom.stiffness(x, y), self._phantom.damping(x, y)
+        self._tissue = (float(stiffness), float(damping), -float(z))
 
     def start(self, excitation: Excitation) -> None:
         """Begin to sample at rest, with the excitation [V] on the coil."""
@@ -119,7 +141,8 @@ class SimulatedProbe:
         Raises
         ------
         DeviceError
-            If the probe was not started, or not read for longer than its buffer lasts.
+            If the probe was not started, is stopped meanwhile, or was not read for longer than its
+            buffer lasts.
         """
         if self._excitation is None:
             raise DeviceError("the simulated probe is not sampling: start it before you read")
@@ -128,11 +151,19 @@ class SimulatedProbe:
                 f"nothing was read for {BUFFER_TIME:g} s and samples are lost: the machine is too "
                 "busy for 2 kHz, or was suspended"
             )
-        command = self._next_commands(count)
-        self.commanded_voltage = command[-1]
+        with self._lock:
+            if self._excitation is None:
+                raise DeviceError("the simulated probe was stopped while it was read")
+            command = self._next_commands(count)
+            self.commanded_voltage = float(command[-1])
         settings = self._settings
         position, force = _simulate(
-            self._state, self._attached, command, self._constants(), self.sample_period
+            self._state,
+            self._attached,
+            command,
+            self._constants(),
+            self.sample_period,
+            self._substeps,
         )
         self._taken += count
         if settings.encoder_resolution > 0.0:
@@ -159,8 +190,9 @@ class SimulatedProbe:
 
     def stop(self) -> None:
         """Put the coil at zero volts and end sampling."""
-        self.commanded_voltage = 0.0
-        self._excitation = None
+        with self._lock:
+            self.commanded_voltage = 0.0
+            self._excitation = None
 
     def close(self) -> None:
         """Stop; there is no hardware to let go of."""
@@ -175,7 +207,30 @@ class SimulatedProbe:
         now, self._commands = self._commands[:count], self._commands[count:]
         return now
 
-    def _constants(self) -> tuple[float, ...]:
+    def _needed_substeps(self) -> int:
+        """Return the Runge-Kutta steps in a sample that resolve the fastest motion anywhere."""
+        nodules = self._phantom.nodules
+        relative = 1.0 + sum(float(nodule.excess(nodule.x, nodule.y)) for nodule in nodules)
+        stiffest = (
+            relative * self._phantom.background_stiffness,
+            relative * self._phantom.background_damping,
+            0.0,
+        )
+        constants = self._constants(stiffest)
+        # The right-hand side is linear: at unit states it gives the columns of its matrix.
+        units = np.eye(6).tolist()
+        matrix = [_derivative(tuple(unit), True, 0.0, constants) for unit in units]
+        rate = np.abs(np.linalg.eigvals(matrix)).max()
+        step = min(LONGEST_STEP, STEP_OF_TIME_CONSTANT / rate)
+        if 1.0 / step > MOST_STEPS:
+            raise DeviceError(
+                f"the simulated probe's fastest time constant is {1.0 / rate:.1g} s, too short to "
+                f"simulate at real time: give more mass or inductance, or less stiffness, damping "
+                f"or resistance, so that it is {1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS):.1g} s"
+            )
+        return math.ceil(self.sample_period / step * (1.0 - 1e-9))
+
+    def _constants(self, tissue: tuple[float, float, float] | None = None) -> tuple[float, ...]:
         s = self._settings
         return (
             s.coil_inductance,
@@ -187,7 +242,7 @@ class SimulatedProbe:
             s.load_cell_stiffness,
             s.load_cell_damping,
             s.tip_mass,
-            *self._tissue,
+            *(tissue or self._tissue),
         )
 
 
@@ -238,7 +293,7 @@ def _runge_kutta_step(state, attached, voltage, constants, h):
 
 
 @numba.njit(cache=True)
-def _simulate(state, attached, command, constants, sample_period):
+def _simulate(state, attached, command, constants, sample_period, substeps):
     """Sample coil displacement and load-cell force, then move on by one period, for each command.
 
     ``state`` (6,) and ``attached`` (1,) are carried from call to call, changed in place.
@@ -253,9 +308,9 @@ def _simulate(state, attached, command, constants, sample_period):
             attached[0] = True
         elif now[5] < -SUCTION_REACH:
             attached[0] = False
-        for _ in range(SUBSTEPS):
+        for _ in range(substeps):
             now = _runge_kutta_step(
-                now, attached[0], command[n], constants, sample_period / SUBSTEPS
+                now, attached[0], command[n], constants, sample_period / substeps
             )
     state[0], state[1], state[2], state[3], state[4], state[5] = now
     return position, force
