@@ -23,6 +23,8 @@ app = typer.Typer(
     name="tissue_probe",
     help="Stiffness and damping of soft tissue from a vibrating palpation probe.",
     no_args_is_help=True,
+    # Plain text, not markup: units stand in square brackets.
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -52,7 +54,14 @@ def _options(
 def main() -> None:
     """Run the program; what the user can mend is told in one line."""
     try:
-        app()
+        app(prog_name="tissue_probe")
     except (ValueError, OSError) as error:
         # RecordingError and SettingsError are ValueErrors; each message is a sentence for the user.
-        sys.exit(f"tissue_probe: {error}")
+        sys.exit(f"tissue_probe: {_sentence(error)}")
+
+
+def _sentence(error: ValueError | OSError) -> str:
+    """Say on one line what went wrong."""
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f"{error.filename}: {error.strerror}"
+    return " ".join(str(error).split())

@@ -22,10 +22,15 @@ Samples = Annotated[
 
 Table = Annotated[
     Path,
-    typer.Option("--output", "-o", help="Table to write: .csv or .parquet; replaced if there."),
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="FILE",
+        help="Table to write: .csv or .parquet; replaced if there.",
+    ),
 ]
 
 Topic = Annotated[
     str | None,
-    typer.Option(help="Topic of the samples, where the recording has several."),
+    typer.Option(metavar="TOPIC", help="Topic of the samples, where the recording has several."),
 ]

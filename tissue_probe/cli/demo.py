@@ -18,19 +18,28 @@ def demo(
         Path,
         typer.Option(
             "--folder",
-            help="Where to leave run.mcap, map.png and estimates.png; an earlier demo's are replaced.",
+            metavar="FOLDER",
+            help="Where to leave run.mcap, map.png, estimates.png; an earlier demo's are replaced.",
             file_okay=False,
         ),
     ] = Path(),
     dwell_time: Annotated[
-        float, typer.Option(min=0.05, max=60.0, help="Time in contact at each site [s].")
+        float,
+        typer.Option(
+            metavar="SECONDS", min=0.05, max=60.0, help="Time in contact at each site [s]."
+        ),
     ] = 1.0,
     phantom: Annotated[
         Path | None,
-        typer.Option(help="YAML file of the phantom.  [default: three nodules in soft tissue]"),
+        typer.Option(
+            metavar="FILE",
+            help="YAML file of the phantom.  [default: three nodules in soft tissue]",
+        ),
     ] = None,
 ) -> None:
-    """Palpate a simulated phantom on a 5 x 5 grid at real time, every node a process of its own.
+    """Palpate a simulated phantom, from probe to map.
+
+    Scans a 5 x 5 grid at real time, every node a process of its own.
 
     Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
     """
@@ -61,9 +70,8 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     bag.unlink(missing_ok=True)
     grid = GridSettings().make()
     subscribers = {
-        "/probe/samples": len(ESTIMATORS) + 2,
-        **{f"/probe/{name}/estimate": 2 for name in ESTIMATORS},
-        "/probe/palpation_site": len(ESTIMATORS) + 2,
+        "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
+        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
     }
     columns = (
         TextColumn("{task.description}"),

@@ -12,40 +12,45 @@ from tissue_probe.cli.arguments import Bag
 def info(
     bag: Bag,
     parameters: Annotated[
-        bool, typer.Option("--parameters", help="Also show every recorded parameter.")
+        bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
 ) -> None:
-    """Show topics, counts, lost samples, sites and run parameters of any ROS 2 recording."""
+    """Show what is in a recording.
+
+    Its topics, begin and length [s], samples and how many were lost, sites palpated, and the run's
+    parameters; of any ROS 2 recording, whoever made it.
+    """
     from datetime import datetime
 
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
     from tissue_probe.recording.summary import summarize
     from tissue_probe.signals import NANOSECONDS
 
     summary = summarize(bag)
-    console = Console(highlight=False)
     begin = (
         datetime.fromtimestamp(summary.start / NANOSECONDS).isoformat(" ", "seconds")
         if summary.start is not None
         else "never"
     )
-    console.print(f"{bag}: begins {begin}, lasts {summary.duration:.3f} s")
+    print(f"{bag}: begins {begin}, lasts {summary.duration:.3f} s")
     if summary.truncated:
-        console.print("The recording was cut off; everything up to the cut is read.")
+        print("The recording was cut off; everything up to the cut is read.")
     for samples in summary.samples:
-        console.print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost")
+        print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost")
     if summary.sites:
-        console.print(f"{len(summary.sites)} sites palpated")
-    table = Table("topic", "type", "messages")
+        print(f"{len(summary.sites)} sites palpated")
+    # Names are to be copied: they are folded, never cut.
+    names = (Column(title, overflow="fold") for title in ("topic", "type"))
+    table = Table(*names, "messages")
     for topic in summary.topics:
         table.add_row(topic.name, topic.typename, str(topic.messages))
-    console.print(table)
+    Console(markup=False).print(table)
     for node, values in summary.metadata.items():
         if parameters:
-            console.print(f"\n{node}", markup=False)
+            print(f"\n{node}")
             for name, value in sorted(values.items()):
-                console.print(f"  {name}: {value}", markup=False)
+                print(f"  {name}: {value}")
     if summary.metadata and not parameters:
-        console.print(f"Parameters of {', '.join(summary.metadata)}; --parameters shows them.")
+        print(f"Parameters of {', '.join(summary.metadata)}; --parameters shows them.")

@@ -20,18 +20,26 @@ if TYPE_CHECKING:
 def map_command(
     bag: Bag,
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="Picture to write: .png, .svg or .pdf.")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Picture to write: .png, .svg or .pdf."
+        ),
     ] = Path("map.png"),
     estimator: Annotated[
         list[str] | None,
         typer.Option(
             "--estimator",
             "-e",
-            help="Filter to run on the samples, may be repeated.  [default: the recorded estimates]",
+            metavar="NAME",
+            help="Filter to run on the samples, may be repeated.  "
+            "[default: the recorded estimates]",
         ),
     ] = None,
 ) -> None:
-    """Draw the map of stiffness, damping and covariance trace, and list the stiff regions."""
+    """Draw the map of a recorded scan, and list the stiff regions.
+
+    The map shows stiffness [N/m], damping [N s/m] and covariance trace over the sites [mm].
+    """
     from tissue_probe.cli.recorded import build_map, estimate_again, recorded_phantom
     from tissue_probe.recording.reader import read_estimates, read_recording
 
@@ -40,6 +48,8 @@ def map_command(
         estimates = [estimate_again(recording, name) for name in estimator]
     else:
         estimates = list(read_estimates(bag).values())
+        if not estimates:
+            raise ValueError(f"{bag} has no recorded estimates: give a filter with --estimator")
     found = build_map(recording, estimates)
     phantom = recorded_phantom(recording)
     regions = draw(found, phantom, output)

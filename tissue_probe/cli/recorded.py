@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
 import yaml
+from pydantic import ValidationError
 
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
@@ -42,9 +44,17 @@ def read_samples(
 def node_parameters(recording: Recording, key: str, value: object) -> dict[str, Any]:
     """Return the parameters of the first recorded node whose ``key`` is ``value``, or nothing."""
     for parameters in recording.metadata.values():
-        if key in parameters and yaml.safe_load(parameters[key]) == value:
-            return {name: yaml.safe_load(text) for name, text in parameters.items()}
+        if key in parameters and _value(parameters[key]) == value:
+            return {name: _value(text) for name, text in parameters.items()}
     return {}
+
+
+def _value(text: object) -> Any:
+    """Return what a text means in YAML, or the text: metadata of other recorders may be any."""
+    try:
+        return yaml.safe_load(text) if isinstance(text, str) else text
+    except yaml.YAMLError:
+        return text
 
 
 def estimator_settings(
@@ -114,9 +124,10 @@ def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> Sti
 
 
 def recorded_phantom(recording: Recording) -> Phantom | None:
-    """Return the phantom of a simulated run; None for any other."""
+    """Return the phantom of a simulated run; None where none is recorded that can be read."""
     for parameters in recording.metadata.values():
-        description = yaml.safe_load(yaml.safe_load(parameters.get("device_description", "")) or "")
+        description = _value(_value(parameters.get("device_description")))
         if isinstance(description, dict) and "phantom" in description:
-            return Phantom.model_validate(description["phantom"])
+            with suppress(ValidationError):
+                return Phantom.model_validate(description["phantom"])
     return None

@@ -1,0 +1,200 @@
+"""``tissue_probe estimate``: right numbers from CSV and from recordings, or one clear sentence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+from pyarrow import csv as arrow_csv
+from pyarrow import parquet
+
+from tissue_probe.estimation import EstimatorSettings
+from tissue_probe.estimation.offline import estimate
+from tissue_probe.recording.reader import read_recording
+
+COLUMNS = [
+    "time",
+    "stiffness",
+    "damping",
+    "stiffness_variance",
+    "damping_variance",
+    "covariance_trace",
+    "innovation",
+    "normalized_innovation_squared",
+    "status",
+]
+
+
+def table(path):
+    return arrow_csv.read_csv(path).to_pydict()
+
+
+@pytest.mark.parametrize("name", ["ekf", "ukf", "afekf", "robust_ekf"])
+def test_every_filter_finds_the_tissue_within_one_percent(run, csv, name):
+    outcome = run("estimate", csv(), "--estimator", name)
+    assert outcome.status == 0
+    found = table("estimates.csv")
+    assert list(found) == COLUMNS
+    assert len(found["time"]) == 4000
+    assert found["stiffness"][-1] == pytest.approx(450.0, rel=0.01)
+    assert found["damping"][-1] == pytest.approx(5.0, rel=0.01)
+    assert found["status"][-1] == "converged"
+
+
+def test_the_end_is_printed_with_its_uncertainty_and_where_the_table_is(run, csv):
+    outcome = run("estimate", csv(), "-o", "found [1].csv")
+    assert outcome.err == ""
+    assert outcome.out.count("\n") == 1
+    found = table("found [1].csv")
+    deviation = np.sqrt(found["stiffness_variance"][-1])
+    assert f"stiffness {found['stiffness'][-1]:.2f} ± {deviation:.2f} N/m" in outcome.out
+    assert outcome.out.startswith("ekf: 4000 samples; ")
+    assert outcome.out.endswith("converged; written to found [1].csv\n")
+
+
+def test_tension_positive_forces_give_the_same_with_the_sign_turned(run, csv):
+    run("estimate", csv(), "-o", "compression.csv")
+    tension = csv("tension.csv", sign=-1.0)
+    run("estimate", tension, "-o", "turned.csv", "--force-polarity", "tension")
+    run("estimate", tension, "-o", "wrong.csv")
+    assert table("turned.csv") == table("compression.csv")
+    assert table("wrong.csv")["stiffness"][-1] < 0.0
+
+
+def test_columns_are_found_by_the_names_given(run, csv):
+    run("estimate", csv(), "-o", "plain.csv")
+    renamed = csv("renamed.csv", header="seconds,coil,cell")
+    outcome = run(
+        *("estimate", renamed, "-o", "renamed_estimates.csv"),
+        *("--time", "seconds", "--position", "coil", "--force", "cell"),
+    )
+    assert outcome.status == 0
+    assert table("renamed_estimates.csv") == table("plain.csv")
+
+
+def test_time_is_that_of_the_csv_file(run, csv):
+    run("estimate", csv(begin=12.5))
+    assert table("estimates.csv")["time"] == pytest.approx(12.5 + 5e-4 * np.arange(4000))
+
+
+def test_csv_and_parquet_hold_the_same(run, csv):
+    measured = csv(seconds=0.2)
+    run("estimate", measured, "-o", "out.csv")
+    run("estimate", measured, "-o", "out.parquet")
+    assert parquet.read_table("out.parquet").to_pydict() == table("out.csv")
+
+
+def test_a_table_that_is_there_is_replaced(run, csv):
+    measured = csv(seconds=0.1)
+    run("estimate", csv("longer.csv", seconds=0.2))
+    run("estimate", measured)
+    assert len(table("estimates.csv")["time"]) == 200
+
+
+def test_a_setting_changes_what_the_filter_works_with(run, csv):
+    outcome = run("estimate", csv(), "--set", "tip_mass=0.02", "--set", "force_noise = 0.01")
+    assert outcome.status == 0
+    # The force of inertia that the filter no longer expects, it takes for missing stiffness.
+    expected = 450.0 - 0.02 * (2.0 * np.pi * 10.0) ** 2
+    assert table("estimates.csv")["stiffness"][-1] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--estimator", "magic"], "there is no estimator 'magic'; there are "),
+        (["--set", "tip_mass"], "--set tip_mass: write NAME=VALUE, such as force_noise=0.01"),
+        (["--set", "mass=1"], "there is no mass; there are tip_mass, load_cell_stiffness, "),
+        (["--set", "tip_mass=heavy"], "tip_mass is 'heavy': give a number above 0 to 10 [kg]"),
+        (["--set", "tip_mass=11"], "tip_mass is '11': give a number above 0 to 10 [kg]"),
+        (["--set", "force_noise=nan"], "force_noise is 'nan': give a number above 0 to 100 [N]"),
+        (["--set", "discretisation=best"], "discretisation is 'best': give one of exact, euler"),
+        (["--output", "estimates.xlsx"], "estimates.xlsx ends in '.xlsx'; tables are .csv or "),
+        (["--output", "none/estimates.csv"], "none/estimates.csv"),
+        (["--force", "N"], "has no column N; its columns are t, u, F"),
+        (["--output", "measured.csv"], "measured.csv holds the samples and would be replaced"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_line(fails, csv, tmp_path, arguments, said):
+    measured = csv(seconds=0.02)
+    before = measured.read_bytes()
+    assert said in fails("estimate", measured, *arguments)
+    assert measured.read_bytes() == before
+    assert list(tmp_path.glob("estimates.*")) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("none.csv", None, "none.csv: No such file or directory"),
+        ("empty.csv", "", "empty.csv has no column u, F, t; its columns are none: it is empty"),
+        ("header.csv", "t,u,F\n", "header.csv has a header line, but no rows below it"),
+        ("column.csv", "t,u\n0,0\n", "column.csv has no column F; its columns are t, u"),
+        ("word.csv", "t,u,F\n0,0,0\n1,0,x\n", "word.csv, line 3: column F is 'x'"),
+        ("none.mcap", None, "none.mcap: No such file or directory"),
+        ("empty.mcap", "", "empty.mcap is empty: nothing was recorded"),
+        ("text.mcap", "t,u,F\n0,0,0\n", "text.mcap is not an MCAP file"),
+        ("measured.txt", "t,u,F\n0,0,0\n", "measured.txt is not an MCAP file"),
+    ],
+)
+def test_a_file_that_is_no_measurement_is_named_with_what_is_wrong(
+    fails, tmp_path, name, content, said
+):
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    assert said in fails("estimate", name)
+
+
+def test_a_recording_is_estimated_bit_for_bit_as_the_filter_does_it(run, bag):
+    recorded = bag()
+    assert run("estimate", recorded).status == 0
+    expected = estimate(read_recording(recorded), "ekf", EstimatorSettings())
+    found = table("estimates.csv")
+    assert_array_equal(found["stiffness"], expected.stiffness)
+    assert_array_equal(found["damping"], expected.damping)
+    assert_array_equal(found["covariance_trace"], expected.covariance_trace)
+    assert found["time"] == pytest.approx(5e-4 * np.arange(9600), abs=1e-12)
+
+
+def test_a_recording_s_own_settings_count_unless_changed(run, bag):
+    recorded = bag(
+        metadata={
+            "/probe/other": {"estimator": "ukf", "tip_mass": "0.01"},
+            "/probe/ekf": {"estimator": "ekf", "tip_mass": "0.02", "restart_at_site": "false"},
+        }
+    )
+    run("estimate", recorded, "-o", "recorded.csv")
+    run("estimate", recorded, "-o", "changed.csv", "--set", "tip_mass=0.04", "--restart-at-site")
+    recording = read_recording(recorded)
+    as_recorded = estimate(
+        recording, "ekf", EstimatorSettings(tip_mass=0.02), restart_at_site=False
+    )
+    changed = estimate(recording, "ekf", EstimatorSettings(), restart_at_site=True)
+    assert_array_equal(table("recorded.csv")["stiffness"], as_recorded.stiffness)
+    assert_array_equal(table("changed.csv")["stiffness"], changed.stiffness)
+    assert not np.array_equal(as_recorded.stiffness, changed.stiffness)
+
+
+def test_metadata_of_other_recorders_does_no_harm(run, bag):
+    recorded = bag(metadata={"rig": {"estimator": "{not: yaml", "device_description": "a: b: c"}})
+    assert run("estimate", recorded).status == 0
+
+
+def test_a_recorded_setting_out_of_range_is_named(fails, bag):
+    recorded = bag(metadata={"/probe/ekf": {"estimator": "ekf", "tip_mass": "-1.0"}})
+    assert "tip_mass is -1.0: give a number above 0 to 10 [kg]" in fails("estimate", recorded)
+
+
+def test_a_topic_that_is_not_there_is_said_with_those_that_are(fails, bag):
+    assert "no samples on /left/samples; it has them on /probe/samples" in fails(
+        "estimate", bag(), "--topic", "/left/samples"
+    )
+
+
+def test_of_several_topics_of_samples_one_is_chosen(run, fails, bag, messages, scan):
+    block = scan[0][0]
+    other = ("/left/samples", messages.SAMPLES, block.stamp, messages.samples(block))
+    recorded = bag(more=[other])
+    assert "samples on several topics, choose one: " in fails("estimate", recorded)
+    assert run("estimate", recorded, "--topic", "/left/samples").status == 0
+    assert len(table("estimates.csv")["time"]) == 10

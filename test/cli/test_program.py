@@ -1,0 +1,183 @@
+"""The program as a newcomer meets it: its help, its errors, its completion."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from tissue_probe import __version__
+from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+
+COMMANDS = ["demo", "estimate", "estimators", "map", "info", "export"]
+
+
+def in_a_process(*arguments, **environment):
+    """Run the program as a user does: in its own process."""
+    entry = "from tissue_probe.cli import main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", entry, *arguments],
+        env={**os.environ, "COLUMNS": "80", **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=60,
+    )
+
+
+def test_the_overview_names_every_command_with_a_whole_sentence(run):
+    for arguments in (["--help"], ["-h"]):
+        outcome = run(*arguments)
+        assert outcome.status == 0
+        listed = outcome.out.partition("Commands:\n")[2]
+        assert re.findall(r"^  (\S+) +\S.*\.$", listed, re.MULTILINE) == COMMANDS
+        assert "..." not in listed
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_help_fits_80_columns_and_says_what_the_command_does(run, command):
+    for option in ("--help", "-h"):
+        outcome = run(command, option)
+        assert outcome.status == 0
+        assert outcome.err == ""
+        usage, _, what, *_ = outcome.out.splitlines()
+        assert usage.startswith(f"Usage: tissue_probe {command} ")
+        assert re.fullmatch(r"  [A-Z].*\.", what)
+        assert max(map(len, outcome.out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("command", "units"),
+    [
+        ("estimate", ["time [s]", "position [m]", "force [N]", "[N/m]", "[N s/m]"]),
+        ("export", ["time [s]", "position [m]", "force [N]", "[V]"]),
+        ("map", ["[N/m]", "[N s/m]", "[mm]"]),
+        ("demo", ["[s]"]),
+        ("info", ["[s]"]),
+    ],
+)
+def test_the_help_shows_units(run, command, units):
+    said = " ".join(run(command, "--help").out.split())
+    for unit in units:
+        assert unit in said
+
+
+@pytest.mark.parametrize(
+    ("command", "defaults"),
+    [
+        (
+            "estimate",
+            ["estimates.csv", "ekf", "t", "u", "F", "compression", "as recorded, else yes"],
+        ),
+        ("export", ["samples.csv"]),
+        ("map", ["map.png", "the recorded estimates"]),
+        ("demo", [".", "1.0; 0.05<=x<=60.0", "three nodules in soft tissue"]),
+    ],
+)
+def test_the_help_shows_defaults(run, command, defaults):
+    said = " ".join(run(command, "--help").out.split())
+    assert sorted(re.findall(r"\[default: (.*?)\]", said)) == sorted(defaults)
+
+
+def test_the_help_of_estimate_says_from_where_time_counts(run):
+    said = " ".join(run("estimate", "--help").out.split())
+    assert (
+        "Time counts from the first sample of a recording, or from a CSV file's own zero." in said
+    )
+
+
+def test_the_version_is_printed(run):
+    assert run("--version").out == f"tissue_probe {__version__}\n"
+
+
+def test_without_a_command_the_help_is_shown(run):
+    outcome = run()
+    assert outcome.status == 2
+    assert "Commands:" in outcome.out + outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["palpate"], "No such command 'palpate'"),
+        (["estimate"], "Missing argument 'SAMPLES'"),
+        (["estimate", "x.csv", "--frce", "F"], "No such option: --frce"),
+        (["estimate", "x.csv", "--force-polarity", "pull"], "'pull' is not one of 'compression', "),
+        (["demo", "--dwell-time", "0"], "Invalid value for '--dwell-time'"),
+        (["demo", "--dwell-time", "long"], "Invalid value for '--dwell-time'"),
+    ],
+)
+def test_wrong_usage_is_told_with_status_2(run, arguments, said):
+    outcome = run(*arguments)
+    assert outcome.status == 2
+    assert said in outcome.err
+    assert "Traceback" not in outcome.err
+
+
+def test_estimators_lists_every_filter_and_setting_with_default_unit_and_meaning(run):
+    outcome = run("estimators")
+    assert outcome.status == 0
+    assert outcome.out.splitlines()[0] == "Estimators: " + ", ".join(ESTIMATORS)
+    rows = []
+    for line in outcome.out.splitlines():
+        cells = [cell.strip() for cell in line.strip("│").split("│")]
+        if len(cells) == 4 and cells[0]:
+            rows.append(cells)
+        elif len(cells) == 4:  # the row goes on
+            rows[-1] = [
+                f"{cell} {more}".strip() for cell, more in zip(rows[-1], cells, strict=True)
+            ]
+    assert [row[0] for row in rows] == list(EstimatorSettings.model_fields)
+    for (_, default, takes, meaning), field in zip(
+        rows, EstimatorSettings.model_fields.values(), strict=True
+    ):
+        assert default == str(field.default)
+        assert meaning == field.description
+        unit = (field.json_schema_extra or {}).get("unit")
+        assert not unit or takes.endswith(f"[{unit}]")
+    assert max(map(len, outcome.out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_of_each_shell_is_a_script_that_calls_the_program(run, shell, monkeypatch):
+    monkeypatch.setattr("shellingham.detect_shell", lambda: (shell, f"/bin/{shell}"))
+    outcome = run("--show-completion")
+    assert outcome.status == 0
+    assert "_TISSUE_PROBE_COMPLETE" in outcome.out
+    assert f"complete_{shell}" in outcome.out
+
+
+def test_completion_offers_commands_and_options():
+    def completed(words, at):
+        return in_a_process(
+            _TISSUE_PROBE_COMPLETE="complete_bash", COMP_WORDS=words, COMP_CWORD=str(at)
+        ).stdout.split()
+
+    assert completed("tissue_probe est", 1) == ["estimate", "estimators"]
+    assert completed("tissue_probe estimate --force-", 2) == ["--force-polarity"]
+
+
+def test_an_error_of_the_program_itself_is_one_line_and_status_1(tmp_path):
+    ended = in_a_process("info", str(tmp_path / "none.mcap"))
+    assert ended.returncode == 1
+    assert ended.stdout == ""
+    assert ended.stderr == f"tissue_probe: {tmp_path / 'none.mcap'}: No such file or directory\n"
+
+
+def test_help_does_not_load_what_only_commands_need():
+    heavy = "numba", "scipy", "matplotlib", "pyarrow", "rclpy", "rosbags"
+    ended = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "import sys, tissue_probe.cli; "
+            f"print([name for name in {heavy!r} if name in sys.modules])",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ended.stdout == "[]\n"
