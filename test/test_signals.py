@@ -97,6 +97,10 @@ def test_blocks_of_a_rate_without_exact_stamps_join_too(rate, size):
     whole = block(2000, sample_period=1.0 / rate)
     (joined,) = join([whole[first : first + size] for first in range(0, 2000, size)])
     assert_same(joined, whole)
+    # A recording that misses the first samples, whose stamps were rounded from another zero.
+    for missed in (1, 2, 3):
+        (joined,) = join([whole[first : first + size] for first in range(missed, 2000, size)])
+        assert np.abs(joined.stamps - whole.stamps[missed:]).max() <= 1
 
 
 def test_stamps_that_drift_by_a_nanosecond_a_block_do_not_join_for_ever():
@@ -182,6 +186,7 @@ def test_negative_places_count_from_the_end():
         {"stamp": EPOCH + 10 * 500_000 + 2},  # the clock stepped
         {"stamp": EPOCH},
         {"sample_period": 1e-3},
+        {"sample_period": 5.000000001e-4},
     ],
 )
 def test_what_does_not_continue_a_block_begins_a_new_one(changes):

@@ -167,6 +167,10 @@ def test_an_error_of_the_program_itself_is_one_line_and_status_1(tmp_path):
     assert ended.stderr == f"tissue_probe: {tmp_path / 'none.mcap'}: No such file or directory\n"
 
 
+def test_an_error_is_one_line_whatever_the_name_of_the_file(fails):
+    assert "two lines.mcap: No such file or directory" in fails("info", "two\nlines.mcap")
+
+
 def test_help_does_not_load_what_only_commands_need():
     heavy = "numba", "scipy", "matplotlib", "pyarrow", "rclpy", "rosbags"
     ended = subprocess.run(

@@ -62,6 +62,7 @@ def main() -> None:
 
 def _sentence(error: ValueError | OSError) -> str:
     """Say on one line what went wrong."""
+    told = str(error)
     if isinstance(error, OSError) and error.filename and error.strerror:
-        return f"{error.filename}: {error.strerror}"
-    return " ".join(str(error).split())
+        told = f"{error.filename}: {error.strerror}"
+    return " ".join(told.split())

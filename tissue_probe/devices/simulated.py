@@ -9,9 +9,9 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
     tissue         F_tissue = k (x + d) + beta (x' + d')         while the suction tip holds
     stage          d' = (d_target - d) / tau                     how far it stands below the surface
 
-It is integrated by the classical Runge-Kutta scheme, at 20 kHz or what the fastest motion of the
-probe needs, which shares nothing with the discretisation of the estimators. The encoder shows u in
-whole steps, the load cell k0 (u - x) with white noise.
+It is integrated by the classical Runge-Kutta scheme, which shares nothing with the discretisation
+of the estimators, in steps short for the fastest motion of the probe. The encoder shows u in whole
+steps, the load cell k0 (u - x) with white noise.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray
 
-#: Longest Runge-Kutta step [s].
-LONGEST_STEP = 5e-5
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
 #: Most Runge-Kutta steps in a second: a fifth of a core.
@@ -221,7 +219,7 @@ class SimulatedProbe:
         units = np.eye(6).tolist()
         matrix = [_derivative(tuple(unit), True, 0.0, constants) for unit in units]
         rate = np.abs(np.linalg.eigvals(matrix)).max()
-        step = min(LONGEST_STEP, STEP_OF_TIME_CONSTANT / rate)
+        step = STEP_OF_TIME_CONSTANT / rate
         if 1.0 / step > MOST_STEPS:
             raise DeviceError(
                 f"the simulated probe's fastest time constant is {1.0 / rate:.1g} s, too short to "
