@@ -65,7 +65,7 @@ def counts_table(live: dict[str, object]) -> Table:
 def times_table(live: dict[str, object]) -> Table:
     """Return the lateness of wake-ups, and the latency of estimates."""
     columns = ["p50", "p99", "max"]
-    table = _two_modes("Lateness and latency [ms]", ["of"], columns)
+    table = _two_modes("Lateness and latency in ms", ["of"], columns)
     for name, values in _times(live):
         table.add_row(name, *(f"{value:.2f}" if value is not None else "" for value in values))
     table.caption = (
@@ -94,7 +94,7 @@ def offline_table(offline: dict[str, object]) -> Table:
     length = offline["recording_seconds"]
     table = _table(f"Off line: {length:.0f} s of samples")
     table.add_column("step")
-    for column in ("after start-up [s]", "times real time", "whole command [s]"):
+    for column in ("s after start-up", "times real time", "s as a command"):
         table.add_column(column, justify="right")
     warm, commands = offline["warm_seconds"], offline["command_seconds"]
     for name, seconds in warm.items():

@@ -65,12 +65,15 @@ def acquiring(bag: Path, *, subscribed: bool) -> Iterator[Session]:
     parameters = bag.with_suffix(".yaml")
     parameters.write_text(_PARAMETERS)
     subscribers = {
-        "/probe/samples": len(ESTIMATORS) + 1,
-        **{f"/probe/{name}/estimate": 2 for name in ESTIMATORS},
-        PER_SAMPLE_TOPIC: int(subscribed),
+        "/probe/driver": len(ESTIMATORS) + 1,  # and the recorder
+        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
     }
     with Session(processes(bag.absolute()), parameters) as session:
         announce_dwell(session)
+        if subscribed:
+            session.wait_until(
+                lambda: session.node.count_subscribers(PER_SAMPLE_TOPIC) > 0, "the subscriber"
+            )
         session.activate(subscribers)
         yield session
         session.deactivate()

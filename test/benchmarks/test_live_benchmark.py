@@ -76,7 +76,7 @@ def test_the_file_holds_the_results_and_the_tables_show_them(results, folder):
     console = Console(width=80, file=StringIO())
     report.show(results, console)
     shown = console.file.getvalue()
-    for title in ("Machine", "Messages", "Lateness", "Processor", "Off line", "Targets"):
+    for title in ("Machine", "Messages", "latency in ms", "Processor", "Off line", "Targets"):
         assert title in shown
     assert str(counted(results["live"]["alone"], "ekf")["published"]) in shown
     assert "…" not in shown
