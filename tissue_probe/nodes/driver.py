@@ -217,6 +217,7 @@ class Driver(LifecycleNode):
             return Health(ERROR, f"{self._fault} (the coil is at zero)")
         values: dict[str, object] = {}
         if self._device is not None:
+            values["subscribers"] = self._publisher.subscribers
             values["samples published"] = self._publisher.published
         if self._thread is None:
             return Health(OK, "not acquiring, the coil is at zero", values)

@@ -95,6 +95,7 @@ class EstimatorNode(Node):
 
     def _examine(self) -> Health:
         values = {
+            "subscribers": self._estimates.get_subscription_count(),
             "samples received": self.received,
             "samples lost": self.lost,
             "blocks malformed": self._malformed,

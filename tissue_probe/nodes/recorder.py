@@ -70,6 +70,7 @@ class Recorder(Node):
         self._known_topics: set[str] = set()
         self._known_nodes: set[str] = set()
         self.messages = 0
+        self._failed = False
         self._writer = McapWriter(self._path, {})
         self._inbox = Inbox(self)
         self.create_subscription(
@@ -83,14 +84,19 @@ class Recorder(Node):
     def destroy_node(self) -> None:
         """Record what has arrived, close the file, end the node."""
         try:
-            self._record()
+            if not self._failed:
+                self._record()
         finally:
             self._writer.close()
             self._inbox.destroy()
             super().destroy_node()
 
     def _record(self) -> None:
-        self.messages += self._inbox.empty()
+        try:
+            self.messages += self._inbox.empty()
+        except OSError:
+            self._failed = True
+            raise
 
     def _discover(self) -> None:
         for topic, types in self.get_topic_names_and_types():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from itertools import dropwhile
+from itertools import chain, dropwhile
 
 from pydantic import BaseModel
 from rclpy.duration import Duration
@@ -11,6 +11,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
+from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import Finished, run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
@@ -61,6 +62,7 @@ class Replay(Node):
         self._paused = self._settings.paused
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_timer(INTERVAL, self._publish_due)
+        Diagnostics(self, self._examine)
 
     def _make_publishers(self) -> dict:
         kinds = {
@@ -80,9 +82,10 @@ class Replay(Node):
         """Go to the chosen start of the bag."""
         messages = iterate_raw(self._settings.bag, self._publishers_by_topic.keys())
         first = next(messages)
-        self._bag_time = first[2] + round(self._settings.start * NANOSECONDS)
-        self._messages = dropwhile(lambda message: message[2] < self._bag_time, messages)
-        self._next = first if first[2] >= self._bag_time else next(self._messages, None)
+        begin = first.log_time + round(self._settings.start * NANOSECONDS)
+        self._messages = dropwhile(lambda m: m.log_time < begin, chain([first], messages))
+        self._next = next(self._messages, None)
+        self._bag_time = begin
         self._wall_time = time.monotonic_ns()
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -103,12 +106,19 @@ class Replay(Node):
         self._advance()
         if self._paused:
             return
-        while self._next is not None and self._next[2] <= self._bag_time:
-            topic, _, _, _, data = self._next
-            self._publishers_by_topic[topic].publish(data)
+        while self._next is not None and self._next.log_time <= self._bag_time:
+            self._publishers_by_topic[self._next.topic].publish(self._next.data)
             self._next = next(self._messages, None)
         if self._next is None:
             self._end()
+
+    def _examine(self) -> Health:
+        reached = sum(
+            publisher.get_subscription_count()
+            for publisher in self._publishers_by_topic.values()
+            if publisher.msg_type is ProbeSamples
+        )
+        return Health(OK, "paused" if self._paused else "replaying", {"subscribers": reached})
 
     def _end(self) -> None:
         if self._settings.loop:

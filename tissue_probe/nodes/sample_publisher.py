@@ -37,6 +37,11 @@ class SamplePublisher:
         self._wrench.header.frame_id = frame_id
         self.published = 0
 
+    @property
+    def subscribers(self) -> int:
+        """How many subscriptions the blocks reach."""
+        return self._blocks.get_subscription_count()
+
     def begin(self, start: int, sample_period: float) -> None:
         """Begin to number samples at 0, sample 0 stamped ``start`` [ns since the epoch]."""
         self._start = start

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.action import ActionClient
@@ -85,22 +86,33 @@ class Session:
         In the order in which they are to end.
     parameter_file : path
         YAML file with parameters of the nodes; the stock simulation's if not given.
+
+    Attributes
+    ----------
+    node : rclpy.node.Node
+        This process's own node.
+    processes : dict
+        The processes by name.
+    health : dict
+        The values that each node last told in /diagnostics, by its full name.
     """
 
     def __init__(
         self, processes: Sequence[NodeProcess], parameter_file: Path | None = None
     ) -> None:
         self._descriptions = processes
-        self._parameter_file = parameter_file or stock_configuration("simulation.yaml")
+        self.parameter_file = parameter_file or stock_configuration("simulation.yaml")
         self._logs = tempfile.TemporaryDirectory(prefix="tissue_probe_")
         self._context = rclpy.Context()
         self.processes: dict[str, subprocess.Popen] = {}
+        self.health: dict[str, dict[str, str]] = {}
 
     def __enter__(self) -> Session:
         # Nobody outside this machine is to hear of a demonstration, nor to command its coil.
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node("session", namespace="/probe", context=self._context)
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_health, 100)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         for description in self._descriptions:
@@ -114,12 +126,13 @@ class Session:
         self._logs.cleanup()
 
     def activate(self, subscribers: dict[str, int]) -> None:
-        """Configure the driver, wait until every topic has its subscribers, activate the driver.
+        """Configure the driver, wait until everyone is heard, activate the driver.
 
         Parameters
         ----------
         subscribers : dict
-            How many subscriptions each topic must have, by the topic's full name.
+            How many subscriptions each node must reach with what it publishes, by the node's full
+            name, as the nodes tell in /diagnostics: nothing is lost from then on.
 
         Raises
         ------
@@ -127,13 +140,24 @@ class Session:
             If a process ends, or they do not find one another.
         """
         self._change_state(Transition.TRANSITION_CONFIGURE, "configure", START_TIMEOUT)
+        self.wait_for_subscribers(subscribers)
+        self._change_state(Transition.TRANSITION_ACTIVATE, "activate", ANSWER_TIMEOUT)
+
+    def wait_for_subscribers(self, counts: dict[str, int]) -> None:
+        """Wait until each node reaches so many subscriptions, by the node's full name.
+
+        Raises
+        ------
+        SessionError
+            If they do not find one another in time, or a process ended meanwhile.
+        """
         self.wait_until(
             lambda: all(
-                self.node.count_subscribers(topic) >= count for topic, count in subscribers.items()
+                int(self.health.get(node, {}).get("subscribers", 0)) >= count
+                for node, count in counts.items()
             ),
             "the nodes to find one another",
         )
-        self._change_state(Transition.TRANSITION_ACTIVATE, "activate", ANSWER_TIMEOUT)
 
     def deactivate(self) -> None:
         """Put the coil at zero.
@@ -209,10 +233,14 @@ class Session:
         is_traceback = any(line.startswith("Traceback") for line in lines)
         return "\n".join(lines[-12:] if is_traceback else lines[-1:]) or "it said nothing"
 
+    def _on_health(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.health[status.name] = {value.key: value.value for value in status.values}
+
     def _start(self, description: NodeProcess) -> None:
         with (Path(self._logs.name) / description.name).open("wb") as log:
             self.processes[description.name] = subprocess.Popen(
-                description.command(self._parameter_file),
+                description.command(self.parameter_file),
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
