@@ -21,6 +21,9 @@ OPTIONS = 'cache=True, nogil=True, error_model="numpy"'
 LOOP = Path(__file__).with_name("loop.py")
 VERDICT = Path(__file__).with_name("verdict.py")
 
+# What exceeds this is no measurement [m, N]: it counts as missing, as a NaN does.
+LARGEST = 1e4
+
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
 
@@ -92,6 +95,7 @@ def _places(layout: Layout) -> str:
         "REJECTED": layout.rejected,
         "MEMORY": layout.size,
         "FLOOR": 1e-24,
+        "LARGEST": LARGEST,
         "STATE_NAMES": states,
         "EXTRA": layout.extra,
     }

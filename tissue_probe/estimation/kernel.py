@@ -80,7 +80,7 @@ class KalmanFilter:
         from tissue_probe.estimation.generate import source
         from tissue_probe.physics.rigs import compliant_probe
 
-        model = compliant_probe(self.force_offset)
+        model = compliant_probe(force_offset=self.force_offset)
         states = tuple(map(str, [*model.states, *model.parameters]))
         layout = Layout(states, self.equations.EXTRA)
         return source(model, discretisation, layout, self.equations)

@@ -17,9 +17,6 @@ needs an established motion. Never imported: this text becomes part of a kernel 
 WITH_POSITION, WITH_FORCE, PHASE, COUNT, SQUARED_WEIGHTS, LAST = 6, 9, 12, 13, 14, 15
 MEAN_NIS, REJECTED, MEMORY = 23, 24, 25
 
-# Whatever exceeds this is no measurement [m, N], and would overflow; so does a NaN.
-LARGEST = 1e30
-
 
 @njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
 def start(constants, memory):
@@ -85,9 +82,9 @@ def estimate(constants, memory, w):
     # Each quadrature of F has the variance 2 R (sum of w^2) / (sum of w)^2, and dZ/dF = c U / X^2.
     R = constants[FORCE_VARIANCE] * max(1.0, memory[MEAN_NIS])
     noise = 2.0 * R * memory[SQUARED_WEIGHTS] / memory[5] ** 2
-    variance = noise * abs(c * U) ** 2 / abs(X) ** 4
+    variance = max(noise * abs(c * U) ** 2 / abs(X) ** 4, FLOOR)
     # A motion that is not ten times its noise is none.
-    known = abs(k0 * X) ** 2 > 100.0 * noise
+    known = min(abs(k0 * U), abs(k0 * X)) ** 2 > 100.0 * noise
     known &= variance < constants[PRIOR_VARIANCE + 2]
     known &= variance < constants[PRIOR_VARIANCE + 3] * w * w
     if not known:

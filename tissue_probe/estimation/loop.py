@@ -41,7 +41,9 @@ def keep_sound(constants, memory):
     Without a cap the covariance of a fading filter grows for ever in a direction that is not
     excited. Written so that a NaN counts as out of bounds.
     """
-    sound = math.isfinite(memory[STIFFNESS_DAMPING])
+    covariance = memory[STIFFNESS_DAMPING]
+    product = memory[DIAGONAL[STIFFNESS]] * memory[DIAGONAL[DAMPING]]
+    sound = covariance * covariance <= product
     for state in range(STATES):
         mean, variance = memory[state], memory[DIAGONAL[state]]
         prior = constants[PRIOR_VARIANCE + state]
@@ -55,7 +57,10 @@ def keep_sound(constants, memory):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def repair(constants, memory):
-    """Bring mean and covariance back into bounds; where numbers overflowed, start again."""
+    """Bring mean and covariance back into bounds; where numbers overflowed, start again.
+
+    Rounding can push a correlation beyond 1, where a variance has just shrunk by many orders.
+    """
     for index in range(HISTORY):
         if not math.isfinite(memory[index]):
             start(constants, memory)
@@ -64,6 +69,11 @@ def repair(constants, memory):
         memory[state] = min(max(memory[state], constants[LOWER + state]), constants[UPPER + state])
         floor = FLOOR * constants[PRIOR_VARIANCE + state]
         memory[DIAGONAL[state]] = max(memory[DIAGONAL[state]], floor)
+    for row in range(STATES):
+        for column in range(row + 1, STATES):
+            place = DIAGONAL[row] + column - row
+            bound = (1.0 - 1e-9) * math.sqrt(memory[DIAGONAL[row]] * memory[DIAGONAL[column]])
+            memory[place] = min(max(memory[place], -bound), bound)
     cap(constants, memory)
 
 
@@ -96,7 +106,7 @@ def run(constants, memory, position, force, estimates, begin, end):
     missing = 0
     for sample in range(begin, end):
         innovation = normalized = math.nan
-        if math.isfinite(position[sample]):
+        if abs(position[sample]) < LARGEST:
             advance(constants, memory, position[sample])
             predicted, variance = output(constants, memory)
             memory[PREDICTED] = predicted
@@ -104,7 +114,7 @@ def run(constants, memory, position, force, estimates, begin, end):
             normalized = innovation * innovation / variance
         elif memory[PRIMED] > 0.0:
             reopen(constants, memory)
-        if math.isfinite(normalized):
+        if abs(force[sample]) < LARGEST and math.isfinite(normalized):
             judge_model(memory, normalized)
             S, R = weigh(constants, memory, innovation, variance)
             update(constants, memory, innovation, S, R)

@@ -19,9 +19,6 @@ MEAN_NIS, REJECTED, MEMORY = 22, 23, 24
 
 CUTOFF = 2.0 * math.pi * 100.0
 
-# Whatever exceeds this is no measurement [m, N], and would overflow; so does a NaN.
-LARGEST = 1e30
-
 
 @njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
 def start(constants, memory):
@@ -88,14 +85,21 @@ def regress(constants, memory, y, x, v):
     memory[SUMS + 4] += v * y
     a, b, d = memory[SUMS], memory[SUMS + 1], memory[SUMS + 2]
     determinant = a * d - b * b
+    if not determinant > 1e-12 * a * d:  # x and v in step: k and beta cannot be told apart
+        return
     k = (d * memory[SUMS + 3] - b * memory[SUMS + 4]) / determinant
     beta = (a * memory[SUMS + 4] - b * memory[SUMS + 3]) / determinant
     noise = R * max(1.0, memory[MEAN_NIS])
     memory[LAST] = min(max(k, constants[LOWER + 2]), constants[UPPER + 2])
     memory[LAST + 1] = min(max(beta, constants[LOWER + 3]), constants[UPPER + 3])
-    memory[LAST + 3] = min(noise * d / determinant, constants[PRIOR_VARIANCE + 2])
-    memory[LAST + 4] = min(noise * a / determinant, constants[PRIOR_VARIANCE + 3])
-    memory[LAST + 5] = -noise * b / determinant
+    share = min(
+        1.0,
+        constants[PRIOR_VARIANCE + 2] * determinant / (noise * d),
+        constants[PRIOR_VARIANCE + 3] * determinant / (noise * a),
+    )
+    memory[LAST + 3] = max(share * noise * d / determinant, FLOOR)
+    memory[LAST + 4] = max(share * noise * a / determinant, FLOOR)
+    memory[LAST + 5] = -share * noise * b / determinant
     memory[LAST + 2] = memory[LAST + 3] + memory[LAST + 4]
 
 

@@ -31,20 +31,24 @@ class Program:
     """
 
     def __init__(self) -> None:
-        self._lines: list[str] = []
+        self.lines: list[str] = []
         self._names = 0
 
     def load(self, array: str, first: int, names: Sequence[str]) -> list[sp.Symbol]:
         """Read consecutive elements of an array, beginning at ``first``, into symbols."""
         symbols = [sp.Symbol(name, real=True) for name in names]
         for index, symbol in enumerate(symbols, first):
-            self._lines.append(f"{symbol} = {array}[{index}]")
+            self.lines.append(f"{symbol} = {array}[{index}]")
         return symbols
 
     def store(self, array: str, first: int, values: Sequence[sp.Expr]) -> None:
         """Write values into consecutive elements of an array, beginning at ``first``."""
         for index, value in enumerate(values, first):
-            self._lines.append(f"{array}[{index}] = {_printer.doprint(value)}")
+            self.set(f"{array}[{index}]", value)
+
+    def set(self, place: str, value: sp.Expr) -> None:
+        """Write one value to a place given as source, such as ``force[sample]``."""
+        self.lines.append(f"{place} = {_printer.doprint(value)}")
 
     def let(self, name: str, value: sp.Expr) -> sp.Expr:
         """Assign one expression, and return the symbol that now stands for it."""
@@ -59,13 +63,13 @@ class Program:
             symbols=(sp.Symbol(f"_{self._next()}", real=True) for _ in iter(int, 1)),
         )
         for symbol, expression in temporaries:
-            self._lines.append(f"{symbol} = {_printer.doprint(expression)}")
+            self.lines.append(f"{symbol} = {_printer.doprint(expression)}")
         remaining = iter(expressions)
         entries = []
         for entry, atom in zip(value, atoms, strict=True):
             if not atom:
                 symbol = sp.Symbol(f"{name}_{self._next()}", real=True)
-                self._lines.append(f"{symbol} = {_printer.doprint(next(remaining))}")
+                self.lines.append(f"{symbol} = {_printer.doprint(next(remaining))}")
                 entry = symbol
             entries.append(entry)
         return sp.Matrix(*value.shape, entries)
@@ -95,7 +99,7 @@ class Program:
 
     def line(self, text: str) -> None:
         """Add a line of source as it is."""
-        self._lines.append(text)
+        self.lines.append(text)
 
     def begin(self, text: str) -> None:
         """Open an indented block (a loop, a branch)."""
@@ -109,7 +113,7 @@ class Program:
     def source(self, signature: str, returns: str = "") -> str:
         """Return the source of a function with these assignments as its body."""
         text, depth = [f"def {signature}:"], 1
-        for line in [*self._lines, *([f"return {returns}"] if returns else [])]:
+        for line in [*self.lines, *([f"return {returns}"] if returns else [])]:
             if line == "<indent>":
                 depth += 1
             elif line == "<dedent>":

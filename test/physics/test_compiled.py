@@ -1,0 +1,47 @@
+"""Kernels are generated once and found again by later processes."""
+
+import os
+import subprocess
+import sys
+
+from tissue_probe.physics import compiled
+
+
+def test_generated_code_is_written_once_and_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("TISSUE_PROBE_CACHE", str(tmp_path))
+    calls = []
+
+    def write():
+        calls.append(1)
+        return "ANSWER = 42\n"
+
+    assert compiled.module("answer", write).ANSWER == 42
+    assert compiled.module("answer", write).ANSWER == 42
+    (path,) = tmp_path.glob("tissue_probe_answer_*.py")
+    del sys.modules[path.stem]
+    assert compiled.module("answer", write).ANSWER == 42
+    assert calls == [1]
+
+
+def test_code_that_fails_is_not_taken_for_imported(tmp_path, monkeypatch):
+    monkeypatch.setenv("TISSUE_PROBE_CACHE", str(tmp_path))
+    for _ in range(2):
+        try:
+            compiled.module("broken", lambda: "1 / 0\n")
+        except ZeroDivisionError:
+            continue
+        raise AssertionError("the module was taken for imported")
+
+
+def test_a_warm_start_needs_no_symbols():
+    """SymPy would cost a process that only filters half a second."""
+    text = (
+        "import sys; from tissue_probe.estimation import Estimator, EstimatorSettings;"
+        "Estimator('robust_ekf', EstimatorSettings()); print('sympy' in sys.modules)"
+    )
+    for _ in range(2):  # the first may have to generate
+        run = subprocess.run(
+            [sys.executable, "-c", text],
+            capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": "."},
+        )  # fmt: skip
+    assert run.stdout.split()[-1] == "False"
