@@ -16,6 +16,7 @@ from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExcee
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read, validate_together
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
@@ -106,8 +107,9 @@ class Driver(LifecycleNode):
         self._stage = self._simulated = None
         if isinstance(device, SimulatedProbe):
             self._simulated = device
-            self._stage = self.create_subscription(
-                PoseStamped, settings.stage_pose, lambda pose: _place(device, pose), POSES
+            self._stage = Inbox(self)
+            self._stage.subscribe(
+                PoseStamped, settings.stage_pose, POSES, lambda pose, info: _place(device, pose)
             )
         self.set_parameters([Parameter("device_description", value=device.description)])
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
@@ -118,6 +120,7 @@ class Driver(LifecycleNode):
         try:
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
+            self._hear_stage()
             self._device.start(excitation)
         except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
             self.get_logger().error(f"cannot activate: {error}")
@@ -160,7 +163,8 @@ class Driver(LifecycleNode):
         device, publisher = self._device, self._publisher
         try:
             while not self._stopping.is_set():
-                publisher.add(device.read(device.samples_per_read))
+                if publisher.add(device.read(device.samples_per_read)):
+                    self._hear_stage()
         except Exception as error:  # whatever it was, the coil must stop and someone must hear
             if self.context.ok():
                 self._fault = str(error) or type(error).__name__
@@ -168,6 +172,10 @@ class Driver(LifecycleNode):
             device.stop()
         if self.context.ok():
             publisher.flush()
+
+    def _hear_stage(self) -> None:
+        if self._stage is not None:
+            self._stage.empty()
 
     def _stop(self) -> None:
         self._stopping.set()
@@ -185,7 +193,7 @@ class Driver(LifecycleNode):
         self._device = None
         self._publisher.destroy()
         if self._stage is not None:
-            self.destroy_subscription(self._stage)
+            self._stage.destroy()
 
     def _deactivate_after_fault(self) -> None:
         if self._fault and self._thread is not None:

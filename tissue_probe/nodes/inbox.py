@@ -1,17 +1,22 @@
-"""Subscriptions that are emptied now and then instead of being waited for.
+"""Subscriptions outside the executor: emptied now and then, or waited for in a thread.
 
-An rclpy executor spends 60-100 us on each message it waits for, taking one from a subscription
-costs a tenth of that. Nodes that need not react at once (recorder, mapper) take messages in bulk.
+An rclpy executor spends 60-100 us on each message, since it looks at everything the node has;
+taking a message from a subscription costs a tenth of that. Nodes that need not react at once
+(recorder, mapper) take messages in bulk; an estimator waits for its samples and nothing else.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any
 
 import rclpy
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+
+from tissue_probe.signals import NANOSECONDS
 
 #: Called with a message (its CDR bytes if raw) and rclpy's message info (a dictionary).
 Handler = Callable[[Any, dict], None]
@@ -35,6 +40,7 @@ class Inbox:
             start_parameter_services=False,
         )
         self._subscriptions: list[tuple[Any, Handler]] = []
+        self._wait_set: Any = None
 
     def subscribe(
         self,
@@ -61,6 +67,24 @@ class Inbox:
                     handler(*taken)
                     count += 1
         return count
+
+    def wait(self, timeout: float) -> None:
+        """Wait until a message has arrived, at most ``timeout`` [s].
+
+        All subscriptions must have been made before the first call.
+        """
+        handles = [subscription.handle for subscription, _ in self._subscriptions]
+        if self._wait_set is None:
+            # As rclpy.wait_for_message does it, the only public example of a wait without executor.
+            self._wait_set = rclpy_implementation.WaitSet(
+                len(handles), 0, 0, 0, 0, 0, self._owner.context.handle
+            )
+        with ExitStack() as stack:
+            self._wait_set.clear_entities()
+            for handle in handles:
+                stack.enter_context(handle)
+                self._wait_set.add_subscription(handle)
+            self._wait_set.wait(round(timeout * NANOSECONDS))
 
     def destroy(self) -> None:
         """Let go of the subscriptions."""

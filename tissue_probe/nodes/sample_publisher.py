@@ -51,15 +51,17 @@ class SamplePublisher:
         self.published = 0
         self._look_for_subscribers()
 
-    def add(self, samples: Samples) -> None:
-        """Publish samples one by one now, and the block that they complete."""
+    def add(self, samples: Samples) -> bool:
+        """Publish samples one by one now, and the block if they complete it; return if they did."""
         first = self.published + self._pending_count
         for i in range(samples.position.size):
             self._publish_one(first + i, samples.position[i], samples.force[i])
         self._pending.append(samples)
         self._pending_count += samples.position.size
-        if self._pending_count >= self._block_size:
+        complete = self._pending_count >= self._block_size
+        if complete:
             self.flush()
+        return complete
 
     def flush(self) -> None:
         """Publish what is left of an incomplete block."""

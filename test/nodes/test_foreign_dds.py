@@ -1,0 +1,90 @@
+"""A DDS client that shares no code with our stack hears every sample: Eclipse Cyclone DDS."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import PATIENCE, collect, deactivate, driver, estimator, stage_on_tissue
+from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64
+from tissue_probe_msgs.msg import ProbeSamples
+
+from tissue_probe.nodes.conversions import samples_from_message
+from tissue_probe.signals import join
+
+#: Cyclone is to look for others on this host only, and without multicast, as our nodes do.
+CYCLONE_CONFIGURATION = """
+<CycloneDDS><Domain>
+  <General>
+    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>
+  </General>
+  <Discovery>
+    <ParticipantIndex>auto</ParticipantIndex>
+    <MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
+    <Peers><Peer address="127.0.0.1"/></Peers>
+  </Discovery>
+</Domain></CycloneDDS>
+"""
+
+
+@pytest.fixture
+def foreign():
+    """Start the foreign client; it ends when its standard input does."""
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("ROS", "RMW", "AMENT", "LD_"))
+    }
+    client = subprocess.Popen(
+        [sys.executable, str(Path(__file__).parent / "foreign_client.py")],
+        env={
+            **environment,
+            "CYCLONEDDS_URI": CYCLONE_CONFIGURATION,
+            "DOMAIN": os.environ["ROS_DOMAIN_ID"],
+        },
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    yield client
+    client.kill()
+    client.wait()
+
+
+def test_a_foreign_client_receives_every_sample_and_every_estimate(session, foreign):
+    running = session(driver(), stage_on_tissue(), estimator("ekf"))
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    stiffness = collect(running.node, Float64, "/probe/ekf/stiffness")
+    # Beside the foreign client nobody listens to measured_cf.
+    running.activate({"/probe/driver": 2})
+    running.wait_until(
+        lambda: running.node.count_subscribers("/probe/measured_cf") == 1, "the foreign client"
+    )
+    running.wait_until(lambda: len(blocks) > 600, "three seconds of samples")
+    deactivate(running)
+    running.wait_until(lambda: len(stiffness) >= len(blocks) - 1, "the estimates")
+    heard, _ = foreign.communicate("stop\n", timeout=PATIENCE)
+    received = json.loads(heard)
+    sent = join(samples_from_message(block) for block in blocks)[0]
+
+    begin = int(np.searchsorted(sent.stamps, received["stamps"][0]))
+    assert len(received["stamps"]) > 4000
+    assert received["stamps"] == sent.stamps[begin:].tolist()
+    assert received["forces"] == sent.force[begin:].tolist()
+    values = [message.data for message in stiffness]
+    assert len(received["stiffness"]) > 400
+    assert received["stiffness"] == values[-len(received["stiffness"]) :]
+
+
+def test_the_foreign_type_names_are_those_of_ros(graph):
+    """The names on the wire, which a foreign client must know, are fixed by ROS 2."""
+    graph.node.create_publisher(WrenchStamped, "measured_cf", 10)
+    info = graph.node.get_publishers_info_by_topic("/probe/measured_cf")[0]
+    assert info.topic_type == "geometry_msgs/msg/WrenchStamped"
