@@ -48,12 +48,11 @@ def integrated(values, coil, coil_rate, times, relaxing=(0.0, 1.0), cubic=0.0):
     return K0 * (coil(times) - solution.y[0])
 
 
-def polynomial_force(values, period, samples=40):
-    """Force under a coil that moves as a cubic, which the interpolation reproduces exactly."""
+def polynomial_motion(values, period, samples=40):
+    """Coil that moves as a cubic, which interpolation reproduces exactly, and tip (x, v)."""
     c = np.array([2e-4, -1e-3, 3e-2, 0.4]) * (5e-4 / period) ** np.arange(4)
     times = np.arange(samples) * period
     coil = np.polynomial.Polynomial(c)
-    # The first two steps interpolate by a line and a parabola: begin on the true state at t = 3.
     truth = solve_ivp(
         lambda t, z: [
             z[1],
@@ -62,7 +61,7 @@ def polynomial_force(values, period, samples=40):
         ],
         (0, times[-1]), [0, 0], "LSODA", times, rtol=1e-12, atol=1e-18, max_step=period / 4,
     )  # fmt: skip
-    return times, coil(times), truth.y
+    return coil(times), truth.y
 
 
 @pytest.mark.parametrize("period", [1e-4, 5e-4, 2e-3])
@@ -71,7 +70,7 @@ def polynomial_force(values, period, samples=40):
 )
 def test_the_step_is_exact_for_any_tissue_at_any_rate(values, period):
     """One step at a time from the true state; the input is a cubic."""
-    times, coil, truth = polynomial_force(values, period)
+    coil, truth = polynomial_motion(values, period)
     for sample in (3, 10, 39):
         window = coil[sample - 3 : sample + 1]
         result = _last_step(values, window, period, truth[:, sample - 1])

@@ -18,5 +18,5 @@ def predict(filter):
     For a fading that the innovations drive see ``afukf``.
     """
     X, F = filter.step()
-    P = filter.constant("fading") * (F * filter.P * F.T) + filter.Q
+    P = filter.constant("fading") * (filter.let("FP", F * filter.P) * F.T) + filter.Q
     filter.assign(X, P)

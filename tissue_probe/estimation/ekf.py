@@ -12,7 +12,7 @@ def predict(filter):
     printed with f(X_t, u_t) for f(X_(t-1), u_(t-1)). Q is read as a variance per sample.
     """
     X, F = filter.step()
-    P = F * filter.P * F.T + filter.Q
+    P = filter.let("FP", F * filter.P) * F.T + filter.Q
     filter.assign(X, P)
 
 
@@ -22,9 +22,10 @@ def update(filter):
     Eq. 21 is printed with h(X_t) for h(X_t^-), and eq. 18 calls H a 4x1 matrix; it is 1x4.
     """
     P, H, S, R = filter.P, filter.H, filter.S, filter.R
-    K = filter.let("K", P * H.T / S)
-    L = filter.let("L", filter.I - K * H)
-    P = filter.let("LP", L * P) * L.T + K * R * K.T
+    HP = filter.let("HP", H * P)
+    K = filter.let("K", HP.T / S)
+    LP = filter.let("LP", P - K * HP)  # L = I - K H
+    P = LP + (K * R - filter.let("LPH", LP * H.T)) * K.T  # L P L^T + K R K^T
     filter.assign(filter.X + K * filter.innovation, P)
 
 

@@ -105,23 +105,28 @@ class Filter:
         self.program.line(f"{', '.join(map(str, advanced))}, = step({', '.join(arguments)})")
         return sp.Matrix([*advanced, *point[len(advanced) :]])
 
-    def cholesky(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Return the lower triangular L with L L^T = matrix.
+    @property
+    def linear_states(self) -> int:
+        """How many of the first states the step is linear in, the others being given."""
+        return len(self.model.states) if self.model.is_linear else 0
+
+    def upper_cholesky(self, matrix: sp.Matrix) -> sp.Matrix:
+        """Return the upper triangular U with U U^T = matrix.
 
         Where rounding left the matrix slightly indefinite, the column of the offending pivot is 0.
         """
         size = matrix.rows
-        L = sp.zeros(size, size)
-        for j in range(size):
-            pivot = self.program.let("pivot", matrix[j, j] - sum(L[j, k] ** 2 for k in range(j)))
-            floor = sp.Max(pivot, 0)
-            L[j, j] = self.program.let("L", sp.sqrt(floor))
-            inverse = sp.Symbol(f"inverse{j}_{L[j, j]}", real=True)
-            self.program.line(f"{inverse} = 1.0 / {L[j, j]} if {L[j, j]} > 0.0 else 0.0")
-            for i in range(j + 1, size):
-                rest = matrix[i, j] - sum(L[i, k] * L[j, k] for k in range(j))
-                L[i, j] = self.program.let("L", rest * inverse)
-        return L
+        U = sp.zeros(size, size)
+        for j in reversed(range(size)):
+            known = sum(U[j, k] ** 2 for k in range(j + 1, size))
+            pivot = self.program.let("pivot", sp.Max(matrix[j, j] - known, 0))
+            U[j, j] = self.program.let("U", sp.sqrt(pivot))
+            inverse = self.program.let("inverse", 1 / U[j, j])
+            self.program.line(f"if {pivot} == 0.0: {inverse} = 0.0")
+            for i in range(j):
+                rest = matrix[i, j] - sum(U[i, k] * U[j, k] for k in range(j + 1, size))
+                U[i, j] = self.program.let("U", rest * inverse)
+        return U
 
     def assign(self, X: sp.Matrix, P: sp.Matrix) -> None:
         """Make these the filter's mean and covariance."""

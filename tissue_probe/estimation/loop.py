@@ -31,7 +31,6 @@ def advance(constants, memory, position):
     if primed == 0.0:
         return
     predict(constants, memory)
-    keep_sound(constants, memory)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -118,10 +117,10 @@ def run(constants, memory, position, force, estimates, begin, end):
             judge_model(memory, normalized)
             S, R = weigh(constants, memory, innovation, variance)
             update(constants, memory, innovation, S, R)
-            keep_sound(constants, memory)
         else:
             innovation = normalized = math.nan
             missing += 1
+        keep_sound(constants, memory)
         record(constants, memory, estimates, sample)
         estimates[8, sample] = innovation
         estimates[9, sample] = normalized

@@ -7,6 +7,7 @@ What does not: how well a given excitation tells them (``estimation.bound``).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import sympy as sp
 
@@ -41,10 +42,7 @@ def observability_matrix(model: Model) -> sp.Matrix:
             sp.diff(derivative, state) * rate
             for state, rate in zip(model.states, model.motion, strict=True)
         )
-        drive = sum(
-            sp.diff(derivative, signal) * rate
-            for signal, rate in zip(inputs, inputs[1:], strict=False)
-        )
+        drive = sum(sp.diff(derivative, signal) * rate for signal, rate in pairwise(inputs))
         derivative = sp.expand(flow + drive)
     return sp.Matrix(rows)
 
