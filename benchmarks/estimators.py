@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
 
 from estimators_bound import cramer_rao_bound
 from estimators_simulator import Experiment, HardeningTissue, simulate_ramp

@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
 
 from estimators_simulator import Experiment
 
@@ -30,6 +30,7 @@ from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.estimation.layout import force_variance
 from tissue_probe.signals import SampleBlock
 
+HERE = Path(__file__).parent
 SETTINGS = EstimatorSettings()
 EULER = EstimatorSettings(discretisation="euler")
 PERIOD = 5e-4
@@ -126,7 +127,7 @@ def c_time(function: ctypes._CFuncPtr, position: np.ndarray, force: np.ndarray) 
 
 
 def filterpy_time(position: np.ndarray, force: np.ndarray, unscented: bool) -> float:
-    """Return the time of a sample in filterpy, whose user writes the (Euler) model in NumPy [us]."""
+    """Return the time of a sample in filterpy, with the Euler model in NumPy [us]."""
     from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
     m, k0, b0, dt = 0.04, 9700.0, 0.8, PERIOD

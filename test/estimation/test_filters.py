@@ -78,5 +78,5 @@ def test_a_tip_in_the_air_is_reported_as_no_contact(name):
 def test_a_resting_coil_teaches_nothing_and_harms_nothing(name):
     estimates = estimate(name, Experiment(amplitude=0.0, duration=1.0))
     assert np.all(estimates.status == Status.CONVERGING)
-    assert np.all(estimates.stiffness_variance <= EXACT.stiffness_prior_sd**2)
-    assert np.all(estimates.damping_variance <= EXACT.damping_prior_sd**2)
+    assert np.all(estimates.stiffness_variance <= 1.000001 * EXACT.stiffness_prior_sd**2)
+    assert np.all(estimates.damping_variance <= 1.000001 * EXACT.damping_prior_sd**2)
