@@ -31,6 +31,7 @@ from tissue_probe.signals import SampleBlock, TissueEstimates
 STANDARD = EstimatorSettings()
 PAPER = EstimatorSettings(
     discretisation="euler",
+    velocity_noise=1e-8,
     stiffness_prior_sd=1.0,
     damping_prior_sd=1.0,
     tip_position_prior_sd=1.0,

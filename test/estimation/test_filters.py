@@ -61,8 +61,9 @@ def test_only_the_fading_filter_of_the_papers_three_follows_a_change():
 
 
 def test_the_fading_filters_covariance_settles_and_the_others_falls():
+    papers = EstimatorSettings(velocity_noise=1e-8)
     experiment = Experiment(duration=4.0)
-    ekf, afekf = estimate("ekf", experiment), estimate("afekf", experiment)
+    ekf, afekf = (estimate(name, experiment, papers) for name in ("ekf", "afekf"))
     assert afekf.covariance_trace[-1] == pytest.approx(0.58, rel=0.1)
     assert ekf.covariance_trace[-1] < 0.03
 

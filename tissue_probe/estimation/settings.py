@@ -43,9 +43,12 @@ class EstimatorSettings(BaseModel):
         "exact", "", "Step from sample to sample: exact, or the paper's forward Euler"
     )
     velocity_noise: float = _setting(
-        1e-8, "m^2/s^2", "Variance added to the tip velocity in each sample (paper, section V-A)",
-        ge=0, le=1,
-    )  # fmt: skip
+        1e-9,
+        "m^2/s^2",
+        "Variance added to the tip velocity in each sample (the paper, section V-A, has 1e-8)",
+        ge=0,
+        le=1,
+    )
     fading: float = _setting(
         1.003, "", "Growth of the covariance in each sample, alpha (afekf only)", ge=1, le=1.2
     )
