@@ -4,7 +4,7 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-ESTIMATORS = ["ekf", "ukf", "afekf"]
+ESTIMATORS = ["robust_ekf", "ekf", "ukf", "afekf", "afukf", "lock_in", "rls"]
 NODES = ["driver", "mapper", "recorder", "replay", "scan", "stage"]
 
 setup(

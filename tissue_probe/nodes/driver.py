@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from typing import Literal
 
 import numpy as np
@@ -22,6 +23,9 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.settings import SettingsError, setting
+
+#: Within this time of its start a node hears of the others [s].
+DISCOVERY_TIME = 1.0
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
@@ -75,6 +79,7 @@ class Driver(LifecycleNode):
 
     def __init__(self) -> None:
         super().__init__("driver")
+        self._created = time.monotonic()
         self._models = {
             "": DriverSettings,
             "limits.": Limits,
@@ -202,6 +207,8 @@ class Driver(LifecycleNode):
             self.trigger_deactivate()
 
     def _refuse_second_driver(self) -> None:
+        # A node that has only just started has not heard of all the others.
+        time.sleep(max(0.0, self._created + DISCOVERY_TIME - time.monotonic()))
         others = self._other_drivers()
         if others:
             raise DeviceError(

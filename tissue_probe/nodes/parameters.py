@@ -35,7 +35,9 @@ def declare(node: Node, settings: type[BaseModel], prefix: str = "", *, fixed: b
         try:
             node.declare_parameter(prefix + name, field.get_default(), descriptor)
         except (ParameterException, TypeError, ValueError) as error:
-            raise SettingsError(f"parameter {prefix}{name}: give {rule(field)} ({error})") from None
+            # rclpy's own words go on with the range, without its unit.
+            given = str(error).partition(" for parameter.")[0]
+            raise SettingsError(f"parameter {prefix}{name}: give {rule(field)} ({given})") from None
 
 
 def read(node: Node, settings: type[Settings], prefix: str = "") -> Settings:

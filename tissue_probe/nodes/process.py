@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
@@ -35,7 +36,7 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
     except (KeyboardInterrupt, ExternalShutdownException, Finished):
         pass
     except MISTAKES as error:
-        print(f"{node.get_name() if node else 'tissue_probe'}: {error}", file=sys.stderr)
+        print(f"{Path(sys.argv[0]).stem}: {error}", file=sys.stderr)
         return 1
     finally:
         if node is not None:

@@ -62,7 +62,7 @@ class NodeProcess:
 def simulation(
     estimators: Sequence[str], recording: Path, phantom: Path | None = None
 ) -> list[NodeProcess]:
-    """Return the processes of the suite on the simulated probe, in the order of their ending."""
+    """Return the processes of the suite on the simulated probe; the recorder ends last."""
     chosen = {"simulated.phantom": str(phantom)} if phantom else {}
     return [
         NodeProcess("scan", "scan"),
@@ -75,7 +75,7 @@ def simulation(
 
 
 class Session:
-    """Processes that are started together and ended in order, whatever happens.
+    """Processes that are started together and ended together, whatever happens.
 
     Use it as a context manager. While it is open this process takes part in the graph with a node
     of its own.
@@ -83,7 +83,7 @@ class Session:
     Parameters
     ----------
     processes : sequence of NodeProcess
-        In the order in which they are to end.
+        The last one ends when all others have: a recorder misses nothing there.
     parameter_file : path
         YAML file with parameters of the nodes; the stock simulation's if not given.
 
@@ -244,7 +244,7 @@ class Session:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
-                # Ctrl-C reaches this process alone, which then ends the others in order.
+                # Ctrl-C reaches this process alone, which then ends the others.
                 start_new_session=True,
             )
 
@@ -260,14 +260,21 @@ class Session:
             raise SessionError(f"the driver did not {name}: {self.log('driver')}")
 
     def _end(self) -> None:
-        """End the processes in order, each by Ctrl-C, by force if it does not listen."""
-        for process in self.processes.values():
-            process.send_signal(signal.SIGINT)
-            try:
-                process.wait(END_TIMEOUT)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        """End the processes as Ctrl-C does, by force if one does not listen; the last one last."""
+        processes = list(self.processes.values())
+        for together in (processes[:-1], processes[-1:]):
+            for process in together:
+                process.send_signal(signal.SIGINT)
+            for process in together:
+                _wait_or_kill(process)
+
+
+def _wait_or_kill(process: subprocess.Popen) -> None:
+    try:
+        process.wait(END_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
 
 
 def _yaml(value: object) -> str:

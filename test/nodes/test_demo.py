@@ -1,0 +1,89 @@
+"""The demo, end to end: nine processes, one command, the nodules in the right places."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import PATIENCE
+
+from tissue_probe.estimation import ESTIMATORS
+from tissue_probe.recording.reader import read_map, read_recording
+from tissue_probe.recording.summary import summarize
+
+PNG = b"\x89PNG\r\n\x1a\n"
+EXECUTABLES = Path(sys.prefix, "lib", "tissue_probe")
+PROGRAM = EXECUTABLES / "tissue_probe"
+
+
+def demo(folder: Path, *arguments: str) -> subprocess.Popen:
+    return subprocess.Popen(
+        [PROGRAM, "demo", "--folder", str(folder), *arguments],
+        cwd="/",
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.slow
+def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(tmp_path):
+    running = demo(tmp_path, "--dwell-time", "0.4")
+    printed, said = running.communicate(timeout=150)
+    assert running.returncode == 0, said
+    assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed
+    assert "25 of 25 sites measured" in printed
+    for picture in ("map.png", "estimates.png"):
+        content = (tmp_path / picture).read_bytes()
+        assert content.startswith(PNG)
+        assert len(content) > 50_000
+    bag = tmp_path / "run.mcap"
+    summary = summarize(bag)
+    assert not summary.truncated
+    assert [samples.lost for samples in summary.samples] == [0]
+    assert len(summary.sites) == 25
+    live = read_map(bag).stiffness
+    # The map that was published live: the background, and a nodule right under a site.
+    assert live[0, 0] == pytest.approx(450.0, rel=0.02)
+    assert live[3, 1] > 2.5 * 450.0
+
+
+def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(tmp_path):
+    running = demo(tmp_path)
+    bag = tmp_path / "run.mcap"
+    deadline = time.monotonic() + PATIENCE
+    while not (bag.exists() and bag.stat().st_size > 50_000):
+        assert time.monotonic() < deadline, "nothing is recorded"
+        assert running.poll() is None, running.communicate()[1]
+        time.sleep(0.1)
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=PATIENCE)
+    assert len(read_recording(bag)) > 100
+    assert not summarize(bag).truncated
+    assert not any(str(tmp_path) in line for line in processes())
+
+
+def processes() -> list[str]:
+    return subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True).stdout.split("\n")
+
+
+def test_every_node_and_every_estimator_is_an_executable_of_ros2_run():
+    nodes = {"driver", "stage", "scan", "mapper", "recorder", "replay", "tissue_probe"}
+    assert nodes | set(ESTIMATORS) <= {file.name for file in EXECUTABLES.iterdir()}
+
+
+@pytest.mark.parametrize("name", ["ekf", "afekf", "robust_ekf"])
+def test_an_estimator_is_started_by_its_own_name(name):
+    # A wrong setting ends it at once, and the message tells whose it was.
+    done = subprocess.run(
+        [EXECUTABLES / name, "--ros-args", "-p", "force_noise:=-1.0"],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"{name}: parameter force_noise")
