@@ -94,6 +94,14 @@ def test_a_sequence_that_begins_again_forgets_everything(name, block):
     assert again.restarts == 1
 
 
+def test_a_new_activation_is_recognised_though_its_first_block_was_missed(name, block):
+    again, fresh = Estimator(name, SETTINGS), Estimator(name, SETTINGS)
+    again.process(block[:900])
+    later = dataclasses.replace(block, stamp=block.end + 5_000_000_000)[10:]
+    assert_identical(again.process(later), fresh.process(later))
+    assert (again.restarts, again.repeats) == (1, 0)
+
+
 def test_another_sample_period_forgets_everything(name, block):
     estimator, fresh = Estimator(name, SETTINGS), Estimator(name, SETTINGS)
     estimator.process(block[:400])

@@ -45,3 +45,12 @@ def test_a_warm_start_needs_no_symbols():
             capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": "."},
         )  # fmt: skip
     assert run.stdout.split()[-1] == "False"
+
+
+def test_a_folder_that_cannot_be_made_is_replaced_by_a_temporary_one(tmp_path, monkeypatch):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("TISSUE_PROBE_CACHE", str(blocked / "cache"))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    assert compiled.module("elsewhere", lambda: "ANSWER = 43\n").ANSWER == 43
+    assert list(tmp_path.glob("tissue_probe_*/tissue_probe_elsewhere_*.py"))

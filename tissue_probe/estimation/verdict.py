@@ -7,7 +7,7 @@ Never imported: this text becomes part of each kernel module (see ``loop``).
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def judge_model(memory, normalized):
-    """Reject the model while the mean NIS of the last half second at 2 kHz is far from 1.
+    """Reject the model while the mean NIS of the last 500 samples or so is far from 1.
 
     With the right model it is 1.00 +- 0.05. A single outlier counts as 10 at most.
     """

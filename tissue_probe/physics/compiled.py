@@ -60,9 +60,15 @@ def fingerprint() -> str:
 
 
 def _folder() -> Path:
-    default = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "tissue_probe"
-    folder = Path(os.environ.get("TISSUE_PROBE_CACHE", default))
-    folder.mkdir(parents=True, exist_ok=True)
+    """Return where generated modules are kept, made where it is not there yet."""
+    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "tissue_probe"
+    chosen = os.environ.get("TISSUE_PROBE_CACHE")
+    folder = Path(chosen) if chosen else home
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / f"tissue_probe_{os.getuid()}"
+        folder.mkdir(exist_ok=True)
     return folder
 
 
