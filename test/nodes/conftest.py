@@ -106,8 +106,13 @@ def change_state(session: Session, transition: int, node: str = "/probe/driver")
 
 
 def activate(session: Session) -> None:
-    assert change_state(session, Transition.TRANSITION_CONFIGURE)
-    assert change_state(session, Transition.TRANSITION_ACTIVATE)
+    for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+        assert change_state(session, transition), driver_log(session)
+
+
+def driver_log(session: Session) -> str:
+    """What the driver said last; nothing where a test runs it outside the session."""
+    return session.log("driver") if "driver" in session.processes else ""
 
 
 def deactivate(session: Session) -> None:

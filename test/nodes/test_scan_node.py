@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from conftest import activate, collect, driver, estimator, stage_on_tissue
+from conftest import activate, collect, driver, estimator, samples_publisher, stage_on_tissue
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
 from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
 
-from tissue_probe.nodes.conversions import from_time
+from tissue_probe.nodes.conversions import from_time, samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.signals import NANOSECONDS, SampleBlock
 
 STAGE = NodeProcess("stage", "stage", "/stage")
 SCAN = NodeProcess("scan", "scan")
@@ -86,6 +88,28 @@ def test_the_dwell_is_announced_before_it_begins(running):
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
     running.wait_until(lambda: len(early) == 2, "both dwells")
     assert min(early) > 0
+
+
+def test_dwells_are_told_in_the_time_of_the_samples_whatever_the_clock_says(session):
+    """As after a step of the clock, or with a robot whose clock is another's."""
+    running = session(STAGE, SCAN)
+    sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+    publisher = samples_publisher(running.node)
+    an_hour_ago = running.node.get_clock().now().nanoseconds - 3600 * NANOSECONDS
+    sent = []
+
+    def publish() -> None:
+        number = len(sent)
+        stamp = an_hour_ago + 5_000_000 * number
+        sent.append(SampleBlock(stamp, 10 * number, 0.0005, *np.zeros((3, 10))))
+        publisher.publish(samples_to_message(sent[-1], "probe"))
+
+    running.node.create_timer(0.005, publish)
+    answer = Scanning(running, goal(columns=1)).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: len(sites) == 3, "the announcements")
+    for site in sites:
+        assert sent[0].stamp <= from_time(site.header.stamp) <= sent[-1].end + NANOSECONDS
 
 
 def test_a_cancelled_scan_ends_and_the_probe_is_lifted(running):

@@ -9,13 +9,13 @@ from typing import Literal
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from pydantic import BaseModel
+from pydantic import BaseModel, model_validator
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
 from tissue_probe.devices.simulated import SimulatedProbe
-from tissue_probe.excitation import EXCITATIONS, Excitation
+from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read, validate_together
@@ -57,16 +57,21 @@ class ExcitationSettings(BaseModel):
     steps: int = setting(10, "", "frequencies of a stepped sweep", ge=2, le=1000)
     spacing: float = setting(1.0, "Hz", "between the frequencies of a multisine", ge=0.01, le=100.0)
 
+    @model_validator(mode="after")
+    def _go_together(self) -> ExcitationSettings:
+        self.make()
+        return self
+
     def make(self) -> Excitation:
         """Return the excitation that the settings describe.
 
         Raises
         ------
-        pydantic.ValidationError
+        SettingsError
             If the values do not go together.
         """
-        kind = EXCITATIONS[self.kind]
-        return kind(**{name: getattr(self, name) for name in kind.model_fields})
+        names = EXCITATIONS[self.kind].model_fields
+        return parse_excitation({name: getattr(self, name) for name in names})
 
 
 class Driver(LifecycleNode):
@@ -219,6 +224,8 @@ class Driver(LifecycleNode):
     def _other_drivers(self) -> list[str]:
         me = (self.get_namespace(), self.get_name())
         publishers = self.get_publishers_info_by_topic(self._samples_topic())
+        if len(publishers) == 1:
+            return []  # ourselves, even where the graph has not learnt our name yet
         names = [(info.node_namespace, info.node_name) for info in publishers]
         if me in names:
             names.remove(me)

@@ -21,7 +21,7 @@ from tissue_probe_msgs.action import ScanGrid
 
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.conversions import site_to_message
+from tissue_probe.nodes.conversions import samples_from_message, site_to_message
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
@@ -65,7 +65,8 @@ class Scan(Node):
 
     Each site is announced on ``palpation_site``: APPROACH when the way to it begins, DWELL with
     the time at which the dwell will begin (``settle_time`` ahead, so that everyone hears of it in
-    time), LIFTED with the time at which it ended. Whatever ends a scan, the probe is lifted.
+    time), LIFTED with the time at which it ended. Times are those of the samples' stamps, not of
+    this machine's clock. Whatever ends a scan, the probe is lifted.
     """
 
     def __init__(self) -> None:
@@ -75,14 +76,15 @@ class Scan(Node):
         robot = self._settings.robot.rstrip("/")
         self._position: FloatArray | None = None
         self._heard_samples = -np.inf
+        self._sample_time = 0
         self._busy = threading.Lock()
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", ANNOUNCEMENTS)
         self._setpoints = self.create_publisher(PoseStamped, f"{robot}/servo_cp", POSES)
         # Emptied by the scan itself at each step: only the latest pose counts, and of the samples
-        # only that they come.
+        # that they come, and when.
         self._inbox = Inbox(self)
         self._inbox.subscribe(PoseStamped, f"{robot}/measured_cp", LATEST, self._on_pose)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples, raw=True)
+        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples)
         self._server = ActionServer(
             self,
             ScanGrid,
@@ -103,8 +105,9 @@ class Scan(Node):
         position = message.pose.position
         self._position = np.array([position.x, position.y, position.z])
 
-    def _on_samples(self, message: bytes, info: dict) -> None:
+    def _on_samples(self, message: msg.ProbeSamples, info: dict) -> None:
         self._heard_samples = time.monotonic()
+        self._sample_time = samples_from_message(message).end
 
     def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
         try:
@@ -247,7 +250,9 @@ class Scan(Node):
         self._setpoints.publish(setpoint)
 
     def _now(self) -> int:
-        return self.get_clock().now().nanoseconds
+        """Return the time as the samples' stamps tell it: no clock's step or offset matters."""
+        since = time.monotonic() - self._heard_samples
+        return self._sample_time + round(since * NANOSECONDS)
 
 
 def _grid_of(goal: ScanGrid.Goal) -> Grid:
