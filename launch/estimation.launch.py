@@ -1,0 +1,63 @@
+"""Start estimators, and the mapper on what they find; included by the other launch files.
+
+Alone it runs on the samples of any driver in the same namespace::
+
+    ros2 launch tissue_probe estimation.launch.py estimators:=ekf,robust_ekf
+"""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchContext, LaunchDescription
+
+STOCK_PARAMETERS = Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+
+
+def estimation_nodes(context: LaunchContext) -> list[Node]:
+    """Return a node for each estimator, named after it, and the mapper that hears them all."""
+    listed = LaunchConfiguration("estimators").perform(context)
+    estimators = [name.strip() for name in listed.split(",") if name.strip()]
+    common = {
+        "package": "tissue_probe",
+        "namespace": LaunchConfiguration("namespace"),
+        "output": "screen",
+    }
+    parameters = LaunchConfiguration("params_file")
+    return [
+        *(
+            Node(executable=name, name=name, parameters=[parameters], **common)
+            for name in estimators
+        ),
+        Node(
+            executable="mapper",
+            name="mapper",
+            parameters=[parameters, {"estimators": estimators}],
+            **common,
+        ),
+    ]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Declare the arguments and start the nodes."""
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "estimators",
+                default_value="ekf,ukf,afekf",
+                description="filters to run, separated by commas: `tissue_probe estimators`",
+            ),
+            DeclareLaunchArgument(
+                "namespace", default_value="probe", description="namespace of the probe's nodes"
+            ),
+            DeclareLaunchArgument(
+                "params_file",
+                default_value=str(STOCK_PARAMETERS),
+                description="YAML file with the nodes' parameters",
+            ),
+            OpaqueFunction(function=estimation_nodes),
+        ]
+    )

@@ -1,0 +1,58 @@
+"""Replay a recorded run: its samples on the live topics, estimators and mapper running on them.
+
+    ros2 launch tissue_probe replay.launch.py bag:=run.mcap rate:=2.0 estimators:=ekf,robust_ekf
+
+When the bag is over the map stays for viewers, until Ctrl-C. The replay does not wait for the
+estimators: to have every block estimated, start with ``paused:=true`` and, when they are up::
+
+    ros2 service call /probe/replay/pause std_srvs/srv/SetBool "{data: false}"
+"""
+
+from pathlib import Path
+
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+
+from launch import LaunchDescription
+
+#: The replay's parameters that are arguments here: type, default (None if it must be given), help.
+REPLAY_ARGUMENTS = {
+    "bag": (str, None, "MCAP file to replay"),
+    "rate": (float, "1.0", "speed of the replay over that of the run"),
+    "loop": (bool, "false", "whether to begin again at the end"),
+    "start": (float, "0.0", "time after the bag's first message at which to begin [s]"),
+    "paused": (bool, "false", "whether to wait for the service replay/pause"),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Declare the arguments and start the nodes."""
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=description)
+                for name, (_, default, description) in REPLAY_ARGUMENTS.items()
+            ),
+            # The shared arguments are declared there; a plain path lets --show-args list them.
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
+            ),
+            Node(
+                package="tissue_probe",
+                executable="replay",
+                name="replay",
+                namespace=LaunchConfiguration("namespace"),
+                parameters=[
+                    LaunchConfiguration("params_file"),
+                    {
+                        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+                        for name, (kind, *_) in REPLAY_ARGUMENTS.items()
+                    },
+                ],
+                output="screen",
+            ),
+        ]
+    )

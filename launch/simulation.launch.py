@@ -1,0 +1,101 @@
+"""Start the whole suite on the simulated probe, ready to scan.
+
+    ros2 launch tissue_probe simulation.launch.py estimators:=ekf,robust_ekf output:=run.mcap
+    ros2 action send_goal --feedback /probe/scan_grid tissue_probe_msgs/action/ScanGrid \
+        "{spacing: 0.01, rows: 5, columns: 5, dwell_time: 1.0}"
+
+The stage stays at /stage whatever the probe's namespace: driver and scan look for it there.
+"""
+
+from pathlib import Path
+
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    IncludeLaunchDescription,
+    RegisterEventHandler,
+)
+from launch.conditions import IfCondition
+from launch.event_handlers import OnProcessStart
+from launch.events import matches_action
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, NotEqualsSubstitution
+from launch_ros.actions import LifecycleNode, Node
+from launch_ros.event_handlers import OnStateTransition
+from launch_ros.events.lifecycle import ChangeState
+from launch_ros.parameter_descriptions import ParameterValue
+from lifecycle_msgs.msg import Transition
+
+from launch import LaunchDescription
+
+
+def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
+    """Return the action that asks one node for a transition of its lifecycle."""
+    return EmitEvent(
+        event=ChangeState(lifecycle_node_matcher=matches_action(node), transition_id=transition)
+    )
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Declare the arguments, start the nodes, bring the driver up."""
+    parameters = LaunchConfiguration("params_file")
+    output = LaunchConfiguration("output")
+    common = {
+        "package": "tissue_probe",
+        "namespace": LaunchConfiguration("namespace"),
+        "output": "screen",
+    }
+    driver = LifecycleNode(executable="driver", name="driver", parameters=[parameters], **common)
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "activate",
+                default_value="true",
+                choices=["true", "false"],
+                description="whether the coil moves at once; if not, the driver is configured only",
+            ),
+            DeclareLaunchArgument(
+                "output",
+                default_value="",
+                description="MCAP file to record, never overwritten; empty to record nothing",
+            ),
+            # The shared arguments are declared there; a plain path lets --show-args list them.
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
+            ),
+            Node(
+                package="tissue_probe",
+                executable="stage",
+                name="stage",
+                namespace="stage",
+                parameters=[parameters],
+                output="screen",
+            ),
+            Node(executable="scan", name="scan", parameters=[parameters], **common),
+            Node(
+                executable="recorder",
+                name="recorder",
+                parameters=[parameters, {"output": ParameterValue(output, value_type=str)}],
+                condition=IfCondition(NotEqualsSubstitution(output, "")),
+                **common,
+            ),
+            RegisterEventHandler(
+                OnProcessStart(
+                    target_action=driver,
+                    on_start=[change_state(driver, Transition.TRANSITION_CONFIGURE)],
+                )
+            ),
+            # Once: whoever configures the driver again by hand also decides when the coil moves.
+            RegisterEventHandler(
+                OnStateTransition(
+                    target_lifecycle_node=driver,
+                    start_state="configuring",
+                    goal_state="inactive",
+                    entities=[change_state(driver, Transition.TRANSITION_ACTIVATE)],
+                    handle_once=True,
+                ),
+                condition=IfCondition(LaunchConfiguration("activate")),
+            ),
+            driver,
+        ]
+    )
