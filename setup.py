@@ -1,4 +1,4 @@
-"""The ROS 2 package tissue_probe: every executable below is started by `ros2 run tissue_probe NAME`."""
+"""The ROS 2 package tissue_probe; `ros2 run tissue_probe NAME` starts each executable below."""
 
 from glob import glob
 

@@ -88,3 +88,30 @@ def test_parameters_out_of_range_are_refused(changed, message):
     valid = {"origin": (0.0, 0.0, 0.0), "spacing": 0.01, "rows": 5, "columns": 5}
     with pytest.raises(ValueError, match=message):
         Grid(**{**valid, **changed})
+
+
+@given(grids)
+def test_the_grid_through_its_sites_has_a_cell_at_each(grid):
+    positions = [grid.position(site) for site in range(len(grid))]
+    through = Grid.through(positions)
+    if len(grid) > 1:
+        assert through.shape == grid.shape
+        assert through.spacing == pytest.approx(grid.spacing, abs=2e-9)
+    for site, position in enumerate(positions):
+        assert through.nearest(position) == grid.cell(site)
+
+
+def test_the_grid_through_some_sites_leaves_room_for_those_between():
+    assert Grid.through([(0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.04, 0.02, 0.0)]).shape == (3, 5)
+
+
+@pytest.mark.parametrize(
+    ("positions", "message"),
+    [
+        ([], "no positions"),
+        ([(0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.025, 0.0, 0.0)], "no square grid"),
+    ],
+)
+def test_positions_on_no_grid_are_refused(positions, message):
+    with pytest.raises(ValueError, match=message):
+        Grid.through(positions)

@@ -74,7 +74,8 @@ class Grid:
         """
         if not positions:
             raise ValueError("no positions: there is no grid through nothing")
-        axes = [np.unique(np.round([position[axis] for position in positions], 9)) for axis in (0, 1)]
+        nanometres = np.round(np.array(positions, dtype=float), 9)
+        axes = np.unique(nanometres[:, 0]), np.unique(nanometres[:, 1])
         steps = np.concatenate([np.diff(axis) for axis in axes])
         spacing = float(steps.min()) if steps.size else 0.01
         columns, rows = (round((axis[-1] - axis[0]) / spacing) + 1 for axis in axes)
