@@ -16,7 +16,7 @@ setup(
         ("share/ament_index/resource_index/packages", ["resource/tissue_probe"]),
         ("share/tissue_probe", ["package.xml"]),
         ("share/tissue_probe/config", glob("config/*")),
-        ("share/tissue_probe/launch", glob("launch/*")),
+        ("share/tissue_probe/launch", glob("launch/*.launch.py")),
     ],
     zip_safe=False,
     maintainer="tissue_probe maintainers",
