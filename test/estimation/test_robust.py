@@ -54,6 +54,14 @@ def test_a_change_under_preload_moves_the_offset_too():
     assert settled_within(experiment, 0.7, 0.15)
 
 
+@pytest.mark.parametrize("seed", [2009, *SEEDS])
+def test_a_filter_that_has_lost_its_way_begins_anew(seed):
+    """5 mm of preload, far beyond the offset's prior, and the tissue doubles under it."""
+    tissue = ((0.0, 450.0, 5.0), (0.7, 900.0, 10.0))
+    experiment = Experiment(tissue=tissue, contact_zero=5e-3, duration=1.5, seed=seed)
+    assert settled_within(experiment, 0.7, 0.3)
+
+
 def test_a_coarse_encoder_is_noise_that_the_filter_knows_of():
     experiment = Experiment(duration=2.0, encoder_resolution=5e-6)
     estimates = estimate(experiment, encoder_resolution=5e-6)

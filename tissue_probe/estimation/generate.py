@@ -56,6 +56,7 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
     functions = [
         function("start(constants, memory)", _start, types="SIGNATURE, "),
         function("reopen(constants, memory)", _reopen, types="SIGNATURE, "),
+        function("forget(constants, memory)", _forget),
         function("cap(constants, memory)", _cap),
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
@@ -100,6 +101,11 @@ def _places(layout: Layout) -> str:
         "EXTRA": layout.extra,
     }
     return "".join(f"{name} = {place!r}\n" for name, place in names.items()) + "\n\n"
+
+
+def _forget(filter: Filter) -> None:
+    """Know less than the prior: a constant force, too, may be whatever it can."""
+    filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("largest_variance")))
 
 
 def _start(filter: Filter) -> None:

@@ -116,7 +116,8 @@ def run(constants, memory, position, force, estimates, begin, end):
         if abs(force[sample]) < LARGEST and math.isfinite(normalized):
             judge_model(memory, normalized)
             S, R = weigh(constants, memory, innovation, variance)
-            update(constants, memory, innovation, S, R)
+            predicted, _ = output(constants, memory)  # anew, in case that all was forgotten
+            update(constants, memory, force[sample] - predicted, S, R)
         else:
             innovation = normalized = math.nan
             missing += 1

@@ -6,6 +6,9 @@ has changed, the covariance is re-opened just as far as the innovations ask for,
 the prior. The force offset is re-opened little at first, since a change of tissue under an
 unloaded tip leaves it alone, and farther with each further opening that comes soon after.
 
+Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
+everything and begins anew, which takes hardly longer than a first contact.
+
 A model that is wrong makes the gate fire again and again. Then the filter rejects the model, and
 instead of jumping lets the past fade, with the noise that the innovations show.
 """
@@ -26,7 +29,12 @@ def weigh(constants, memory, innovation, S):
     memory[RECENT_SQUARE] = 0.9 * memory[RECENT_SQUARE] + 0.1 * innovation * innovation
     memory[OPENINGS] *= 0.98
     memory[MANY_OPENINGS] *= 0.999
-    if memory[REJECTED] > 0.0:
+    if memory[OPENINGS] > 5.0 or (memory[REJECTED] > 0.0 and memory[RECENT_NIS] > 1000.0):
+        forget(constants, memory)
+        memory[OPENINGS] = 0.0
+        memory[RECENT_NIS] = 1.0
+        memory[RECENT_SQUARE] = 0.0
+    elif memory[REJECTED] > 0.0:
         inflate(constants, memory, 1.003, 1.003)
         R *= max(1.0, memory[MEAN_NIS])
     elif memory[RECENT_NIS] > 3.5:
