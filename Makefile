@@ -34,6 +34,10 @@ clean: ## Remove everything that setup made.
 	rm -rf .venv build
 
 $(VENV)/wheels.done: requirements/python.txt requirements/ros-jazzy-wheels.txt
+	@command -v c++ >/dev/null && python3 -c "import sysconfig, pathlib, sys, venv, ensurepip; \
+		sys.exit(not pathlib.Path(sysconfig.get_paths()['include'], 'Python.h').exists())" || \
+		{ echo "A C++ compiler, Python's headers or its venv are missing: on Debian," \
+		"apt-get install g++ python3-dev python3-venv"; exit 1; }
 	test -x $(BIN)/python || python3 -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check $(addprefix -r ,$^)
 	touch $@

@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tissue_probe_msgs.msg import PalpationSite
-
 from tissue_probe.nodes.qos import ANNOUNCEMENTS
 from tissue_probe.nodes.session import NodeProcess, Session
+from tissue_probe_msgs.msg import PalpationSite
 
 ESTIMATORS = ("ekf", "ukf", "afekf")
 #: The processes that the targets are about.

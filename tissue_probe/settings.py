@@ -43,6 +43,14 @@ def build(settings: type[Settings], values: dict[str, typing.Any], prefix: str =
         raise SettingsError(_sentence(settings, prefix, error)) from None
 
 
+def sentence(error: ValueError | OSError) -> str:
+    """Say on one line what went wrong, without the number of an operating system's error."""
+    told = str(error)
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        told = f"{error.filename}: {error.strerror}"
+    return " ".join(told.split())
+
+
 def meaning(field: FieldInfo) -> str:
     """Say what a field means, with its unit in brackets."""
     return f"{field.description or ''}{_unit(field)}".strip()
@@ -53,11 +61,13 @@ def rule(field: FieldInfo) -> str:
     if typing.get_origin(field.annotation) is typing.Literal:
         return "one of " + ", ".join(map(str, typing.get_args(field.annotation)))
     kind = _TYPES.get(field.annotation, "a list of texts")
-    bounds = "".join(
+    bounds = " and".join(
         f"{word} {value:g}"
         for attribute, word in _BOUNDS.items()
         if (value := bound(field, attribute)) is not None
     )
+    # "from 1 to 2" needs no "and"; "above 1 and below 2" does.
+    bounds = bounds.replace(" and to", " to")
     return f"{kind}{bounds}{_unit(field)}"
 
 

@@ -13,10 +13,10 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 PATIENCE = 40.0
 

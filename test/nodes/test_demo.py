@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import PATIENCE
 
+from conftest import PATIENCE
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.recording.reader import read_map, read_recording
 from tissue_probe.recording.summary import summarize

@@ -11,6 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import GetState
+from rcl_interfaces.srv import DescribeParameters
+
 from conftest import (
     PATIENCE,
     activate,
@@ -22,17 +28,11 @@ from conftest import (
     set_parameter,
     stage_on_tissue,
 )
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, WrenchStamped
-from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import GetState
-from rcl_interfaces.srv import DescribeParameters
-from tissue_probe_msgs.msg import ProbeSamples
-
 from tissue_probe.nodes.conversions import from_time, samples_from_message
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.signals import join
+from tissue_probe_msgs.msg import ProbeSamples
 
 
 def state_of(running) -> int:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import array
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from std_msgs.msg import Float64
+
 from conftest import (
     collect,
     driver,
@@ -13,15 +16,12 @@ from conftest import (
     samples_publisher,
     stage_on_tissue,
 )
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from std_msgs.msg import Float64
-from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
-
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import from_time
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
 LIVE = ("robust_ekf", "ekf", "ukf", "afekf")
 

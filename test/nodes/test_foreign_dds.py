@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import PATIENCE, collect, deactivate, driver, estimator, stage_on_tissue
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64
-from tissue_probe_msgs.msg import ProbeSamples
 
+from conftest import PATIENCE, collect, deactivate, driver, estimator, stage_on_tissue
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.signals import join
+from tissue_probe_msgs.msg import ProbeSamples
 
 #: Cyclone is to look for others on this host only, and without multicast, as our nodes do.
 CYCLONE_CONFIGURATION = """

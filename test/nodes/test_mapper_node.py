@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import collect, fails_with, site_publisher
 from sensor_msgs.msg import PointCloud2
-from tissue_probe_msgs.msg import StiffnessMap, TissueEstimate
 
+from conftest import collect, fails_with, site_publisher
 from tissue_probe.nodes.conversions import site_to_message, to_time
 from tissue_probe.nodes.qos import BLOCKS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.signals import PalpationSite, Phase
+from tissue_probe_msgs.msg import StiffnessMap, TissueEstimate
 
 GRID = {"grid.rows": 2, "grid.columns": 3, "grid.spacing": 0.01}
 

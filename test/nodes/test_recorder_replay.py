@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import PATIENCE, collect, deactivate, driver, estimator, fails_with
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from std_srvs.srv import SetBool
 from test_scan_node import SCAN, STAGE, Scanning, goal
-from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
+from conftest import PATIENCE, collect, deactivate, driver, estimator, fails_with
 from tissue_probe.cli.recorded import estimate_again, node_parameters, recorded_phantom
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording
 from tissue_probe.recording.summary import summarize
 from tissue_probe.signals import Phase, TissueEstimates
+from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
 ESTIMATORS = ("ekf", "ukf", "afekf")
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": list(ESTIMATORS)})
@@ -255,6 +255,15 @@ def test_replay_pauses_and_goes_on(session, recorded):
     resume(running)
     running.wait_until(lambda: len(blocks) > count, "more samples")
     assert [b.sequence for b in blocks] == list(range(0, 10 * len(blocks), 10))
+
+
+def test_replay_waits_for_as_many_subscribers_as_it_is_told(session, recorded):
+    running = session(replay(recorded, subscribers=1, rate=20.0))
+    running.wait_until(lambda: "/probe/replay" in running.health, "the replay")
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    running.processes.pop("replay").wait(PATIENCE)
+    whole = len(read_recording(recorded))
+    running.wait_until(lambda: sum(len(b.position) for b in blocks) == whole, "every sample")
 
 
 def test_a_looping_replay_begins_again(session, recorded):

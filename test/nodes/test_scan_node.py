@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from conftest import activate, collect, driver, estimator, samples_publisher, stage_on_tissue
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
-from tissue_probe_msgs.action import ScanGrid
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
 
+from conftest import activate, collect, driver, estimator, samples_publisher, stage_on_tissue
 from tissue_probe.nodes.conversions import from_time, samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.signals import NANOSECONDS, SampleBlock
+from tissue_probe_msgs.action import ScanGrid
+from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
 
 STAGE = NodeProcess("stage", "stage", "/stage")
 SCAN = NodeProcess("scan", "scan")

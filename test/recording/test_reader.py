@@ -343,7 +343,7 @@ def test_a_summary_counts_messages_losses_and_sites(tmp_path, messages, record, 
         TopicSummary("/site", messages.SITE, 3),
     )
     assert (summary.start, summary.duration) == (10**9, 5.0)
-    assert summary.samples == (SamplesSummary("/samples", recorded=60, lost=40),)
+    assert summary.samples == (SamplesSummary("/samples", recorded=60, lost=40, first=0),)
     assert summary.sites == (7, 8)
     assert summary.metadata == {"a": {"b": "c"}}
     assert not summary.truncated

@@ -18,6 +18,7 @@ from tissue_probe.cli.estimators import estimators
 from tissue_probe.cli.export import export
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
+from tissue_probe.settings import sentence
 
 app = typer.Typer(
     name="tissue_probe",
@@ -57,12 +58,4 @@ def main() -> None:
         app(prog_name="tissue_probe")
     except (ValueError, OSError) as error:
         # RecordingError and SettingsError are ValueErrors; each message is a sentence for the user.
-        sys.exit(f"tissue_probe: {_sentence(error)}")
-
-
-def _sentence(error: ValueError | OSError) -> str:
-    """Say on one line what went wrong."""
-    told = str(error)
-    if isinstance(error, OSError) and error.filename and error.strerror:
-        told = f"{error.filename}: {error.strerror}"
-    return " ".join(told.split())
+        sys.exit(f"tissue_probe: {sentence(error)}")

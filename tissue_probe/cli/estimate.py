@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from tissue_probe.signals import Recording, TissueEstimates
 
 from tissue_probe.cli.arguments import Samples, Table, Topic
 
@@ -72,7 +75,6 @@ def estimate(
     from tissue_probe.cli.recorded import estimator_settings, read_samples, restarts_at_sites
     from tissue_probe.estimation.offline import estimate as run_estimator
     from tissue_probe.recording.tables import write_estimates
-    from tissue_probe.signals import Status
 
     if output.exists() and output.samefile(samples):
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
@@ -85,11 +87,27 @@ def estimate(
         recording, estimator, filter_settings, restart_at_site=restart_at_site
     )
     write_estimates(output, estimates, origin)
-    last = {name: getattr(estimates, name)[-1] for name in ("stiffness", "damping")}
-    deviation = {name: getattr(estimates, f"{name}_variance")[-1] ** 0.5 for name in last}
-    print(
-        f"{estimator}: {len(estimates)} samples; at the end stiffness "
-        f"{last['stiffness']:.2f} ± {deviation['stiffness']:.2f} N/m, damping "
-        f"{last['damping']:.3f} ± {deviation['damping']:.3f} N s/m, "
-        f"{Status(estimates.status[-1]).name.lower()}; written to {output}"
+    print(f"{estimator}: {len(estimates)} samples written to {output}")
+    print(_conclusion(estimates[: _last_contact(recording, estimates)]))
+
+
+def _last_contact(recording: Recording, estimates: TissueEstimates) -> int:
+    """Return how many estimates there are up to the end of the last dwell, or of the recording."""
+    ends = [end for _, end in recording.dwells()]
+    return max(1, int(estimates.stamp.searchsorted(ends[-1]))) if ends else len(estimates)
+
+
+def _conclusion(estimates: TissueEstimates) -> str:
+    """Say what is known at the end, and what looks like a mistake in the data."""
+    from tissue_probe.signals import Status
+
+    stiffness, damping = estimates.stiffness[-1], estimates.damping[-1]
+    stiffness_sd = estimates.stiffness_variance[-1] ** 0.5
+    damping_sd = estimates.damping_variance[-1] ** 0.5
+    told = (
+        f"At the end of contact: stiffness {stiffness:.2f} ± {stiffness_sd:.2f} N/m, damping "
+        f"{damping:.3f} ± {damping_sd:.3f} N s/m, {Status(estimates.status[-1]).name.lower()}"
     )
+    if stiffness + 3.0 * stiffness_sd < -10.0:
+        told += "\nA negative stiffness: is the force positive in tension? See --force-polarity."
+    return told

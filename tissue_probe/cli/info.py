@@ -38,7 +38,8 @@ def info(
     if summary.truncated:
         print("The recording was cut off; everything up to the cut is read.")
     for samples in summary.samples:
-        print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost")
+        late = f", recorded from sample {samples.first} on" if samples.first else ""
+        print(f"{samples.topic}: {samples.recorded} samples, {samples.lost} lost{late}")
     if summary.sites:
         print(f"{len(summary.sites)} sites palpated")
     # Names are to be copied: they are folded, never cut.

@@ -73,11 +73,11 @@ def summarize_map(
 ) -> None:
     """Print the stiff regions, beside the true nodules where they are known."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
     from tissue_probe.mapping.regions import Background, match
 
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
     background = Background.of(found.stiffness).stiffness
     console.print(
         f"{int(found.measured.sum())} of {len(found.grid)} sites measured; "
@@ -89,24 +89,24 @@ def summarize_map(
             table.add_row(str(number), _place(region), _stiffness(region), f"{region.ratio:.2f}")
         console.print(table)
         return
-    table = Table(
-        "true nodule at x, y [mm]",
-        "depth [mm]",
-        "stiffness [N/m]",
-        "found at x, y [mm]",
-        "off by [mm]",
-        "stiffness [N/m]",
+    titles = (
+        "true nodule\nat x, y [mm]",
+        "depth\n[mm]",
+        "found\nat x, y [mm]",
+        "off by\n[mm]",
+        "stiffness\nthere [N/m]",
+        "truth\nthere",
     )
+    table = Table(*(Column(title, no_wrap=True) for title in titles))
     matched = match(regions, [(n.x, n.y) for n in phantom.nodules], found.grid.spacing)
     by_nodule = {nodule: (regions[region], off) for region, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
-        region, off = by_nodule.get(number, (None, None))
-        table.add_row(
-            _place(nodule),
-            f"{1e3 * nodule.depth:.0f}",
-            f"{phantom.stiffness(nodule.x, nodule.y):.0f}",
-            *((_place(region), f"{1e3 * off:.1f}", _stiffness(region)) if region else ("missed",)),
-        )
+        cells = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
+        if number in by_nodule:
+            region, off = by_nodule[number]
+            true = phantom.stiffness(region.x, region.y)
+            cells += [_place(region), f"{1e3 * off:.1f}", _stiffness(region), f"{true:.1f}"]
+        table.add_row(*cells, *(["missed"] if number not in by_nodule else []))
     console.print(table)
     console.print(
         f"{len(matched.pairs)} of {len(phantom.nodules)} nodules found, "
@@ -119,4 +119,4 @@ def _place(thing) -> str:
 
 
 def _stiffness(region: Region) -> str:
-    return f"{region.stiffness:.0f} ± {region.stiffness_stddev:.0f}"
+    return f"{region.stiffness:.1f} ± {region.stiffness_stddev:.1f}"

@@ -9,7 +9,6 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
-from tissue_probe_msgs import msg
 
 from tissue_probe.signals import (
     NANOSECONDS,
@@ -19,6 +18,7 @@ from tissue_probe.signals import (
     SampleBlock,
     TissueEstimates,
 )
+from tissue_probe_msgs import msg
 
 
 def to_time(stamp: int) -> Time:

@@ -10,7 +10,6 @@ from typing import Literal
 from pydantic import BaseModel
 from rclpy.node import Node
 from std_msgs.msg import Float64
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.nodes.conversions import (
@@ -25,6 +24,7 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.settings import setting
 from tissue_probe.signals import Phase
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 #: How long the estimation waits before it looks whether it is to end [s].
 PATIENCE = 0.1

@@ -7,7 +7,6 @@ from pydantic import BaseModel
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
 
 from tissue_probe.mapping.fusion import Estimate, MapBuilder
 from tissue_probe.mapping.grid import Grid
@@ -19,6 +18,7 @@ from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
 from tissue_probe.settings import setting
+from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
 
 #: Time between two looks at what has arrived [s].
 INTERVAL = 0.1

@@ -10,7 +10,7 @@ import rclpy
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from tissue_probe.settings import SettingsError
+from tissue_probe.settings import SettingsError, sentence
 
 
 class Finished(Exception):
@@ -36,7 +36,7 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
     except (KeyboardInterrupt, ExternalShutdownException, Finished):
         pass
     except MISTAKES as error:
-        print(f"{Path(sys.argv[0]).stem}: {error}", file=sys.stderr)
+        print(f"{Path(sys.argv[0]).stem}: {sentence(error)}", file=sys.stderr)
         return 1
     finally:
         if node is not None:

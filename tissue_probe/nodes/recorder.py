@@ -131,12 +131,16 @@ class Recorder(Node):
         self._writer.write(channel, received or sent, sent, data)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
-        if event.node in self._known_nodes:
-            fetch_parameters(self, event.node, partial(self._write_parameters, event.node))
+        # Asked once, however many parameters change together.
+        self._known_nodes.discard(event.node)
 
     def _write_parameters(self, node_name: str, values: dict[str, object]) -> None:
         self._writer.add_metadata(
-            node_name, {name: yaml.safe_dump(value).strip() for name, value in values.items()}
+            node_name,
+            {
+                name: yaml.safe_dump(value).removesuffix("...\n").strip()
+                for name, value in values.items()
+            },
         )
 
     def _examine(self) -> Health:

@@ -9,7 +9,6 @@ from pydantic import BaseModel
 from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import SetBool
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
@@ -20,6 +19,7 @@ from tissue_probe.recording.reader import iterate_raw
 from tissue_probe.recording.summary import summarize
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import NANOSECONDS
+from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 #: Time between two looks at what is due [s].
 INTERVAL = 0.002
@@ -37,6 +37,9 @@ class ReplaySettings(BaseModel):
     loop: bool = setting(False, "", "begin again at the end")
     start: float = setting(
         0.0, "s", "time after the bag's first message at which to begin", ge=0.0, le=1e6
+    )
+    subscribers: int = setting(
+        0, "", "subscribers of the samples to wait for before the first message", ge=0, le=100
     )
     paused: bool = setting(False, "", "wait for the service ~/pause before the first message")
 
@@ -60,6 +63,7 @@ class Replay(Node):
         except RecordingError as error:
             raise SettingsError(str(error)) from None
         self._paused = self._settings.paused
+        self._waiting = True
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_timer(INTERVAL, self._publish_due)
         Diagnostics(self, self._examine)
@@ -98,13 +102,14 @@ class Replay(Node):
     def _advance(self) -> None:
         """Let the bag's time pass with the wall's, unless paused."""
         now = time.monotonic_ns()
-        if not self._paused:
+        if not (self._paused or self._waiting):
             self._bag_time += round((now - self._wall_time) * self._settings.rate)
         self._wall_time = now
 
     def _publish_due(self) -> None:
+        self._waiting = self._waiting and self._subscribers() < self._settings.subscribers
         self._advance()
-        if self._paused:
+        if self._paused or self._waiting:
             return
         while self._next is not None and self._next.log_time <= self._bag_time:
             self._publishers_by_topic[self._next.topic].publish(self._next.data)
@@ -112,13 +117,16 @@ class Replay(Node):
         if self._next is None:
             self._end()
 
-    def _examine(self) -> Health:
-        reached = sum(
+    def _subscribers(self) -> int:
+        return sum(
             publisher.get_subscription_count()
             for publisher in self._publishers_by_topic.values()
             if publisher.msg_type is ProbeSamples
         )
-        return Health(OK, "paused" if self._paused else "replaying", {"subscribers": reached})
+
+    def _examine(self) -> Health:
+        doing = "paused" if self._paused else "waiting" if self._waiting else "replaying"
+        return Health(OK, doing, {"subscribers": self._subscribers()})
 
     def _end(self) -> None:
         if self._settings.loop:

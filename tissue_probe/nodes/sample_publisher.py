@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.node import Node
-from tissue_probe_msgs.msg import ProbeSamples
 
 from tissue_probe.devices.device import Samples
 from tissue_probe.nodes.conversions import samples_to_message
 from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
 from tissue_probe.signals import NANOSECONDS, SampleBlock
+from tissue_probe_msgs.msg import ProbeSamples
 
 
 class SamplePublisher:

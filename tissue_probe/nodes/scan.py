@@ -16,8 +16,6 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
-from tissue_probe_msgs import msg
-from tissue_probe_msgs.action import ScanGrid
 
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
@@ -28,6 +26,8 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
+from tissue_probe_msgs import msg
+from tissue_probe_msgs.action import ScanGrid
 
 #: Time between two setpoints [s].
 INTERVAL = 0.01

@@ -22,10 +22,10 @@ from lifecycle_msgs.srv import ChangeState
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-from tissue_probe_msgs.action import ScanGrid
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
+from tissue_probe_msgs.action import ScanGrid
 
 #: Longest wait for all processes to find one another [s]; a first start compiles the filters.
 START_TIMEOUT = 90.0

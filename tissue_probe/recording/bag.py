@@ -1,7 +1,8 @@
 """A bag: recorded messages by topic, whatever the file format.
 
 What belongs here: the shape that every format's reader gives them.
-What does not: the formats (``mcap_bag``, ``rosbags_bag``), the messages' content (``decoding``).
+What does not: the formats (``mcap_bag``, ``sqlite_bag``, ``folder_bag``), the messages' content
+(``decoding``).
 """
 
 from __future__ import annotations

@@ -33,12 +33,15 @@ class TopicSummary:
 class SamplesSummary:
     """Samples recorded on one topic, and lost on the way to the recorder by their sequence numbers.
 
+    ``first`` is the number of the first one recorded: above 0, the recording began late.
+
     A sequence that steps back (the probe was activated anew) loses nothing.
     """
 
     topic: str
     recorded: int
     lost: int
+    first: int
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,8 @@ def _samples(bag: Bag) -> Iterator[SamplesSummary]:
     for topic in topics_of_type(bag, decoding.SAMPLES):
         blocks = join(Decoder(topic).decode(bag.messages([topic.name]), decoding.samples))
         recorded = sum(len(block) for block in blocks)
-        yield SamplesSummary(topic.name, recorded, sum(_gaps(blocks)))
+        first = blocks[0].sequence if blocks else 0
+        yield SamplesSummary(topic.name, recorded, sum(_gaps(blocks)), first)
 
 
 def _gaps(blocks: list[SampleBlock]) -> Iterator[int]:
