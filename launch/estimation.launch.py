@@ -13,6 +13,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
+from tissue_probe.estimation import ESTIMATORS
 
 STOCK_PARAMETERS = Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
 
@@ -21,6 +22,9 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
     """Return a node for each estimator, named after it, and the mapper that hears them all."""
     listed = LaunchConfiguration("estimators").perform(context)
     estimators = [name.strip() for name in listed.split(",") if name.strip()]
+    # Before anything starts: launch leaves running what it has started when an error comes later.
+    if unknown := set(estimators) - set(ESTIMATORS):
+        raise ValueError(f"no estimator {', '.join(unknown)}; there are {', '.join(ESTIMATORS)}")
     common = {
         "package": "tissue_probe",
         "namespace": LaunchConfiguration("namespace"),

@@ -10,13 +10,13 @@ estimators: to have every block estimated, start with ``paused:=true`` and, when
 
 from pathlib import Path
 
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 
 #: The replay's parameters that are arguments here: type, default (None if it must be given), help.
 REPLAY_ARGUMENTS = {
@@ -28,6 +28,20 @@ REPLAY_ARGUMENTS = {
 }
 
 
+def replay_parameters() -> dict[str, ParameterValue]:
+    """Return the replay's parameters, to be read from the arguments."""
+    return {
+        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
+        for name, (kind, *_) in REPLAY_ARGUMENTS.items()
+    }
+
+
+def refuse_wrong_values(context: LaunchContext) -> None:
+    """Raise ValueError before anything starts: launch would leave running what has started."""
+    for value in replay_parameters().values():
+        value.evaluate(context)
+
+
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     return LaunchDescription(
@@ -36,6 +50,7 @@ def generate_launch_description() -> LaunchDescription:
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (_, default, description) in REPLAY_ARGUMENTS.items()
             ),
+            OpaqueFunction(function=refuse_wrong_values),
             # The shared arguments are declared there; a plain path lets --show-args list them.
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
@@ -47,10 +62,7 @@ def generate_launch_description() -> LaunchDescription:
                 namespace=LaunchConfiguration("namespace"),
                 parameters=[
                     LaunchConfiguration("params_file"),
-                    {
-                        name: ParameterValue(LaunchConfiguration(name), value_type=kind)
-                        for name, (kind, *_) in REPLAY_ARGUMENTS.items()
-                    },
+                    replay_parameters(),
                 ],
                 output="screen",
             ),
