@@ -2,10 +2,8 @@
 
     ros2 launch tissue_probe replay.launch.py bag:=run.mcap rate:=2.0 estimators:=ekf,robust_ekf
 
-When the bag is over the map stays for viewers, until Ctrl-C. The replay does not wait for the
-estimators: to have every block estimated, start with ``paused:=true`` and, when they are up::
-
-    ros2 service call /probe/replay/pause std_srvs/srv/SetBool "{data: false}"
+It begins when every estimator listens. When the bag is over the map stays for viewers, until
+Ctrl-C; ``paused:=true`` waits for the service ``replay/pause`` of the probe's namespace.
 """
 
 from pathlib import Path
@@ -42,6 +40,25 @@ def refuse_wrong_values(context: LaunchContext) -> None:
         value.evaluate(context)
 
 
+def replay_node(context: LaunchContext) -> list[Node]:
+    """Return the replay, which waits for as many subscribers as there are estimators."""
+    listed = LaunchConfiguration("estimators").perform(context).split(",")
+    subscribers = sum(1 for name in listed if name.strip())
+    return [
+        Node(
+            package="tissue_probe",
+            executable="replay",
+            name="replay",
+            namespace=LaunchConfiguration("namespace"),
+            parameters=[
+                LaunchConfiguration("params_file"),
+                {**replay_parameters(), "subscribers": subscribers},
+            ],
+            output="screen",
+        )
+    ]
+
+
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     return LaunchDescription(
@@ -55,16 +72,6 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
             ),
-            Node(
-                package="tissue_probe",
-                executable="replay",
-                name="replay",
-                namespace=LaunchConfiguration("namespace"),
-                parameters=[
-                    LaunchConfiguration("params_file"),
-                    replay_parameters(),
-                ],
-                output="screen",
-            ),
+            OpaqueFunction(function=replay_node),
         ]
     )
