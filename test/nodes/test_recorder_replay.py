@@ -16,7 +16,7 @@ from rosbags.highlevel import AnyReader
 from std_srvs.srv import SetBool
 from test_scan_node import SCAN, STAGE, Scanning, goal
 
-from conftest import PATIENCE, collect, deactivate, driver, estimator, fails_with
+from conftest import PATIENCE, collect, deactivate, driver, estimator, fails_with, own_domain
 from tissue_probe.cli.recorded import estimate_again, node_parameters, recorded_phantom
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
@@ -36,10 +36,8 @@ def recorder(bag: Path, **parameters: object) -> NodeProcess:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory) -> Path:
     """A scan of two sites with all estimators and the mapper, recorded by the real recorder."""
-    import domain_coordinator
-
     bag = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    with domain_coordinator.domain_id() as number, pytest.MonkeyPatch.context() as patch:
+    with own_domain() as number, pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(number))
         processes = [
             SCAN,

@@ -121,6 +121,7 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         self._end()
+        self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
         self._logs.cleanup()
