@@ -8,11 +8,11 @@ Alone it runs on the samples of any driver in the same namespace::
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from launch import LaunchContext, LaunchDescription
 from tissue_probe.estimation import ESTIMATORS
 
 STOCK_PARAMETERS = Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")

@@ -8,13 +8,12 @@ Ctrl-C; ``paused:=true`` waits for the service ``replay/pause`` of the probe's n
 
 from pathlib import Path
 
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
-
-from launch import LaunchContext, LaunchDescription
 
 #: The replay's parameters that are arguments here: type, default (None if it must be given), help.
 REPLAY_ARGUMENTS = {

@@ -9,6 +9,7 @@ The stage stays at /stage whatever the probe's namespace: driver and scan look f
 
 from pathlib import Path
 
+from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
@@ -25,8 +26,6 @@ from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
-
-from launch import LaunchDescription
 
 
 def change_state(node: LifecycleNode, transition: int) -> EmitEvent:

@@ -76,6 +76,18 @@ def test_every_node_and_every_estimator_is_an_executable_of_ros2_run():
     assert nodes | set(ESTIMATORS) <= {file.name for file in EXECUTABLES.iterdir()}
 
 
+@pytest.mark.parametrize("name", ["driver", "recorder", "ukf"])
+def test_an_executable_asked_for_help_says_how_parameters_are_given(name):
+    done = subprocess.run(
+        [EXECUTABLES / name, "--help"], capture_output=True, text=True, timeout=PATIENCE
+    )
+    assert done.returncode == 0
+    assert f"ros2 run tissue_probe {name} --ros-args -p NAME:=VALUE" in done.stdout
+    wrong = subprocess.run([EXECUTABLES / name, "now"], capture_output=True, text=True)
+    assert wrong.returncode == 2
+    assert "cannot read now" in wrong.stderr
+
+
 @pytest.mark.parametrize("name", ["ekf", "afekf", "robust_ekf"])
 def test_an_estimator_is_started_by_its_own_name(name):
     # A wrong setting ends it at once, and the message tells whose it was.

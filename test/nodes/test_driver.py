@@ -310,6 +310,12 @@ def test_parameters_describe_themselves_with_unit_and_range(session):
     assert descriptor.floating_point_range[0].to_value == 100.0
 
 
+def test_a_parameter_that_does_not_exist_is_told(session):
+    running = session(driver(exitation__amplitude=1.0))
+    running.wait_until(lambda: "no parameter exitation.amplitude" in running.log("driver"), "it")
+    assert "excitation.amplitude" in running.log("driver")
+
+
 def test_a_phantom_that_is_not_there_keeps_the_driver_unconfigured(session, tmp_path):
     running = session(driver(simulated__phantom=str(tmp_path / "none.yaml")))
     assert not change_state(running, Transition.TRANSITION_CONFIGURE)

@@ -14,13 +14,15 @@ from conftest import (
     estimator,
     fails_with,
     samples_publisher,
+    site_publisher,
     stage_on_tissue,
 )
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.estimation import ESTIMATORS
-from tissue_probe.nodes.conversions import from_time
+from tissue_probe.nodes.conversions import from_time, samples_from_message, site_to_message
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe.signals import NANOSECONDS, PalpationSite, Phase
 from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
 LIVE = ("robust_ekf", "ekf", "ukf", "afekf")
@@ -57,22 +59,29 @@ def test_every_estimator_finds_the_tissue_and_publishes_an_estimate_for_each_blo
         for name in LIVE
         for value in ("stiffness", "damping", "covariance_trace")
     }
+    sites = site_publisher(running.node)
     running.activate({"/probe/driver": len(LIVE) + 1, **{f"/probe/{name}": 1 for name in LIVE}})
-    running.wait_until(lambda: all(len(e) >= 200 for e in estimates.values()), "estimates")
-    running.wait_until(lambda: all(len(v) >= 200 for v in values.values()), "values")
+    running.wait_until(lambda: len(blocks) > 100, "samples, and the stage to have been heard")
+    begin = samples_from_message(blocks[-1]).end + NANOSECONDS // 2
+    dwell = PalpationSite(begin, 0, (0.0, 0.0, 0.0), Phase.DWELL)
+    sites.publish(site_to_message(dwell, "stage"))
+    running.wait_until(lambda: from_time(blocks[-1].header.stamp) > begin + NANOSECONDS, "a dwell")
+    count = len(blocks)
+    running.wait_until(lambda: all(len(e) >= count for e in estimates.values()), "estimates")
+    running.wait_until(lambda: all(len(v) >= count for v in values.values()), "values")
     phantom = Phantom.load(stock_configuration("phantom.yaml"))
     for name in LIVE:
-        for sent, estimate in zip(blocks[:200], estimates[name][:200], strict=True):
+        for sent, estimate in zip(blocks[:count], estimates[name][:count], strict=True):
             last = sent.sequence + len(sent.position) - 1
             assert estimate.sequence == last
             assert from_time(estimate.header.stamp) == from_time(sent.header.stamp) + 4_500_000
             assert estimate.estimator == name
-        last = estimates[name][199]
+        last = estimates[name][count - 1]
         assert last.status == TissueEstimate.CONVERGED
         assert last.stiffness == pytest.approx(float(phantom.stiffness(0.0, 0.0)), rel=0.02)
         assert last.damping == pytest.approx(float(phantom.damping(0.0, 0.0)), rel=0.05)
         for value in ("stiffness", "damping", "covariance_trace"):
-            assert values[name, value][199].data == getattr(last, value)
+            assert values[name, value][count - 1].data == getattr(last, value)
 
 
 def test_an_unknown_filter_is_refused_with_the_names_of_those_there_are():

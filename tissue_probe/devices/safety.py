@@ -116,13 +116,12 @@ class GuardedDevice:
         return samples
 
     def _check(self, name: str, values: np.ndarray, limit: float, unit: str) -> None:
-        passed = np.abs(values) > limit
-        if passed.any():
-            value = values[np.argmax(passed)]
-            raise LimitExceeded(
-                f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}: "
-                "the coil is at zero; look at the probe before you activate it again"
-            )
+        for value in values.tolist():
+            if abs(value) > limit:
+                raise LimitExceeded(
+                    f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}: "
+                    "the coil is at zero; look at the probe before you activate it again"
+                )
 
     def stop(self) -> None:
         """Put the coil at zero volts and end sampling."""

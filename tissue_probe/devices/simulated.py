@@ -43,6 +43,8 @@ STAGE_TIME_CONSTANT = 0.005
 SUCTION_REACH = 0.0005
 #: Samples wait this long to be fetched before they are lost, as in a DAQ's buffer [s].
 BUFFER_TIME = 2.0
+#: So many samples are simulated at once and handed out one by one: waking up costs more than they.
+AHEAD = 10
 #: The excitation is computed for so many samples at once.
 COMMAND_SAMPLES = 200
 
@@ -130,7 +132,9 @@ class SimulatedProbe:
         self._state[5] = self._tissue[2]
         self._attached = np.array([self._tissue[2] >= 0.0])
         self._taken = 0
+        self._simulated = 0
         self._commands = np.empty(0)
+        self._ahead = np.empty((3, 0))
         self._pacer.restart()
 
     def read(self, count: int) -> Samples:
@@ -152,9 +156,19 @@ class SimulatedProbe:
         with self._lock:
             if self._excitation is None:
                 raise DeviceError("the simulated probe was stopped while it was read")
-            command = self._next_commands(count)
-            self.commanded_voltage = float(command[-1])
+            missing = count - self._ahead.shape[1]
+            if missing > 0:
+                self._simulate_ahead(max(missing, AHEAD))
+            samples = Samples(*self._ahead[:, :count])
+            self._ahead = self._ahead[:, count:]
+            self.commanded_voltage = float(samples.command[-1])
+        self._taken += count
+        return samples
+
+    def _simulate_ahead(self, count: int) -> None:
+        """Add ``count`` samples to those that are ready to be handed out."""
         settings = self._settings
+        command = self._next_commands(count)
         position, force = _simulate(
             self._state,
             self._attached,
@@ -163,12 +177,11 @@ class SimulatedProbe:
             self.sample_period,
             self._substeps,
         )
-        self._taken += count
         if settings.encoder_resolution > 0.0:
             position = np.round(position / settings.encoder_resolution)
             position *= settings.encoder_resolution
         force += settings.force_noise * self._noise.standard_normal(count)
-        return Samples(position, force, command)
+        self._ahead = np.concatenate([self._ahead, [position, force, command]], axis=1)
 
     @property
     def description(self) -> str:
@@ -198,10 +211,11 @@ class SimulatedProbe:
 
     def _next_commands(self, count: int) -> FloatArray:
         if self._commands.size < count:
-            first = self._taken + self._commands.size
+            first = self._simulated + self._commands.size
             number = np.arange(first, first + max(count, COMMAND_SAMPLES))
             more = self._excitation(number * self.sample_period)
             self._commands = np.concatenate([self._commands, more])
+        self._simulated += count
         now, self._commands = self._commands[:count], self._commands[count:]
         return now
 

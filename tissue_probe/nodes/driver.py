@@ -123,6 +123,7 @@ class Driver(LifecycleNode):
             )
         self.set_parameters([Parameter("device_description", value=device.description)])
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
+        self.get_logger().info(f"configured: the device is {settings.device}")
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -140,6 +141,10 @@ class Driver(LifecycleNode):
         self._publisher.begin(self.get_clock().now().nanoseconds, self._device.sample_period)
         self._thread = threading.Thread(target=self._acquire, name="acquisition")
         self._thread.start()
+        self.get_logger().info(
+            f"active: {1.0 / self._device.sample_period:g} samples a second, the coil is driven by "
+            f"{excitation}"
+        )
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -72,13 +72,14 @@ class EstimatorNode(Node):
         Diagnostics(self, self._examine)
         self._failure: Exception | None = None
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._estimate, name="estimation")
+        # A daemon: if it hangs, the process still ends.
+        self._thread = threading.Thread(target=self._estimate, name="estimation", daemon=True)
         self._thread.start()
 
     def destroy_node(self) -> None:
         """End the estimation, then the node."""
         self._stopping.set()
-        self._thread.join()
+        self._thread.join(10 * PATIENCE)
         self._inbox.destroy()
         super().destroy_node()
 

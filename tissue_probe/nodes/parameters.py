@@ -37,7 +37,10 @@ def declare(node: Node, settings: type[BaseModel], prefix: str = "", *, fixed: b
         except (ParameterException, TypeError, ValueError) as error:
             # rclpy's own words go on with the range, without its unit.
             given = str(error).partition(" for parameter.")[0]
-            raise SettingsError(f"parameter {prefix}{name}: give {rule(field)} ({given})") from None
+            hint = ", with a decimal point" if field.annotation is float else ""
+            raise SettingsError(
+                f"parameter {prefix}{name}: give {rule(field)}{hint} ({given})"
+            ) from None
 
 
 def read(node: Node, settings: type[Settings], prefix: str = "") -> Settings:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import rclpy
+import rclpy.utilities
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -24,12 +26,16 @@ MISTAKES = (SettingsError, OSError)
 def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreadedExecutor) -> int:
     """Make a node and spin it until Ctrl-C, SIGTERM, or a failure; return the exit status.
 
-    The node's ``destroy_node`` is called in every case.
+    The node's ``destroy_node`` is called in every case. Words on the command line that are not for
+    ROS are answered with help instead.
     """
+    if arguments := rclpy.utilities.remove_ros_args(sys.argv)[1:]:
+        return _explain(arguments)
     rclpy.init()
     node = None
     try:
         node = make_node()
+        _tell_unknown_parameters(node)
         spinner = executor()
         spinner.add_node(node)
         spinner.spin()
@@ -39,7 +45,38 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
         print(f"{Path(sys.argv[0]).stem}: {sentence(error)}", file=sys.stderr)
         return 1
     finally:
+        # Ctrl-C under ros2 launch comes twice, from the terminal and from launch: end in order.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _tell_unknown_parameters(node: Node) -> None:
+    """Warn of parameters that the node has not declared, most likely misspelt: ROS ignores them."""
+    given = node._parameter_overrides  # rclpy has no public name for it
+    unknown = sorted(
+        name
+        for name in given
+        if not node.has_parameter(name) and not name.startswith(("qos_overrides.", "use_sim_time"))
+    )
+    if unknown:
+        known = ", ".join(sorted(node.get_parameters_by_prefix("")))
+        node.get_logger().warning(f"no parameter {', '.join(unknown)}; there are {known}")
+
+
+def _explain(arguments: list[str]) -> int:
+    """Answer words on the command line that are not for ROS: help, or what to write instead."""
+    name = Path(sys.argv[0]).stem
+    wants_help = bool({"-h", "--help"} & set(arguments))
+    stream = sys.stdout if wants_help else sys.stderr
+    if not wants_help:
+        print(f"{name}: cannot read {' '.join(arguments)}", file=stream)
+    print(
+        f"Start it with: ros2 run tissue_probe {name} --ros-args -p NAME:=VALUE\n"
+        f"Its parameters, while it runs: ros2 param list /probe/{name} and "
+        f"ros2 param describe /probe/{name} NAME",
+        file=stream,
+    )
+    return 0 if wants_help else 2
