@@ -15,6 +15,7 @@ from tissue_probe import __version__
 from tissue_probe.cli.demo import demo
 from tissue_probe.cli.estimate import estimate
 from tissue_probe.cli.estimators import estimators
+from tissue_probe.cli.excitation import excitation
 from tissue_probe.cli.export import export
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
@@ -35,6 +36,7 @@ app.command()(estimators)
 app.command("map")(map_command)
 app.command()(info)
 app.command()(export)
+app.command()(excitation)
 
 
 def _print_version(wanted: bool) -> None:
