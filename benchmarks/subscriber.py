@@ -50,4 +50,7 @@ class Subscriber(Node):
 
 
 if __name__ == "__main__":
-    raise SystemExit(run(partial(Subscriber, sys.argv[1], Path(sys.argv[2]))))
+    # What is left on the command line is for ROS.
+    program, topic, output = sys.argv
+    sys.argv = [program]
+    raise SystemExit(run(partial(Subscriber, topic, Path(output))))

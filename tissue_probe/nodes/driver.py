@@ -24,6 +24,9 @@ from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.settings import SettingsError, setting
 
+#: Most samples that are read, and checked against the limits, at once.
+LONGEST_READ = 10
+
 #: Within this time of its start a node hears of the others [s].
 DISCOVERY_TIME = 1.0
 
@@ -178,7 +181,7 @@ class Driver(LifecycleNode):
         device, publisher = self._device, self._publisher
         try:
             while not self._stopping.is_set():
-                if publisher.add(device.read(device.samples_per_read)):
+                if publisher.add(device.read(self._samples_to_read())):
                     self._hear_stage()
         except Exception as error:  # whatever it was, the coil must stop and someone must hear
             if self.context.ok():
@@ -187,6 +190,16 @@ class Driver(LifecycleNode):
             device.stop()
         if self.context.ok():
             publisher.flush()
+
+    def _samples_to_read(self) -> int:
+        """Return 1 while someone wants each sample at once; else up to the end of a block.
+
+        Waking up costs far more than reading, so it is done only as often as it is of use; and so
+        often that limits are checked in time.
+        """
+        if self._publisher.wanted_singly:
+            return self._device.samples_per_read
+        return min(self._publisher.missing, LONGEST_READ)
 
     def _hear_stage(self) -> None:
         if self._stage is not None:

@@ -42,6 +42,16 @@ class SamplePublisher:
         """How many subscriptions the blocks reach."""
         return self._blocks.get_subscription_count()
 
+    @property
+    def missing(self) -> int:
+        """How many samples the present block still wants."""
+        return self._block_size - self._pending_count
+
+    @property
+    def wanted_singly(self) -> bool:
+        """Whether anyone subscribes to single samples."""
+        return self._pose_wanted or self._wrench_wanted
+
     def begin(self, start: int, sample_period: float) -> None:
         """Begin to number samples at 0, sample 0 stamped ``start`` [ns since the epoch]."""
         self._start = start
