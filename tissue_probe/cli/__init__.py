@@ -19,6 +19,7 @@ from tissue_probe.cli.excitation import excitation
 from tissue_probe.cli.export import export
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
+from tissue_probe.cli.reproduce import reproduce
 from tissue_probe.settings import sentence
 
 app = typer.Typer(
@@ -37,6 +38,7 @@ app.command("map")(map_command)
 app.command()(info)
 app.command()(export)
 app.command()(excitation)
+app.command()(reproduce)
 
 
 def _print_version(wanted: bool) -> None:

@@ -1,0 +1,119 @@
+"""Figure 12: a grid of sites over a phantom with three nodules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.patches import Circle
+
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.regions import find_regions, match
+from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.mapping.surface import interpolate
+from tissue_probe.physics.phantom import Phantom
+from tissue_probe.reproduction.drawing import LABELS
+from tissue_probe.reproduction.experiment import Experiment, Tissue
+from tissue_probe.reproduction.filters import AFEKF, EKF, ROBUST, UKF, Filter
+from tissue_probe.reproduction.finding import Finding, Reproduction
+from tissue_probe.signals import FloatArray, TissueEstimates
+
+GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
+#: What is drawn in each row: the paper averages its filters.
+COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
+
+
+def palpate(phantom: Phantom) -> dict[Filter, list[TissueEstimates]]:
+    """Run every filter for one second at each cell, by rising index, knowing nothing before."""
+    x, y = (place.ravel() for place in np.meshgrid(GRID.x, GRID.y))
+    cells = zip(phantom.stiffness(x, y), phantom.damping(x, y), strict=True)
+    experiments = [Experiment(((0.0, Tissue(k, b)),), seed=i) for i, (k, b) in enumerate(cells)]
+    filters = [each for row in COMPARED.values() for each in row]
+    return {each: [each.run(experiment) for experiment in experiments] for each in filters}
+
+
+def fig12() -> Reproduction:
+    """Draw stiffness, damping and covariance trace over the grid."""
+    phantom = Phantom.load(stock_configuration("phantom.yaml"))
+    runs = palpate(phantom)
+    maps = {title: _map([runs[each] for each in filters]) for title, filters in COMPARED.items()}
+    theirs, ours = maps.values()
+    nodules, errors = [_nodules(m, phantom) for m in maps.values()], _errors(maps, phantom)
+    return Reproduction(
+        _draw(maps, phantom),
+        (
+            Finding("nodules found", "each of 3", *nodules),
+            Finding("rms error of k over the sites", "not known", *errors),
+            Finding(
+                "covariance trace, stiffest site over softest",
+                "higher over the nodules",
+                _contrast(theirs),
+                _contrast(ours),
+            ),
+        ),
+    )
+
+
+def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
+    """Average what the filters know at the end of each site's second."""
+
+    def cells(name: str) -> FloatArray:
+        values = [[getattr(estimates, name)[-1] for estimates in sites] for sites in runs]
+        return np.mean(values, axis=0).reshape(GRID.shape)
+
+    deviations = [np.sqrt(cells(f"{name}_variance")) for name in ("stiffness", "damping")]
+    return StiffnessMapData(GRID, 0, *(cells(name) for name in LABELS), *deviations)
+
+
+def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:
+    regions = find_regions(found)
+    pairs = match(regions, [(n.x, n.y) for n in phantom.nodules], GRID.spacing).pairs
+    return f"{len(pairs)} of {len(phantom.nodules)}, {len(regions) - len(pairs)} false"
+
+
+def _errors(maps: dict[str, StiffnessMapData], phantom: Phantom) -> list[str]:
+    true = phantom.stiffness(*np.meshgrid(GRID.x, GRID.y))
+    errors = [np.sqrt(np.mean((each.stiffness / true - 1.0) ** 2)) for each in maps.values()]
+    return [f"{100.0 * error:.2f} %" for error in errors]
+
+
+def _contrast(found: StiffnessMapData) -> str:
+    order = np.argsort(found.stiffness, axis=None)
+    trace = found.covariance_trace.ravel()[order]
+    return f"{trace[-1] / trace[0]:.2f}"
+
+
+def _draw(maps: dict[str, StiffnessMapData], phantom: Phantom) -> Figure:
+    figure = Figure(figsize=(12.0, 7.4), layout="constrained")
+    rows = figure.subplots(len(maps), len(LABELS), sharex=True, sharey=True)
+    for row, (title, found) in zip(rows, maps.items(), strict=True):
+        for axes, (name, label) in zip(row, LABELS.items(), strict=True):
+            image = _surface(axes, getattr(found, name), phantom)
+            figure.colorbar(image, ax=axes, label=label, shrink=0.82)
+        row[0].set_ylabel(f"{title}\ny [mm]")
+    for axes in rows[-1]:
+        axes.set_xlabel("x [mm]")
+    figure.suptitle("Circles: true nodules, radius = depth; dots: sites", fontsize=10)
+    return figure
+
+
+def _surface(axes: Axes, values: FloatArray, phantom: Phantom) -> AxesImage:
+    half, millimetres = GRID.spacing / 2.0, 1e3
+    extent = (GRID.x[0] - half, GRID.x[-1] + half, GRID.y[0] - half, GRID.y[-1] + half)
+    image = axes.imshow(
+        interpolate(GRID, values, np.zeros(GRID.shape)).mean,
+        origin="lower",
+        extent=[millimetres * edge for edge in extent],
+        interpolation="bilinear",
+    )
+    x, y = np.meshgrid(millimetres * GRID.x, millimetres * GRID.y)
+    axes.plot(x.ravel(), y.ravel(), ".", color="white", markeredgecolor="black", markersize=5)
+    for nodule in phantom.nodules:
+        place, radius = (millimetres * nodule.x, millimetres * nodule.y), millimetres * nodule.depth
+        axes.add_patch(Circle(place, radius, fill=False, color="black", linewidth=3.0))
+        axes.add_patch(Circle(place, radius, fill=False, color="white", linewidth=1.5))
+    return image
