@@ -76,10 +76,11 @@ def test_the_map_finds_the_three_nodules():
     assert made("fig12").findings[0].ours == "3 of 3, 0 false"
 
 
-def test_where_the_papers_filters_diverge_ours_does_not():
+def test_ours_goes_astray_in_a_tenth_of_the_runs_in_which_the_papers_ekf_does():
     failures = made("fig15").findings[1]
-    assert int(re.search(r" EKF (\d+)", failures.paper)[1]) > 0
-    assert failures.ours == "0"
+    ekf = int(re.search(r" EKF (\d+)", failures.paper)[1])
+    assert ekf > 10
+    assert int(failures.ours) <= ekf / 10
 
 
 def test_the_free_probe_rings_as_its_equation_says():

@@ -61,7 +61,8 @@ def legend(figure: Figure) -> None:
         for axes in figure.axes
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
-    columns = min(len(entries), 3 if figure.get_figwidth() < 8.0 else 6)
+    widest = 3 if figure.get_figwidth() < 8.0 else 6
+    columns = -(-len(entries) // -(-len(entries) // widest))
     figure.legend(
         entries.values(), entries.keys(), loc="outside upper center", ncols=columns, fontsize=9
     )

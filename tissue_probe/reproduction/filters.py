@@ -22,8 +22,8 @@ PAPER = EstimatorSettings(
     damping_minimum=-1e4,
     damping_maximum=1e4,
 )
-# Sure of the tip, unsure of the tissue. The paper does not tell its prior; with P0 = I its filters
-# do not diverge at any frequency, with this one they do.
+# Sure of the tip, unsure of the tissue. The paper does not tell its prior; where measuring begins
+# in the midst of a motion, EKF and UKF fail in the same runs with P0 = I, and part with this one.
 WIDE = PAPER.model_copy(
     update={
         "stiffness_prior_sd": 1e4,

@@ -30,7 +30,7 @@ from tissue_probe.signals import FloatArray
 
 FREQUENCIES = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz
 AVERAGED = 200  # samples of the moving average, section V-A
-FAILED = 0.2  # of the true stiffness
+FAILED = (0.2, 0.5)  # of the true stiffness, of the true damping
 # Not stated; fits the axes of figure 9.
 SILICONE = Tissue(330.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
 WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(WIDE)
@@ -71,7 +71,7 @@ def fig15() -> Reproduction:
     told = ", ".join(f"{each.estimator.upper()} {_failures(LIVER, each)}" for each in filters)
     told += f"; EKF with the exact step {_failures(LIVER, reference)}"
     failures = Finding(
-        f"k wrong by 20 %, of {len(STARTS) * len(FREQUENCIES)} runs",
+        f"k wrong by 20 % or β by 50 %, of {len(STARTS) * len(FREQUENCIES)} runs",
         "above 15 Hz EKF and AFEKF, not UKF",
         told,
         str(_failures(LIVER, ROBUST)),
@@ -113,8 +113,11 @@ def _rise(tissue: Tissue, euler: Filter, reference: Filter, stated: str) -> Find
 
 
 def _failures(tissue: Tissue, of: Filter) -> int:
-    known = np.array([tissue.at(frequency)[0] for frequency in FREQUENCIES])
-    return int(np.sum(~(np.abs(sweep(tissue, of)[0] / known - 1.0) < FAILED)))
+    """Count the runs that miss k by 20 % or beta by 50 %."""
+    known = np.transpose([tissue.at(frequency) for frequency in FREQUENCIES])
+    errors = np.abs(sweep(tissue, of)[:2] / known[:, None, :] - 1.0)
+    right = (errors[0] < FAILED[0]) & (errors[1] < FAILED[1])
+    return int(np.sum(~right))
 
 
 def fig16() -> Reproduction:
