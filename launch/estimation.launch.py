@@ -51,7 +51,7 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument(
                 "estimators",
-                default_value="ekf,ukf,afekf",
+                default_value="robust_ekf,ekf,ukf,afekf",
                 description="filters to run, separated by commas: `tissue_probe estimators`",
             ),
             DeclareLaunchArgument(

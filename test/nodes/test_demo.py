@@ -1,4 +1,4 @@
-"""The demo, end to end: nine processes, one command, the nodules in the right places."""
+"""The demo, end to end: every node a process, one command, the nodules in the right places."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
 
-ESTIMATORS = ("ekf", "ukf", "afekf")
+ESTIMATORS = ("robust_ekf", "ekf", "ukf", "afekf")
 
 
 def demo(

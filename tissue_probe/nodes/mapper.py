@@ -28,7 +28,9 @@ class MapperSettings(BaseModel):
     """Whose estimates make the map."""
 
     estimators: list[str] = setting(
-        ["ekf", "ukf", "afekf"], "", "estimators to fuse, by the names of their topics"
+        ["robust_ekf", "ekf", "ukf", "afekf"],
+        "",
+        "estimators to fuse, by the names of their topics",
     )
     frame_id: str = setting("stage", "", "frame of the map")
 
