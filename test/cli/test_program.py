@@ -12,7 +12,7 @@ import pytest
 from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
-COMMANDS = ["demo", "estimate", "estimators", "map", "info", "export"]
+COMMANDS = "demo estimate estimators map info export excitation reproduce".split()
 
 
 def in_a_process(*arguments, **environment):

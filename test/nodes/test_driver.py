@@ -35,11 +35,12 @@ from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
 
 
-def state_of(running) -> int:
-    client = running.node.create_client(GetState, "/probe/driver/get_state")
+def state_of(running, node: str = "/probe/driver") -> int:
+    client = running.node.create_client(GetState, f"{node}/get_state")
     running.wait_until(client.service_is_ready, "the driver")
     answer = client.call_async(GetState.Request())
     running.wait_until(answer.done, "its state")
+    running.node.destroy_client(client)
     return answer.result().current_state.id
 
 
@@ -256,7 +257,7 @@ def test_an_excitation_above_the_command_limit_is_refused(session):
     assert "command limit of 0.5 V" in running.log("driver")
 
 
-def test_a_second_driver_on_the_same_topic_is_refused_by_name(session):
+def test_two_drivers_on_the_same_topic_are_not_both_active(session):
     running = session(driver())
     activate(running)
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
@@ -266,8 +267,17 @@ def test_a_second_driver_on_the_same_topic_is_refused_by_name(session):
         change_state(other, transition, "/probe/second")
         for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
     ]
-    assert answers == [True, False]
-    assert "/probe/driver publishes /probe/samples already" in other.log("second")
+    if answers == [True, False]:
+        assert "/probe/driver publishes /probe/samples already" in other.log("second")
+    # On a slow machine the second may not have heard of the first in time: then they find out.
+    running.wait_until(
+        lambda: (
+            not (
+                state_of(running) == state_of(other, "/probe/second") == State.PRIMARY_STATE_ACTIVE
+            )
+        ),
+        "one of them to give way",
+    )
 
 
 @pytest.mark.parametrize(

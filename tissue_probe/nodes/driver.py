@@ -28,7 +28,7 @@ from tissue_probe.settings import SettingsError, setting
 LONGEST_READ = 10
 
 #: Within this time of its start a node hears of the others [s].
-DISCOVERY_TIME = 1.0
+DISCOVERY_TIME = 2.0
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
