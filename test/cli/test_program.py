@@ -12,7 +12,7 @@ import pytest
 from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
-COMMANDS = "demo estimate estimators map info export excitation reproduce".split()
+COMMANDS = ["demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"]
 
 
 def in_a_process(*arguments, **environment):

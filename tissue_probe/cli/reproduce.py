@@ -27,7 +27,7 @@ def reproduce(
         ),
     ] = Path("reproduction"),
 ) -> None:
-    """Make the results figures of the paper again, from simulated experiments.
+    """Make the paper's results figures again, from simulated data.
 
     Each shows the paper's filters beside robust_ekf: stiffness [N/m], damping [N s/m], covariance
     trace or force [N]. A table tells what the paper states, what its method gives here, and what
