@@ -14,7 +14,7 @@ from std_msgs.msg import Float64
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.nodes.conversions import (
     last_estimate_to_message,
-    samples_from_message,
+    samples_from_cdr,
     site_from_message,
 )
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
@@ -68,7 +68,7 @@ class EstimatorNode(Node):
         # Sites first, so that a restart is known before the samples that it is for.
         self._inbox = Inbox(self)
         self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
-        self._inbox.subscribe(ProbeSamples, "samples", BLOCKS, self._on_samples)
+        self._inbox.subscribe(ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
         Diagnostics(self, self._examine)
         self._failure: Exception | None = None
         self._stopping = threading.Event()
@@ -98,9 +98,9 @@ class EstimatorNode(Node):
         if self._restart_at_site and site.phase == Phase.DWELL:
             self._estimator.restart_at(site.stamp)
 
-    def _on_samples(self, message: ProbeSamples, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict) -> None:
         try:
-            block = samples_from_message(message)
+            block, frame_id = samples_from_cdr(message)
         except ValueError as error:
             self._malformed += 1
             self.get_logger().error(f"a block is left out: {error}", throttle_duration_sec=1.0)
@@ -109,7 +109,7 @@ class EstimatorNode(Node):
         estimates = self._estimator.process(block)
         if len(estimates) == 0:
             return
-        estimate = last_estimate_to_message(estimates, message.header.frame_id)
+        estimate = last_estimate_to_message(estimates, frame_id)
         self._status = estimate.status
         self._estimates.publish(estimate)
         for name, publisher in self._values.items():
