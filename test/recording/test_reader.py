@@ -373,7 +373,7 @@ def refusal(path):
     [
         (b"", "is empty"),
         (b"t,u,F\n0,0,0\n", "is not an MCAP file"),
-        (b"#ROSBAG V2.0\n", "rosbags-convert"),
+        (b"#ROSBAG V2.0\n", "rosbag reindex"),
         (b"SQLite format 3\0" + bytes(100), "is damaged"),
         (b"\x89MCAP0\r\n", "no topic of type"),
     ],

@@ -1,12 +1,11 @@
 """Reading samples from CSV: time, position and force in columns, in SI units.
 
 What belongs here: regularly sampled measurements of any instrument, as a ``Recording``.
-What does not: bags (``reader``), writing tables (``tables``).
+What does not: files in other units or with jittering times (``table_file``), bags (``reader``).
 """
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from tissue_probe.recording.columns import read_columns
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
 
@@ -65,51 +65,12 @@ def read_csv(
     if sample_period is not None and not 0.0 < sample_period < float("inf"):
         raise ValueError(f"sample_period is {sample_period} s; it must be positive")
     if sample_period is None:
-        u, f, t = _columns(Path(path), [position, force, time])
+        u, f, t = read_columns(path, [position, force, time])
         start, period, sequence = _regular(Path(path), t)
     else:
-        u, f = _columns(Path(path), [position, force])
+        u, f = read_columns(path, [position, force])
         start, period, sequence = 0.0, sample_period, np.arange(u.size)
     return Recording(tuple(_blocks(start, period, sequence, u, signs[polarity] * f)))
-
-
-def _columns(path: Path, names: list[str]) -> list[FloatArray]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return _numbers(path, csv.reader(file), names)
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(f"{path} is not a CSV file in UTF-8: {error}") from error
-
-
-def _numbers(path: Path, rows: Iterator[list[str]], names: list[str]) -> list[FloatArray]:
-    header = [name.strip() for name in next(rows, [])]
-    if missing := [name for name in names if name not in header]:
-        raise RecordingError(
-            f"{path} has no column {', '.join(missing)}; "
-            f"its columns are {', '.join(header) or 'none: it is empty'}"
-        )
-    places = [header.index(name) for name in names]
-    numbers = [
-        [_number(path, line, header, row, place) for place in places]
-        for line, row in enumerate(rows, start=2)
-        if row
-    ]
-    if not numbers:
-        raise RecordingError(f"{path} has a header line, but no rows below it")
-    return list(np.array(numbers).T.copy())
-
-
-def _number(path: Path, line: int, header: list[str], row: list[str], place: int) -> float:
-    if place >= len(row):
-        raise RecordingError(
-            f"{path}, line {line}: {len(row)} cells, but the header names {len(header)} columns"
-        )
-    try:
-        return float(row[place]) if row[place].strip() else np.nan
-    except ValueError:
-        raise RecordingError(
-            f"{path}, line {line}: column {header[place]} is '{row[place]}'; give a number"
-        ) from None
 
 
 def _regular(path: Path, time: FloatArray) -> tuple[float, float, IntArray]:

@@ -1,4 +1,4 @@
-"""From CDR bytes to what the package computes with, by the definition that the bag carries.
+"""From recorded bytes to what the package computes with, by the definition that the bag carries.
 
 What belongs here: this suite's messages.
 What does not: finding them in a bag (``reader``).
@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from tissue_probe.recording.bag import RawMessage, Topic
 from tissue_probe.recording.errors import RecordingError
@@ -55,29 +56,25 @@ class RecordedMap:
 class Decoder:
     """Decodes the messages of one topic by the definition in its bag.
 
+    Where the bag has none, as older ones of ROS 2, the common types (``std_msgs``,
+    ``geometry_msgs``, ...) are decoded by the definitions that ROS 2 has.
+
     Raises
     ------
     RecordingError
-        If the topic is not encoded as CDR, or its definition is missing or not understood.
+        If the topic is encoded otherwise than ROS 1 or 2 do, or its definition is missing or not
+        understood.
     """
 
     def __init__(self, topic: Topic) -> None:
-        if topic.message_encoding != "cdr":
+        if topic.message_encoding not in ("cdr", "ros1"):
             raise RecordingError(
                 f"{topic.name} is recorded as '{topic.message_encoding}'; only CDR is read"
             )
-        if topic.schema_encoding != "ros2msg":
-            raise RecordingError(
-                f"{topic.name} has no message definition in .msg form; record it again as MCAP"
-            )
-        self._store = get_typestore(Stores.EMPTY)
-        try:
-            self._store.register(get_types_from_msg(topic.definition, topic.typename))
-            self._store.get_msgdef(topic.typename)
-        except (TypesysError, KeyError) as error:  # KeyError: a type that it uses is not there
-            raise RecordingError(
-                f"the definition of {topic.typename} in the bag is not understood: {error}"
-            ) from error
+        store, self._typename = _types(topic)
+        self._deserialize = (
+            store.deserialize_ros1 if topic.message_encoding == "ros1" else store.deserialize_cdr
+        )
 
     def decode(
         self, messages: Iterable[RawMessage], convert: Callable[[Any], Content]
@@ -94,12 +91,34 @@ class Decoder:
 
     def _decode(self, message: RawMessage, convert: Callable[[Any], Content]) -> Content:
         try:
-            return convert(self._store.deserialize_cdr(message.data, message.typename))
+            return convert(self._deserialize(message.data, self._typename))
         except (SerdeError, AttributeError, ValueError) as error:
             raise RecordingError(
                 f"the message of {message.topic} logged at {message.log_time} ns is not a "
                 f"valid {message.typename}: {error}"
             ) from error
+
+
+def _types(topic: Topic) -> tuple[Typestore, str]:
+    """Return a store that knows the topic's type, and what it calls it."""
+    package, *_, name = topic.typename.split("/")  # in MCAP, ROS 1 writes package/Name
+    typename = f"{package}/msg/{name}"
+    if topic.schema_encoding not in ("ros2msg", "ros1msg"):
+        store = get_typestore(Stores.LATEST)
+        if typename not in store.fielddefs:
+            raise RecordingError(
+                f"{topic.name} has no message definition in .msg form; record it again as MCAP"
+            )
+        return store, typename
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(get_types_from_msg(topic.definition, typename))
+        store.get_msgdef(typename)
+    except (TypesysError, KeyError) as error:  # KeyError: a type that it uses is not there
+        raise RecordingError(
+            f"the definition of {topic.typename} in the bag is not understood: {error}"
+        ) from error
+    return store, typename
 
 
 def samples(message: Any) -> SampleBlock:

@@ -14,6 +14,7 @@ from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.folder_bag import FolderBag
 from tissue_probe.recording.mcap_bag import McapBag
+from tissue_probe.recording.ros1_bag import Ros1Bag
 from tissue_probe.recording.sqlite_bag import SqliteBag
 
 _SQLITE_MAGIC = b"SQLite format 3\0"
@@ -21,7 +22,7 @@ _ROS1_MAGIC = b"#ROSBAG V"
 
 
 def open_bag(path: str | Path) -> Bag:
-    """Open an MCAP file (complete or cut off), a ``.db3`` file, or a bag folder.
+    """Open an MCAP file (complete or cut off), a ``.db3`` file, a bag folder, or a ROS 1 bag.
 
     Raises
     ------
@@ -39,6 +40,8 @@ def open_bag(path: str | Path) -> Bag:
         return McapBag(path)
     if head.startswith(_SQLITE_MAGIC):
         return SqliteBag(path)
+    if head.startswith(_ROS1_MAGIC):
+        return Ros1Bag(path)
     raise RecordingError(f"{path} {_what_is_wrong(path, head)}")
 
 
@@ -60,6 +63,4 @@ def _open_folder(path: Path) -> Bag:
 def _what_is_wrong(path: Path, head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    if head.startswith(_ROS1_MAGIC):
-        return f"is a ROS 1 bag; convert it with 'rosbags-convert --src {path} --dst <new folder>'"
-    return "is not an MCAP file (nor another bag of ROS 2); give what the recorder wrote"
+    return "is not an MCAP file (nor another bag of ROS); give what the recorder wrote"

@@ -42,6 +42,11 @@ def read_recording(path: str | Path, samples_topic: str | None = None) -> Record
     return Recording(tuple(blocks), tuple(_sites(bag, topic)), bag.metadata)
 
 
+def has_samples(bag: Bag) -> bool:
+    """Return whether a bag is a recording of this suite: whether it has a topic of samples."""
+    return bool(topics_of_type(bag, decoding.SAMPLES))
+
+
 def read_estimates(path: str | Path) -> dict[str, TissueEstimates]:
     """Read the recorded estimates by the name of their estimator, one row a message.
 

@@ -1,0 +1,84 @@
+"""Jittering times give the signal at even times; rounded ones give the samples as they are."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.even_grid import even_grid, interpolate
+
+
+def sine(time, frequency=10.0):
+    return np.sin(2.0 * np.pi * frequency * time)
+
+
+def resampled(grid, time, values):
+    return [(span.times, grid.values(span, time, values)) for span in grid.spans]
+
+
+@given(
+    period=st.sampled_from([5e-4, 1e-3, 1 / 3000, 0.02]),
+    digits=st.integers(4, 9),
+    start=st.sampled_from([0.0, 3.7, 1e5]),
+)
+@settings(max_examples=60, deadline=None)
+def test_times_rounded_by_their_writer_leave_the_samples_as_they_are(period, digits, start):
+    time = np.round(start + period * np.arange(500), digits)
+    grid = even_grid(time, "x.csv")
+    assert grid.even
+    assert grid.notes == ()
+    assert grid.period == pytest.approx(period, rel=1e-3)
+    ((_, values),) = resampled(grid, time, sine(time))
+    assert_array_equal(values, sine(time))
+
+
+@pytest.mark.parametrize("jitter", [0.02, 0.1, 0.2])
+def test_jittering_times_are_resampled_and_it_is_said(jitter):
+    period, noise = 5e-4, np.random.default_rng(3)
+    time = 5.0 + period * (np.arange(4000) + jitter * noise.uniform(-1.0, 1.0, 4000))
+    grid = even_grid(time, "x.csv")
+    assert not grid.even
+    ((at, values),) = resampled(grid, time, sine(time))
+    assert_allclose(np.diff(at)[:-1], grid.period, rtol=1e-9)
+    assert grid.period == pytest.approx(period, rel=1e-5)
+    assert_allclose(values, sine(at), atol=2e-6)
+    (note,) = grid.notes
+    assert "resampled by a cubic spline at 2000" in note
+    assert "x.csv" in note
+
+
+def test_gaps_split_the_samples_and_count_what_is_missing():
+    time = np.delete(np.arange(1000) * 1e-3, [*range(300, 400), 700])
+    grid = even_grid(time, "x.csv")
+    assert [span.sequence for span in grid.spans] == [0, 400, 701]
+    assert [span.times.size for span in grid.spans] == [300, 300, 299]
+    (note,) = grid.notes
+    assert "2 gaps, the longest 0.101 s; split into 3 parts" in note
+
+
+@pytest.mark.parametrize(
+    ("time", "said"),
+    [
+        ([0.0], "1 samples; give at least two"),
+        ([0.0, 1.0, np.nan], "row 3 (t = nan s): no time"),
+        ([0.0, 1.0, 1.0], "row 3 (t = 1 s): a time not later"),
+        ([0.0, 1.0, 2.0, 2.2, 4.0, 4.3, 6.0], "is sampled irregularly"),
+    ],
+)
+def test_times_that_are_no_regular_sampling_are_refused(time, said):
+    with pytest.raises(RecordingError) as raised:
+        even_grid(np.array(time), "x.csv")
+    assert said in str(raised.value)
+
+
+def test_values_not_known_are_not_invented():
+    time = np.arange(100) * 0.01
+    values = sine(time, 1.0)
+    values[40:50] = np.nan
+    at = np.linspace(-0.1, 1.1, 500)
+    found = interpolate(time, values, at)
+    unknown = (at < 0.0) | (at > 0.99) | ((at > 0.39) & (at < 0.5))
+    assert_array_equal(np.isnan(found), unknown)
+    assert_allclose(found[~unknown], sine(at[~unknown], 1.0), atol=1e-5)

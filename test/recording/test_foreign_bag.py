@@ -1,0 +1,213 @@
+"""Bags of other recorders are read on the force's time, ROS 1 and 2 alike, clocks told of."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from rosbags.rosbag1 import Writer as Rosbag1Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
+from rosbags.typesys import Stores, get_typestore
+
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.measurement import read_measurement
+
+EPOCH = 1_700_000_000_000_000_000
+
+
+def indentation(seconds):
+    return 1e-3 * (1.0 - np.cos(2.0 * np.pi * 2.0 * seconds))
+
+
+class Messages:
+    """Messages of ROS 1 or 2, made by rosbags."""
+
+    def __init__(self, ros1):
+        self.store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
+        self.types = self.store.types
+        self.ros1 = ros1
+
+    def bytes(self, message):
+        write = self.store.serialize_ros1 if self.ros1 else self.store.serialize_cdr
+        return bytes(write(message, message.__msgtype__))
+
+    def header(self, stamp):
+        number = (0,) if self.ros1 else ()
+        time = self.types["builtin_interfaces/msg/Time"](*divmod(stamp, 10**9))
+        return self.types["std_msgs/msg/Header"](*number, time, "tool")
+
+    def vector(self, z, kind="Vector3"):
+        return self.types[f"geometry_msgs/msg/{kind}"](0.1, 0.2, z)
+
+    def wrench(self, stamp, force):
+        both = self.types["geometry_msgs/msg/Wrench"](self.vector(force), self.vector(0.0))
+        return self.types["geometry_msgs/msg/WrenchStamped"](self.header(stamp), both)
+
+    def position(self, kind, stamp, value):
+        point = self.vector(value, "Point")
+        match kind:
+            case "PoseStamped":
+                turned = self.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+                pose = self.types["geometry_msgs/msg/Pose"](point, turned)
+                return self.types["geometry_msgs/msg/PoseStamped"](self.header(stamp), pose)
+            case "PointStamped":
+                return self.types["geometry_msgs/msg/PointStamped"](self.header(stamp), point)
+            case "JointState":
+                numbers = np.array([7.0, value])
+                state = self.types["sensor_msgs/msg/JointState"]
+                return state(self.header(stamp), ["a", "slide"], numbers, numbers, numbers)
+            case _:
+                return self.types["std_msgs/msg/Float64"](value)
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a bag: force at 1 kHz, position at 250 Hz, positive up; return its path."""
+
+    def write(kind="PoseStamped", form="mcap", force_delay=0, position_delay=0, force_clock=0):
+        ros1 = form == "bag"
+        messages = Messages(ros1)
+        path = tmp_path / f"run.{form}"
+        entries = []
+        for time in EPOCH + np.arange(0, 10**9, 10**6):
+            force = messages.wrench(
+                int(time) + force_clock, -450.0 * indentation((time - EPOCH) / 1e9)
+            )
+            entries.append(("/ft", int(time) + force_delay, force))
+        for time in EPOCH + np.arange(-(10**7), 10**9, 4 * 10**6):
+            height = 0.3 - indentation((time - EPOCH) / 1e9)
+            entries.append(
+                ("/place", int(time) + position_delay, messages.position(kind, int(time), height))
+            )
+        plugin = StoragePlugin.SQLITE3 if form == "db3" else StoragePlugin.MCAP
+        make = (
+            Rosbag1Writer(path) if ros1 else Rosbag2Writer(path, version=9, storage_plugin=plugin)
+        )
+        with make as writer:
+            connections = {}
+            for topic, time, message in sorted(entries, key=lambda entry: entry[1]):
+                name = message.__msgtype__
+                if topic not in connections:
+                    connections[topic] = writer.add_connection(
+                        topic, name, typestore=messages.store
+                    )
+                writer.write(connections[topic], time, messages.bytes(message))
+        return path
+
+    return write
+
+
+def read(path, position="/place", force="/ft", **stated):
+    stated = {"force_polarity": "tension", "position_polarity": "out"} | stated
+    return read_measurement(path, Layout(position=position, force=force, **stated))
+
+
+@pytest.mark.parametrize("form", ["mcap", "db3", "bag"])
+@pytest.mark.parametrize(
+    ("kind", "field"),
+    [
+        ("PoseStamped", ""),
+        ("PoseStamped", ".pose.position.z"),
+        ("PointStamped", ""),
+        ("JointState", ".position[1]"),
+        ("JointState", ".position[slide]"),
+        ("Float64", ""),
+    ],
+)
+def test_force_and_position_are_brought_to_the_times_of_the_force(form, kind, field, write):
+    measurement = read(write(kind, form), position="/place" + field)
+    (block,) = measurement.recording.blocks
+    seconds = (block.stamps - EPOCH) / 1e9
+    assert_allclose(seconds, np.arange(1000) * 1e-3, atol=1e-9)
+    assert_allclose(block.force, 450.0 * indentation(seconds), atol=1e-12)
+    inside = seconds <= 0.99
+    assert_allclose(block.position[inside], indentation(seconds[inside]) - 0.3, atol=1e-8)
+    assert "/ft.wrench.force.z at 1000 Hz" in measurement.notes[0]
+    assert "at 250 Hz, brought to the times of the force" in measurement.notes[0]
+
+
+def test_units_are_those_stated(write):
+    path = write()
+    metres = read(path).recording
+    millimetres = read(path, position_unit="mm", force_unit="mN").recording
+    assert_allclose(millimetres.position, 1e-3 * metres.position)
+    assert_allclose(millimetres.force, 1e-3 * metres.force)
+
+
+def test_delays_that_differ_are_told(write):
+    (_, note) = read(write(force_delay=2_000_000, position_delay=17_000_000)).notes
+    assert "/ft.wrench.force.z was recorded 2 ms after its stamps" in note
+    assert "/place.pose.position.z 17 ms" in note
+    assert "15 ms apart" in note
+
+
+def test_equal_delays_are_no_matter(write):
+    day = 86_400 * 10**9  # as under simulated time
+    assert len(read(write(force_delay=day, position_delay=day)).notes) == 1
+
+
+def test_stamps_of_clocks_far_apart_give_way_to_the_times_of_recording(write):
+    measurement = read(write(force_clock=-3_600 * 10**9))
+    assert (
+        "are 3600 s apart: both signals are taken at the times they were recorded"
+        in (measurement.notes[1])
+    )
+
+
+@pytest.mark.parametrize("what", [{"kind": "Float64"}, {"force_clock": -EPOCH}])
+def test_without_stamps_the_times_of_recording_count(what, write):
+    (_, note) = read(write(**what)).notes
+    assert "has no stamps: both signals are taken at the times they were recorded" in note
+
+
+def test_what_has_to_be_stated_is_asked_for(write):
+    path = write()
+    with pytest.raises(RecordingError) as raised:
+        read_measurement(path, Layout())
+    assert "state --force /TOPIC.FIELD (there is /ft.wrench.force.z)" in str(raised.value)
+    assert "--position /TOPIC.FIELD (there is /place.pose.position.z)" in str(raised.value)
+    assert "--force-polarity (compression or tension" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        ({"force": "/fx"}, "has no topic /fx; it has /place, /ft"),
+        ({"force": "/ft.force"}, "/ft has no number at force; there are header, wrench"),
+        ({"force": "/ft.wrench"}, "/ft has no number at wrench; there are force, torque"),
+        ({"sample_rate": 1e3}, "leave out --sample-rate"),
+        ({"force_unit": "stone"}, "unit 'stone' is not known"),
+    ],
+)
+def test_what_is_not_there_is_refused_with_what_there_is(stated, said, write):
+    with pytest.raises(ValueError) as raised:  # noqa: PT011
+        read(write(), **stated)
+    assert said in str(raised.value)
+
+
+def test_topics_that_never_overlap_are_refused(write):
+    with pytest.raises(RecordingError, match="never recorded at the same time"):
+        read(write("Float64", position_delay=10**12))
+
+
+def test_a_recording_of_the_suite_takes_no_statements(run, blocks):
+    assert len(read_measurement(run, Layout()).recording) == 10 * len(blocks)
+    with pytest.raises(RecordingError, match="leave out the options"):
+        read_measurement(run, Layout(force_polarity="tension"))
+
+
+@pytest.mark.parametrize("name", ["test_bag_mcap", "test_bag_sqlite3"])
+def test_wrenches_of_foreign_recorders_are_read(name, foreign_bags):
+    stated = {"force": "/test/geometry_msgs/wrench_stamped", "force_polarity": "compression"}
+    layout = Layout(position="/test/geometry_msgs/point_stamped", **stated)
+    assert read_measurement(foreign_bags / "rosbags-rs" / name, layout).recording.force[0] == 2.0
+
+
+def test_a_foreign_ros1_bag_is_read(foreign_bags):
+    layout = Layout(
+        force="/imu/data.linear_acceleration.z",
+        position="/jackal_velocity_controller/odom.pose.pose.position.x",
+        force_polarity="compression",
+    )
+    measurement = read_measurement(foreign_bags / "ros1" / "test2.bag", layout)
+    assert 9.0 < np.median(measurement.recording.force) < 11.0

@@ -1,0 +1,219 @@
+"""From the times at which a foreign recorder sampled to evenly spaced samples.
+
+What belongs here: telling rounded times from jittering ones and from gaps, resampling.
+What does not: where the times come from (``table_file``, ``foreign_bag``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock
+
+GAP = 1.5
+"""Steps in time longer than this are gaps, shorter ones jitter [periods]."""
+
+IRREGULAR = 0.05
+"""Share of steps in time off by more than half a period that makes a recording no regular one."""
+
+NEGLIGIBLE = 1e-3
+"""Jitter that is not worth resampling [periods]."""
+
+
+class Span(NamedTuple):
+    """Samples without a gap: rows of the file, number of the first sample, even times [s]."""
+
+    rows: slice
+    sequence: int
+    times: FloatArray
+
+
+@dataclass(frozen=True)
+class EvenGrid:
+    """Evenly spaced times.
+
+    Attributes
+    ----------
+    period : float
+        Time between two samples [s].
+    spans : tuple of Span
+        What lies between the gaps.
+    even : bool
+        Whether the samples are so spaced as they are; if not they have to be resampled.
+    notes : tuple of str
+        What the user should know of it, in sentences.
+    """
+
+    period: float
+    spans: tuple[Span, ...]
+    even: bool
+    notes: tuple[str, ...]
+
+    def values(self, span: Span, time: FloatArray, column: FloatArray) -> FloatArray:
+        """Return a column sampled at the file's ``time`` [s] at the times of a span."""
+        return column[span.rows] if self.even else interpolate(time, column, span.times)
+
+
+def even_grid(time: FloatArray, where: str) -> EvenGrid:
+    """Find the even grid that times lie on, or jitter about.
+
+    A step longer than 1.5 periods is a gap. Deviations from even spacing that rounding of the
+    written times explains, or below 1/1000 of a period, are taken as none.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Time of each sample [s].
+    where : str
+        What to call the times' file in messages.
+
+    Raises
+    ------
+    RecordingError
+        If there are fewer than two times, one is not known or not later than the one before, or
+        more than 5 % of the steps are off by more than half a period.
+    """
+    _check(time, where)
+    steps = np.diff(time)
+    usual = np.quantile(steps, 0.5, method="lower")  # one of the steps, no mean of two
+    _refuse_irregular(steps, usual, where)
+    inside = steps <= GAP * usual
+    bounds = [0, *(np.flatnonzero(~inside) + 1), time.size]
+    rows = [slice(first, stop) for first, stop in pairwise(bounds)]
+    period = _period(time, rows)
+    jitter = max(_jitter(time[part], period) for part in rows)
+    even = jitter <= max(_rounding(time), NEGLIGIBLE * period)
+    notes = []
+    if not even:
+        notes.append(
+            f"{where}: times deviate by up to {1e6 * jitter:.3g} us from even spacing; "
+            f"resampled by a cubic spline at {1.0 / period:.6g} Hz"
+        )
+    gaps = steps[~inside]
+    if gaps.size:
+        notes.append(
+            f"{where}: {gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
+            f"{gaps.max():.4g} s; split into {gaps.size + 1} parts"
+        )
+    return EvenGrid(period, tuple(_spans(time, rows, period, even)), even, tuple(notes))
+
+
+def interpolate(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Return values at other times by a cubic spline through those that are known.
+
+    NaN before the first and after the last known value, and between two that are further apart
+    than 2.5 usual steps of ``time``.
+
+    Parameters
+    ----------
+    time : array, shape (n,)
+        Ascending times of the values [s].
+    values : array, shape (n,)
+        NaN where not known.
+    at : array, shape (k,)
+        Times to sample at [s].
+    """
+    known = np.isfinite(values)
+    result = np.full(at.size, np.nan)
+    if np.count_nonzero(known) < 2:
+        return result
+    t, y = time[known], values[known]
+    after = np.clip(np.searchsorted(t, at), 1, t.size - 1)
+    near = t[after] - t[after - 1] <= 2.5 * np.median(np.diff(time))
+    inside = near & (at >= t[0]) & (at <= t[-1])
+    result[inside] = CubicSpline(t, y)(at[inside])
+    return result
+
+
+def sample_blocks(
+    grid: EvenGrid, origin: int, position: list[FloatArray], force: list[FloatArray]
+) -> Iterator[SampleBlock]:
+    """Yield a block for each span, from its position [m] and force [N].
+
+    ``origin`` is the stamp of the times' zero [ns since the epoch].
+    """
+    for span, u, f in zip(grid.spans, position, force, strict=True):
+        yield SampleBlock(
+            stamp=origin + round(span.times[0] * NANOSECONDS),
+            sequence=span.sequence,
+            sample_period=grid.period,
+            position=u,
+            force=f,
+            command=np.full(u.size, np.nan),
+        )
+
+
+def _check(time: FloatArray, where: str) -> None:
+    if time.size < 2:
+        raise RecordingError(f"{where} has {time.size} samples; give at least two")
+    for wrong, what in (
+        (~np.isfinite(time), "no time"),
+        (np.concatenate([[False], np.diff(time) <= 0.0]), "a time not later than that before"),
+    ):
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise RecordingError(
+                f"{where}, row {row + 1} (t = {time[row]:g} s): {what}; correct it, or give "
+                "--sample-rate and leave the times out"
+            )
+
+
+def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
+    off = np.mean(np.abs(steps / usual - 1.0) > 0.5)
+    if off > IRREGULAR:
+        raise RecordingError(
+            f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
+            f"more than half of the usual {usual:g} s; record at an even rate, or give "
+            "--sample-rate if the samples were in fact taken evenly"
+        )
+
+
+def _period(time: FloatArray, rows: list[slice]) -> float:
+    """Return the least-squares slope of the times against their numbers, over all parts [s]."""
+    numbers = np.concatenate([_centred(np.arange(part.stop - part.start)) for part in rows])
+    times = np.concatenate([_centred(time[part]) for part in rows])
+    return float(numbers @ times / (numbers @ numbers))
+
+
+def _centred(values: np.ndarray) -> FloatArray:
+    return values - values.mean()
+
+
+def _jitter(time: FloatArray, period: float) -> float:
+    """Return the largest deviation from a grid of this period [s]."""
+    deviations = (time - time[0]) - period * np.arange(time.size)
+    return float(np.ptp(deviations)) / 2.0
+
+
+def _rounding(time: FloatArray) -> float:
+    """Return by how much rounding to the digits that the times have moves them at most [s]."""
+    largest = np.abs(time).max()
+    precision = 4.0 * np.spacing(largest)
+    for digits in range(10):
+        if np.abs(time - np.round(time, digits)).max() <= precision:
+            return 0.75 * 10.0**-digits + precision
+    return precision
+
+
+def _spans(time: FloatArray, rows: list[slice], period: float, even: bool) -> Iterator[Span]:
+    free = 0
+    for part in rows:
+        own = time[part]
+        sequence = max(free, round((own[0] - time[0]) / period))
+        count = own.size if even else int((own[-1] - own[0]) / period + 1e-6) + 1
+        times = own if even else np.minimum(own[0] + period * np.arange(count), own[-1])
+        yield Span(part, sequence, times)
+        free = sequence + count
+
+
+def consecutive(count: int, period: float) -> EvenGrid:
+    """Return the grid of samples one after the other, the first at time 0."""
+    times = np.arange(count) * period
+    return EvenGrid(period, (Span(slice(0, count), 0, times),), even=True, notes=())

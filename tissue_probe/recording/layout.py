@@ -1,0 +1,67 @@
+"""What a foreign file calls its signals, and in which units and directions they are.
+
+What belongs here: the user's statements. What does not: reading files by them (``measurement``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+ForcePolarity = Literal["compression", "tension"]
+PositionPolarity = Literal["into", "out"]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the signals are in a file; None where not stated.
+
+    Parameters
+    ----------
+    position, force : str, optional
+        Name of a column, or of a field of a topic (``/ft_sensor.wrench.force.z``).
+    time : str, optional
+        Name of the column of time; in seconds, unless it ends in a unit (``t_ms``).
+    position_unit, force_unit : str, optional
+        Name of a unit (``units.POSITION_UNITS``, ``units.FORCE_UNITS``), or a positive number: the
+        size of one in metres or newtons.
+    force_polarity : {"compression", "tension"}, optional
+        Which forces are positive in the file.
+    position_polarity : {"into", "out"}
+        Whether positions grow into the tissue, or out of it (a height).
+    sample_rate : float, optional
+        Samples a second [Hz]; then no time is read.
+    samples_topic : str, optional
+        Which topic of this suite's samples, where a recording has several.
+
+    Raises
+    ------
+    ValueError
+        If the rate is not positive, or stated together with a column of time.
+    """
+
+    position: str | None = None
+    force: str | None = None
+    time: str | None = None
+    position_unit: str | None = None
+    force_unit: str | None = None
+    force_polarity: ForcePolarity | None = None
+    position_polarity: PositionPolarity = "into"
+    sample_rate: float | None = None
+    samples_topic: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
+            raise ValueError(f"--sample-rate is {self.sample_rate} Hz; it must be positive")
+        if self.sample_rate is not None and self.time is not None:
+            raise ValueError("--time and --sample-rate exclude each other; give one of them")
+
+    @property
+    def force_sign(self) -> float:
+        """What makes a force of the file positive in compression."""
+        return -1.0 if self.force_polarity == "tension" else 1.0
+
+    @property
+    def position_sign(self) -> float:
+        """What makes a position of the file grow into the tissue."""
+        return -1.0 if self.position_polarity == "out" else 1.0

@@ -1,0 +1,60 @@
+"""Measurements of any instrument: a recording, and what had to be done to read it.
+
+What belongs here: choosing the reader by what the file is.
+What does not: the readers (``reader``, ``foreign_bag``, ``table_file``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tissue_probe.recording.columns import FORMATS
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.foreign_bag import read_foreign_bag
+from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.open_bag import open_bag
+from tissue_probe.recording.reader import has_samples, read_recording
+from tissue_probe.recording.table_file import read_table
+from tissue_probe.signals import Recording
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A recording, and what the user should know of how it was read, in sentences."""
+
+    recording: Recording
+    notes: tuple[str, ...] = ()
+
+
+def read_measurement(path: str | Path, layout: Layout) -> Measurement:
+    """Read position and force from a recording of this suite, another bag, or columns.
+
+    Parameters
+    ----------
+    path : path
+        A bag of ROS 1 or 2 (``.mcap``, ``.db3``, ``.bag``, a folder), or a file whose name ends in
+        ``.csv``, ``.parquet`` or ``.mat``.
+    layout : Layout
+        Where the signals are in it. A recording of this suite needs, and takes, nothing of it.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or something that must be stated is not; says which option does it.
+    """
+    path = Path(path)
+    if path.suffix.lower() in FORMATS:
+        return Measurement(*read_table(path, layout))
+    if layout.position is None and layout.force is None and has_samples(open_bag(path)):
+        _refuse_statements(path, layout)
+        return Measurement(read_recording(path, layout.samples_topic))
+    return Measurement(*read_foreign_bag(path, layout))
+
+
+def _refuse_statements(path: Path, layout: Layout) -> None:
+    if layout != Layout(samples_topic=layout.samples_topic):
+        raise RecordingError(
+            f"{path} is a recording of this suite, in SI units and positive in compression: leave "
+            "out the options on units, polarity and rate"
+        )
