@@ -1,0 +1,17 @@
+"""Recordings with a hidden effect, to learn how far a diagnosis can be trusted.
+
+What belongs here: a simulator that shares nothing with the models that are fitted, the search for
+the strength of what it hides, sealed answers, and marks. What does not: diagnosis, or ``physics``:
+an accuracy would be worth nothing if both sides shared formulas, code or grid.
+"""
+
+from tissue_probe.challenge.simulator import (
+    EFFECTS,
+    LIBRARY,
+    Answer,
+    Challenge,
+    Measurement,
+    make_challenge,
+)
+
+__all__ = ["EFFECTS", "LIBRARY", "Answer", "Challenge", "Measurement", "make_challenge"]

@@ -1,0 +1,86 @@
+"""One measurement before noise is drawn: specimen, instrument and trajectory.
+
+What belongs here: putting the three together, and how much an effect leaves to a Kelvin-Voigt fit.
+What does not: choosing them (``simulator``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tissue_probe.challenge.change import Change, Situation
+from tissue_probe.challenge.instrument import FORCE_NOISE, Instrument
+from tissue_probe.challenge.kelvin_voigt import fit_residual
+from tissue_probe.challenge.motion import RATE, SAMPLE_RATE, move
+from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
+from tissue_probe.signals import FloatArray
+
+HIGHEST = dict(zip(DURATIONS, (10.0, 10.0, 30.0, 60.0, 60.0), strict=True))  # Hz
+
+
+@dataclass(frozen=True)
+class Case:
+    """Specimen, instrument and trajectory of one measurement."""
+
+    specimen: Specimen
+    instrument: Instrument
+    trajectory: Trajectory
+
+    @property
+    def situation(self) -> Situation:
+        """What effects are scaled by."""
+        coil = self.trajectory
+        return Situation(
+            self.specimen, coil.amplitude, coil.preload, coil.duration, HIGHEST[coil.kind]
+        )
+
+    def changed(self, change: Change) -> Case:
+        """Return the case with what an effect sets."""
+        case = replace(
+            self,
+            specimen=self.specimen._replace(**change.specimen),
+            instrument=replace(self.instrument, **change.instrument),
+        )
+        own = change.preload
+        return case.pressed(self.trajectory.preload if own is None else own)
+
+    def pressed(self, preload: float) -> Case:
+        """Return the case with another preload [m], held until beta / k has passed eight times."""
+        moving = self.specimen.surface_amplitude != 0.0
+        settling = 8.0 * self.specimen.damping / self.specimen.stiffness
+        hold = 0.3 + settling if preload or moving else 0.0
+        return replace(self, trajectory=replace(self.trajectory, preload=preload, hold=hold))
+
+    def measure(self, noise: FloatArray, rate: int = RATE) -> tuple[FloatArray, FloatArray]:
+        """Return position [m] and force [N] at 2 kHz, the noise [N] added to the force."""
+        force = move(self.specimen, self.trajectory, rate)
+        return self.read(force, noise, rate)
+
+    def read(self, force: FloatArray, noise: FloatArray, rate: int) -> tuple[FloatArray, FloatArray]:
+        """Return what the instrument makes of the coil's motion and of a force at ``rate``."""
+        count = noise.size
+        before = force.size - count * (rate // SAMPLE_RATE)
+        u, _ = self.trajectory(np.arange(count) / SAMPLE_RATE)
+        return self.instrument.position(u), self.instrument.force(force, rate, before, noise)
+
+    def ratio(self, rig: Specimen, rate: int = RATE) -> float:
+        """Return the rms that the best Kelvin-Voigt fit leaves, in units of the noise.
+
+        The noise is counted as if it were there: 1 means that nothing else is left.
+
+        Parameters
+        ----------
+        rig : Specimen
+            Rig and tissue as they would be without the effect.
+        rate : int
+            Steps a second of the integration [Hz].
+        """
+        count = round(self.trajectory.duration * SAMPLE_RATE)
+        position, force = self.measure(np.zeros(count), rate)
+        if not np.isfinite(force).all():
+            return np.inf
+        left = fit_residual(position, force, rig)
+        return float(np.hypot(1.0, np.sqrt(np.mean(left**2)) / FORCE_NOISE))

@@ -1,0 +1,192 @@
+"""Effects in the mechanics: tissue, contact, friction, inertia, motion of the body.
+
+What belongs here: what each sets, from textbooks. What does not: the equations (``tissue``,
+``tip``), effects of the channels (``instrumental``).
+"""
+
+from __future__ import annotations
+
+from math import gamma, pi
+
+import numpy as np
+
+from tissue_probe.challenge.change import Change, Effect, Situation, log_uniform, sign
+
+Random = np.random.Generator
+
+FASTEST, SLOWEST, LOG_STEP = 6000.0, 0.01, 0.6  # rates of a springpot's branches [1/s]
+
+
+def _standard_linear_solid(strength: float, at: Situation, random: Random) -> Change:
+    """Spring k1 in series with a damper, beside k and beta (Fung, 1993, section 2.11)."""
+    return _branches(at, [strength], [log_uniform(random, 0.01, 0.3)])
+
+
+def _generalized_maxwell(strength: float, at: Situation, random: Random) -> Change:
+    """Two such branches, their times apart (Findley et al., 1976, section 5.5)."""
+    share = random.uniform(0.3, 0.7)
+    times = [log_uniform(random, 0.005, 0.03), log_uniform(random, 0.1, 0.6)]
+    return _branches(at, [strength * share, strength * (1.0 - share)], times)
+
+
+def _branches(at: Situation, shares: list[float], times: list[float]) -> Change:
+    stiffness = at.specimen.stiffness * np.array(shares)
+    return Change({"branch_stiffness": stiffness, "branch_rate": 1.0 / np.array(times)})
+
+
+def _springpot(strength: float, at: Situation, random: Random) -> Change:
+    """c D^alpha x: relaxation as c t^-alpha / Gamma(1 - alpha) (Bagley and Torvik, 1983).
+
+    t^-alpha = integral of r^(alpha - 1) exp(-r t) dr / Gamma(alpha), taken by the trapezoidal rule
+    in log r. What relaxes more slowly than 0.01 /s is a spring, what faster than 6000 /s a damper.
+    """
+    order = random.uniform(0.15, 0.6)
+    scale = strength * at.specimen.stiffness / (2.0 * pi * 10.0) ** order
+    density = scale / (gamma(order) * gamma(1.0 - order))
+    rates = np.exp(np.arange(np.log(SLOWEST) + LOG_STEP / 2.0, np.log(FASTEST), LOG_STEP))
+    last = rates[-1] * np.exp(LOG_STEP / 2.0)
+    return Change(
+        {
+            "branch_stiffness": density * LOG_STEP * rates**order,
+            "branch_rate": rates,
+            "stiffness": at.specimen.stiffness + density * SLOWEST**order / order,
+            "damping": at.specimen.damping + density * last ** (order - 1.0) / (1.0 - order),
+        }
+    )
+
+
+def _cubic_stiffening(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"cubic": strength * at.specimen.stiffness / at.depth**2})
+
+
+def _exponential_stiffening(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"fung": strength / at.depth})
+
+
+def _hertz_contact(strength: float, at: Situation, random: Random) -> Change:
+    """Force as x^n, n = 1 + strength, in contact that cannot pull."""
+    light = random.uniform(0.2, 1.2) * at.amplitude
+    return Change(
+        {"hertz_exponent": 1.0 + strength, "hertz_depth": at.depth, "unilateral": 1.0},
+        preload=at.preload or light,
+    )
+
+
+def _hunt_crossley(strength: float, at: Situation, random: Random) -> Change:
+    exponent = float(random.choice((1.0, 1.5)))
+    growth = strength * at.specimen.damping / at.depth**exponent
+    return Change({"depth_damping": growth, "depth_exponent": exponent})
+
+
+def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
+    """The lighter the tip is pressed in, the longer it is in the air."""
+    return Change({"unilateral": 1.0}, preload=(1.0 - strength) * _holding(at, 0.0))
+
+
+def _adhesion(strength: float, at: Situation, random: Random) -> Change:
+    pull = random.uniform(0.1, 0.5) * at.specimen.stiffness * at.amplitude
+    preload = (1.0 - strength) * _holding(at, pull)
+    return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
+
+
+def _holding(at: Situation, pull: float) -> float:
+    """Preload that keeps the tip on the tissue throughout [m], 4 mm at the most."""
+    k, beta = at.specimen.stiffness, at.specimen.damping
+    dynamic = at.amplitude * abs(complex(k, 2.0 * pi * at.highest * beta))
+    return min(max(1.05 * dynamic - pull, 0.1 * dynamic) / k, 4e-3)
+
+
+def _coulomb_friction(strength: float, at: Situation, random: Random) -> Change:
+    force = strength * _vibration(at)
+    return Change({"coulomb": force, "static": force})
+
+
+def _stribeck_friction(strength: float, at: Situation, random: Random) -> Change:
+    force = strength * _vibration(at)
+    static = force * random.uniform(1.5, 2.5)
+    velocity = log_uniform(random, 2e-3, 1e-2)
+    return Change({"coulomb": force, "static": static, "stribeck_velocity": velocity})
+
+
+def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Change:
+    yielding = log_uniform(random, 3e-5, 2e-4)
+    return Change({"bouc_force": strength * _vibration(at), "bouc_yield": yielding})
+
+
+def _vibration(at: Situation) -> float:
+    """Amplitude of the tissue's force in a sine of 10 Hz [N]."""
+    k, beta = at.specimen.stiffness, at.specimen.damping
+    return at.amplitude * abs(complex(k, 2.0 * pi * 10.0 * beta))
+
+
+def _backlash(strength: float, at: Situation, random: Random) -> Change:
+    """Play shows only where the force changes its sign: so pressed in lightly."""
+    return Change({"play": strength}, preload=random.uniform(0.0, 0.5) * at.amplitude)
+
+
+def _added_mass(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"tip_mass": (1.0 + strength) * at.specimen.tip_mass})
+
+
+def _structural_mode(strength: float, at: Situation, random: Random) -> Change:
+    """Mass on spring and damper on the tip (Den Hartog, 1956, section 3.2)."""
+    mass = strength * at.specimen.tip_mass
+    rate = 2.0 * pi * log_uniform(random, 15.0, 80.0)
+    ratio = log_uniform(random, 0.03, 0.2)
+    return Change(
+        {
+            "mode_mass": mass,
+            "mode_stiffness": mass * rate**2,
+            "mode_damping": 2.0 * ratio * mass * rate,
+        }
+    )
+
+
+def _load_cell_stiffness_error(strength: float, at: Situation, random: Random) -> Change:
+    k0 = at.specimen.load_cell_stiffness
+    return Change({"load_cell_stiffness": k0 * (1.0 + sign(random) * strength)})
+
+
+def _tissue_motion(strength: float, at: Situation, random: Random) -> Change:
+    """Breathing (0.2 to 0.5 Hz) or heartbeat (1 to 2 Hz)."""
+    low, high = ((0.2, 0.5), (1.0, 2.0))[random.integers(2)]
+    return Change(
+        {
+            "surface_amplitude": strength,
+            "surface_frequency": random.uniform(low, high),
+            "surface_phase": random.uniform(0.0, 2.0 * pi),
+        }
+    )
+
+
+def _stiffness_step(strength: float, at: Situation, random: Random) -> Change:
+    time = random.uniform(0.2, 0.8) * at.duration
+    return Change({"step": sign(random) * strength, "step_time": time})
+
+
+def _stiffness_ramp(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"ramp": sign(random) * strength / at.duration})
+
+
+MECHANICAL: dict[str, Effect] = {
+    "standard_linear_solid": Effect("relaxation", _standard_linear_solid, 3e-3, 0.5, 10.0),
+    "generalized_maxwell": Effect("relaxation", _generalized_maxwell, 3e-3, 0.5, 10.0),
+    "springpot": Effect("relaxation", _springpot, 3e-3, 0.5, 10.0),
+    "cubic_stiffening": Effect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
+    "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
+    "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
+    "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
+    "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
+    "adhesion": Effect("contact", _adhesion, 0.01, 0.5, 1.0, sets_preload=True),
+    "coulomb_friction": Effect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
+    "stribeck_friction": Effect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
+    "bouc_wen_hysteresis": Effect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
+    "backlash": Effect("lost motion", _backlash, 1e-6, 3e-5, 3e-4, sets_preload=True),
+    "added_mass": Effect("inertia", _added_mass, 3e-3, 0.3, 3.0),
+    "structural_mode": Effect("inertia", _structural_mode, 3e-3, 0.2, 2.0),
+    "load_cell_stiffness_error": Effect("scale", _load_cell_stiffness_error, 2e-3, 0.1, 0.4),
+    "tissue_motion": Effect("body motion", _tissue_motion, 1e-6, 1e-4, 2e-3),
+    "stiffness_step": Effect("time-varying", _stiffness_step, 1e-3, 0.2, 0.8),
+    "stiffness_ramp": Effect("time-varying", _stiffness_ramp, 1e-3, 0.2, 0.8),
+}
+"""Effects of the library that lie in the mechanics, by name."""

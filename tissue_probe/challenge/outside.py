@@ -1,0 +1,70 @@
+"""Effects that the library does not have: the right answer to them is ``unexplained``.
+
+What belongs here: physics that a probe may well meet. What does not: the library's own effects.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.challenge.change import Change, Effect, Situation, log_uniform, sign
+
+Random = np.random.Generator
+
+
+def _prandtl_tomlinson(strength: float, at: Situation, random: Random) -> Change:
+    """The tip slides over a corrugated surface (Prandtl, 1928; Tomlinson, 1929)."""
+    period = log_uniform(random, 1e-4, 4e-4)
+    return Change({"corrugation": strength, "corrugation_period": period})
+
+
+def _exponential_drift(strength: float, at: Situation, random: Random) -> Change:
+    """The load cell warms up."""
+    time = random.uniform(0.05, 0.25) * at.duration
+    return Change(instrument={"settling": sign(random) * strength, "settling_time": time})
+
+
+def _rate_stiffening(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"rate_stiffening": strength / at.speed})
+
+
+def _amplitude_softening(strength: float, at: Situation, random: Random) -> Change:
+    time = log_uniform(random, 0.05, 0.3)
+    return Change({"softening": strength / at.depth, "softening_time": time})
+
+
+def _quadratic_drag(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"drag": strength * at.specimen.damping / at.speed})
+
+
+def _saturating_spring(strength: float, at: Situation, random: Random) -> Change:
+    return Change({"saturation_depth": at.depth / strength})
+
+
+def _interference_bursts(strength: float, at: Situation, random: Random) -> Change:
+    return Change(
+        instrument={
+            "burst": strength,
+            "burst_frequency": random.uniform(70.0, 190.0),
+            "burst_period": random.uniform(0.3, 0.9),
+        }
+    )
+
+
+def _parametric_damping(strength: float, at: Situation, random: Random) -> Change:
+    """Damping that comes and goes, as of a muscle that trembles."""
+    frequency = random.uniform(3.0, 9.0)
+    return Change({"damping_wave": strength, "damping_wave_frequency": frequency})
+
+
+OUTSIDE: dict[str, Effect] = {
+    "prandtl_tomlinson": Effect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
+    "exponential_drift": Effect("outside", _exponential_drift, 2e-3, 0.05, 1.0),
+    "rate_stiffening": Effect("outside", _rate_stiffening, 3e-3, 0.3, 5.0),
+    "amplitude_softening": Effect("outside", _amplitude_softening, 3e-3, 0.5, 10.0),
+    "quadratic_drag": Effect("outside", _quadratic_drag, 3e-3, 0.3, 10.0),
+    "saturating_spring": Effect("outside", _saturating_spring, 0.03, 0.7, 6.0),
+    "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
+    "parametric_damping": Effect("outside", _parametric_damping, 3e-3, 0.3, 0.95),
+}
+"""Effects outside the library, by name."""

@@ -1,0 +1,264 @@
+"""Recordings with a hidden effect, and what was hidden.
+
+What belongs here: drawing a specimen, hiding effects in it, measuring it twice.
+What does not: files (``folder``), marks (``grading``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from tissue_probe.challenge.case import Case
+from tissue_probe.challenge.change import Change, Effect, log_uniform
+from tissue_probe.challenge.instrument import FORCE_NOISE, Instrument, pink_noise
+from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
+from tissue_probe.challenge.mechanical import MECHANICAL
+from tissue_probe.challenge.motion import SAMPLE_RATE
+from tissue_probe.challenge.outside import OUTSIDE
+from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.strength import Hidden, hide
+from tissue_probe.challenge.trajectory import DURATIONS, LINES, Kind, Trajectory
+from tissue_probe.signals import FloatArray
+
+LIBRARY: dict[str, Effect] = {**MECHANICAL, **INSTRUMENTAL}
+"""Effects that a diagnosis should name."""
+
+EFFECTS: dict[str, Effect] = {**LIBRARY, **OUTSIDE, **SPOILT}
+"""Everything that can be hidden, by name."""
+
+Rig = Literal["exact", "tolerant"]
+
+MASS_DEVIATION, STIFFNESS_DEVIATION, DAMPING_DEVIATION = 0.01, 0.015, 0.20
+ZERO_DEVIATION = 30e-6  # m
+PINK_NOISE = 1e-3  # N rms
+WEAKEST, STRONGEST = 1.4, 25.0
+WEAKEST_OF_TWO = 2.0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What the probe measured, 2 kHz; time [s], position [m], force [N], sample period [s]."""
+
+    time: FloatArray
+    position: FloatArray
+    force: FloatArray
+    sample_period: float = 1.0 / SAMPLE_RATE
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was hidden.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        Names; none for a clean recording.
+    families : tuple of str
+        Of the effects.
+    parameters : dict
+        For each effect what it set, SI units.
+    strengths : dict
+        How strong each effect was made, in the measure of its table.
+    ratios : dict
+        For each effect alone: rms that the best Kelvin-Voigt fit leaves, in units of the noise.
+    targets : dict
+        The ratios asked for.
+    ratio : float
+        The same of all effects together.
+    absorbed : tuple of str
+        Effects that a Kelvin-Voigt model absorbs under this excitation; their strength is typical.
+    tissue, rig, excitation, second_excitation : dict
+        Numbers without the effects; ``rig`` holds the true constants, not the nominal ones.
+    seed : int
+        Makes the same challenge again.
+    """
+
+    effects: tuple[str, ...]
+    families: tuple[str, ...]
+    parameters: dict[str, dict[str, Any]]
+    strengths: dict[str, float]
+    targets: dict[str, float]
+    ratios: dict[str, float]
+    ratio: float
+    absorbed: tuple[str, ...]
+    tissue: dict[str, float]
+    rig: dict[str, Any]
+    excitation: dict[str, Any]
+    second_excitation: dict[str, Any]
+    seed: int
+
+
+@dataclass(frozen=True)
+class Challenge:
+    """A recording, a second one of the same specimen with another trajectory, and the answer."""
+
+    recording: Measurement
+    second: Measurement
+    answer: Answer
+
+
+def make_challenge(
+    seed: int,
+    effects: Sequence[str] = ("cubic_stiffening",),
+    excitation: Kind = "chirp60",
+    rig: Rig = "exact",
+    preload: float | None = None,
+) -> Challenge:
+    """Simulate a recording of a random tissue with hidden effects.
+
+    Stiffness is drawn from 150 to 3000 N/m, damping from 0.5 to 15 N s/m, the amplitude of the coil
+    from 0.8 to 1.2 mm; each effect is made so strong that the best Kelvin-Voigt fit leaves 1.4 to
+    25 times the noise (2 to 25 with each of two), as far as it can.
+
+    Parameters
+    ----------
+    seed : int
+        The same arguments give the same challenge.
+    effects : sequence of str
+        Names in ``EFFECTS``; none for a clean recording.
+    excitation : str
+        One of ``DURATIONS``.
+    rig : {"exact", "tolerant"}
+        Whether the rig is the nominal one, or off within its tolerances.
+    preload : float, optional
+        Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm. Effects that show
+        only where the force comes near zero draw their own.
+
+    Raises
+    ------
+    ValueError
+        If a name is not known, or one effect is given twice.
+    """
+    _check(effects, excitation, rig)
+    random = np.random.default_rng(seed)
+    pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
+    first = _trajectory(random, excitation, DURATIONS[excitation])
+    other = _trajectory(random, _other(excitation), DURATIONS[excitation])
+    clean = Case(_specimen(random, rig), _instrument(random, rig), first)
+    clean = clean.pressed(pressed if preload is None else preload)
+    case, hidden = _hide(effects, clean, random)
+    second = _phases_anew(replace(case, trajectory=other), random)
+    second = second.pressed(case.trajectory.preload)
+    answer = Answer(
+        effects=tuple(effects),
+        families=tuple(EFFECTS[name].family for name in effects),
+        parameters={name: _parameters(hidden[name].change) for name in effects},
+        strengths={name: hidden[name].strength for name in effects},
+        targets={name: hidden[name].target for name in effects},
+        ratios={name: hidden[name].ratio for name in effects},
+        ratio=case.ratio(clean.specimen),
+        absorbed=tuple(name for name in effects if hidden[name].absorbed),
+        tissue={"stiffness": clean.specimen.stiffness, "damping": clean.specimen.damping},
+        rig=_rig(clean, rig),
+        excitation=_excitation(case.trajectory),
+        second_excitation=_excitation(second.trajectory),
+        seed=seed,
+    )
+    return Challenge(_measure(case, random), _measure(second, random), answer)
+
+
+def _check(effects: Sequence[str], excitation: str, rig: str) -> None:
+    if unknown := [name for name in effects if name not in EFFECTS]:
+        raise ValueError(f"there is no effect {unknown[0]!r}; there are {', '.join(EFFECTS)}")
+    if len(set(effects)) < len(effects):
+        raise ValueError(f"{', '.join(effects)}: an effect can be hidden once only")
+    if excitation not in DURATIONS:
+        raise ValueError(
+            f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}"
+        )
+    if rig not in ("exact", "tolerant"):
+        raise ValueError(f"there is no rig {rig!r}; there are exact, tolerant")
+
+
+def _specimen(random: np.random.Generator, rig: str) -> Specimen:
+    tissue = Specimen(
+        stiffness=log_uniform(random, 150.0, 3000.0), damping=log_uniform(random, 0.5, 15.0)
+    )
+    mass, stiffness, damping = random.standard_normal(3)
+    if rig == "exact":
+        return tissue
+    return tissue._replace(
+        tip_mass=tissue.tip_mass * (1.0 + MASS_DEVIATION * mass),
+        load_cell_stiffness=tissue.load_cell_stiffness * (1.0 + STIFFNESS_DEVIATION * stiffness),
+        # Lognormal, so that no draw makes a damper that drives.
+        load_cell_damping=tissue.load_cell_damping * np.exp(DAMPING_DEVIATION * damping),
+    )
+
+
+def _instrument(random: np.random.Generator, rig: str) -> Instrument:
+    zero = random.normal(0.0, ZERO_DEVIATION)
+    return Instrument() if rig == "exact" else Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
+
+
+def _trajectory(random: np.random.Generator, kind: str, duration: float) -> Trajectory:
+    phases = random.uniform(0.0, 2.0 * np.pi, LINES)
+    return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases)
+
+
+def _other(excitation: str) -> str:
+    """Return the excitation of the second recording: broadband, and not the first's."""
+    return "chirp60" if excitation == "msine60" else "msine60"
+
+
+def _hide(
+    effects: Sequence[str], clean: Case, random: np.random.Generator
+) -> tuple[Case, dict[str, Hidden]]:
+    """Hide the effects, each scaled alone; those that need a preload of their own come first."""
+    case, hidden = clean, {}
+    weakest = WEAKEST if len(effects) < 2 else WEAKEST_OF_TWO
+    for name in sorted(effects, key=lambda name: not EFFECTS[name].sets_preload):
+        target, seed = log_uniform(random, weakest, STRONGEST), int(random.integers(2**32))
+        alone = clean.pressed(case.trajectory.preload)
+        hidden[name] = hide(EFFECTS[name], alone, target, seed)
+        case = case.changed(hidden[name].change)
+    return case, hidden
+
+
+def _phases_anew(case: Case, random: np.random.Generator) -> Case:
+    """Return the case at another time: hum and motion of the body are elsewhere in their cycle."""
+    surface, hum = random.uniform(0.0, 2.0 * np.pi, 2)
+    return replace(
+        case,
+        specimen=case.specimen._replace(surface_phase=surface),
+        instrument=replace(case.instrument, hum_phase=hum),
+    )
+
+
+def _measure(case: Case, random: np.random.Generator) -> Measurement:
+    count = round(case.trajectory.duration * SAMPLE_RATE)
+    noise = FORCE_NOISE * random.standard_normal(count)
+    noise += case.instrument.pink_noise * pink_noise(count, random)
+    position, force = case.measure(noise)
+    return Measurement(np.arange(count) / SAMPLE_RATE, position, force)
+
+
+def _parameters(change: Change) -> dict[str, Any]:
+    numbers = {**change.specimen, **change.instrument}
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in numbers.items()
+    }
+
+
+def _rig(case: Case, rig: str) -> dict[str, Any]:
+    specimen = case.specimen
+    return {
+        "name": rig,
+        "tip_mass": specimen.tip_mass,
+        "load_cell_stiffness": specimen.load_cell_stiffness,
+        "load_cell_damping": specimen.load_cell_damping,
+        "contact_zero": case.instrument.contact_zero,
+    }
+
+
+def _excitation(trajectory: Trajectory) -> dict[str, Any]:
+    return {
+        "kind": trajectory.kind,
+        "amplitude": trajectory.amplitude,
+        "preload": trajectory.preload,
+        "duration": trajectory.duration,
+    }

@@ -1,0 +1,93 @@
+"""What is simulated: rig, tissue and hidden effects as one record of numbers.
+
+What belongs here: every number the equation of motion knows, each without effect at its default.
+What does not: which of them an effect sets, and how strongly (``effects``, ``outside``).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tissue_probe.signals import FloatArray
+
+MOST_BRANCHES = 32
+
+
+class Specimen(NamedTuple):
+    """Numbers of the equation of motion; SI units, defaults without effect.
+
+    m x'' + friction + mode = cell - tissue, where u is the coil, x the tip, e = x - d(t) the
+    indentation; terms are explained at the functions of ``tissue``, ``tip`` and ``motion``.
+    """
+
+    # rig
+    tip_mass: float = 0.04
+    load_cell_stiffness: float = 9700.0
+    load_cell_damping: float = 0.8
+    play: float = 0.0  # half the gap between coil and load cell [m]
+    # tissue, Kelvin-Voigt
+    stiffness: float = 450.0
+    damping: float = 5.0
+    # stiffening
+    cubic: float = 0.0  # [N/m^3]
+    fung: float = 0.0  # [1/m]
+    hertz_exponent: float = 0.0  # 0: not a Hertzian contact
+    hertz_depth: float = 1e-3  # depth at which Hertz and linear spring agree [m]
+    depth_damping: float = 0.0  # lambda [N s / m^(1+n)]
+    depth_exponent: float = 1.0
+    saturation_depth: float = 0.0  # [m]; 0: no saturation
+    # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
+    branch_stiffness: FloatArray = np.zeros(0)
+    branch_rate: FloatArray = np.zeros(0)
+    # contact
+    unilateral: float = 0.0  # 1: tissue cannot pull
+    pull_off: float = 0.0  # [N]
+    # friction on the tip
+    coulomb: float = 0.0  # [N]
+    static: float = 0.0  # [N]
+    stribeck_velocity: float = 1.0  # [m/s]
+    bouc_force: float = 0.0  # [N]
+    bouc_yield: float = 1e-4  # [m]
+    corrugation: float = 0.0  # [N]
+    corrugation_period: float = 1e-4  # [m]
+    # inertia
+    mode_mass: float = 0.0  # [kg]
+    mode_stiffness: float = 0.0
+    mode_damping: float = 0.0
+    # in time
+    surface_amplitude: float = 0.0  # d(t) [m]
+    surface_frequency: float = 1.0  # [Hz]
+    surface_phase: float = 0.0
+    step: float = 0.0  # share of k
+    step_time: float = 0.0  # [s]
+    ramp: float = 0.0  # share of k a second
+    damping_wave: float = 0.0  # share of beta
+    damping_wave_frequency: float = 5.0  # [Hz]
+    # in speed and amplitude
+    rate_stiffening: float = 0.0  # [s/m]
+    drag: float = 0.0  # [N s^2/m^2]
+    softening: float = 0.0  # [1/m]
+    softening_time: float = 0.05  # [s]
+
+    def record(self) -> np.void:
+        """Return the numbers as one record that compiled code takes by reference."""
+        record = np.zeros((), _RECORD)
+        for name, value in self._asdict().items():
+            if name in _BRANCHES:
+                record[name][: len(value)] = value
+            else:
+                record[name] = value
+        record["branches"] = self.branch_stiffness.size
+        return record[()]
+
+
+_BRANCHES = ("branch_stiffness", "branch_rate")
+_RECORD = np.dtype(
+    [
+        (name, np.float64, (MOST_BRANCHES,) if name in _BRANCHES else ())
+        for name in Specimen._fields
+    ]
+    + [("branches", np.int64, ())]
+)

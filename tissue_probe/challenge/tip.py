@@ -1,0 +1,140 @@
+"""The tip's equation of motion between two events.
+
+What belongs here: the rates of all states while contact, friction and play keep their mode, and the
+guards that say that one has ended. What does not: integrating them (``motion``).
+
+States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
+amplitude [m], then the force of each relaxation branch [N].
+Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from tissue_probe.challenge.tissue import elastic, stiffness, surface, viscous
+
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, BRANCHES = range(7)
+TOUCHING, SLIDING, ENGAGED = range(3)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def tissue_force(p, time, state):
+    """Force of tissue in contact with the tip [N], whether it could be so or not."""
+    d, d_rate = surface(p, time)
+    depth, rate = state[POSITION] - d, state[VELOCITY] - d_rate
+    force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
+    force += viscous(p, time, depth, rate)
+    for branch in range(p.branches):
+        force += state[BRANCHES + branch]
+    return force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def cell_force(p, engaged, u, u_rate, state):
+    """Force of the load cell on the tip, spring and damper [N].
+
+    With play (Nordin and Gutman, 2002, dead-zone model) none while the coil is in the gap.
+    """
+    if engaged == 0:
+        return 0.0
+    stretch = u - state[POSITION] - engaged * p.play
+    return p.load_cell_stiffness * stretch + p.load_cell_damping * (u_rate - state[VELOCITY])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def friction(p, speed):
+    """Coulomb's force, more at low speed (Stribeck; Armstrong-Helouvry et al., 1994, eq. 3) [N]."""
+    if p.static == p.coulomb:
+        return p.coulomb
+    return p.coulomb + (p.static - p.coulomb) * math.exp(-((speed / p.stribeck_velocity) ** 2))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def drive(p, time, u, u_rate, state, modes):
+    """Sum of all forces on the tip but dry friction [N]."""
+    force = cell_force(p, modes[ENGAGED], u, u_rate, state) - p.bouc_force * state[BOUC]
+    if modes[TOUCHING]:
+        force -= tissue_force(p, time, state)
+    if p.corrugation != 0.0:
+        force -= p.corrugation * math.sin(2.0 * math.pi * state[POSITION] / p.corrugation_period)
+    if p.mode_mass != 0.0:
+        force += p.mode_stiffness * (state[MODE] - state[POSITION])
+        force += p.mode_damping * (state[MODE_VELOCITY] - state[VELOCITY])
+    return force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def rates(p, time, u, u_rate, state, modes, result):
+    """Write the derivatives of all states."""
+    v = state[VELOCITY]
+    force = drive(p, time, u, u_rate, state, modes)
+    if p.static != 0.0 and modes[SLIDING] == 0:
+        result[POSITION] = result[VELOCITY] = 0.0
+    else:
+        result[POSITION] = v
+        result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
+    # Bouc (1967), Wen (1976) with A = 1, beta = gamma = 1/2, n = 1.
+    z = state[BOUC]
+    result[BOUC] = (v - 0.5 * (abs(v) * z + v * abs(z))) / p.bouc_yield
+    if p.mode_mass != 0.0:
+        result[MODE] = state[MODE_VELOCITY]
+        pull = p.mode_stiffness * (state[POSITION] - state[MODE])
+        pull += p.mode_damping * (v - state[MODE_VELOCITY])
+        result[MODE_VELOCITY] = pull / p.mode_mass
+    d, d_rate = surface(p, time)
+    result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
+    rate = v - d_rate if modes[TOUCHING] else 0.0
+    for branch in range(p.branches):
+        decay = p.branch_rate[branch] * state[BRANCHES + branch]
+        result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def ended(p, time, u, u_rate, state, modes):
+    """Return the number of a mode that has ended, or -1.
+
+    Contact ends when the tissue would have to pull by more than ``pull_off``, and begins when the
+    tip is below the surface and pushed back. Sliding ends when the velocity changes its sign,
+    sticking when more than the static friction is needed to hold the tip.
+    """
+    if p.unilateral != 0.0:
+        force = tissue_force(p, time, state)
+        if modes[TOUCHING]:
+            if force < -p.pull_off:
+                return TOUCHING
+        elif force > 0.0 and state[POSITION] > surface(p, time)[0]:
+            return TOUCHING
+    if p.static != 0.0:
+        if modes[SLIDING] != 0:
+            if modes[SLIDING] * state[VELOCITY] < 0.0:
+                return SLIDING
+        elif abs(drive(p, time, u, u_rate, state, modes)) > p.static:
+            return SLIDING
+    if p.play != 0.0:
+        stretch = u - state[POSITION]
+        if modes[ENGAGED] == 0:
+            if abs(stretch) > p.play:
+                return ENGAGED
+        elif modes[ENGAGED] * stretch < p.play:
+            return ENGAGED
+    return -1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def switch(p, time, u, u_rate, state, modes, mode):
+    """Put a mode that has ended into its next."""
+    if mode == TOUCHING:
+        modes[TOUCHING] = 1 - modes[TOUCHING]
+    elif mode == SLIDING:
+        stuck = modes[SLIDING] == 0
+        state[VELOCITY] = 0.0
+        force = drive(p, time, u, u_rate, state, modes)
+        held = abs(force) <= p.static and not stuck
+        modes[SLIDING] = 0 if held else (1 if force > 0.0 else -1)
+    elif modes[ENGAGED] != 0:
+        modes[ENGAGED] = 0
+    else:
+        modes[ENGAGED] = 1 if u > state[POSITION] else -1

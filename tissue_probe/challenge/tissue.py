@@ -1,0 +1,65 @@
+"""Forces of the tissue on the tip, positive where the tissue pushes back.
+
+What belongs here: the textbook formulas, compiled. What does not: contact made and lost, friction
+(``tip``).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def surface(p, time):
+    """Displacement and velocity of the tissue's surface: d = D sin(2 pi f t + phase)."""
+    if p.surface_amplitude == 0.0:
+        return 0.0, 0.0
+    rate = 2.0 * math.pi * p.surface_frequency
+    angle = rate * time + p.surface_phase
+    return p.surface_amplitude * math.sin(angle), p.surface_amplitude * rate * math.cos(angle)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def stiffness(p, time, rate, strain):
+    """Spring of the tissue at this time, rate of indentation and recent strain amplitude [N/m].
+
+    k (1 + step + ramp t)(1 + c |e'|) / (1 + s a): the last is the softening under vibration that
+    filled rubbers and gels show (Payne, 1962).
+    """
+    k = p.stiffness * (1.0 + p.ramp * max(time, 0.0))
+    if time >= p.step_time:
+        k += p.stiffness * p.step
+    return k * (1.0 + p.rate_stiffening * abs(rate)) / (1.0 + p.softening * strain)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def elastic(p, k, depth):
+    """Return the spring's force.
+
+    Fung (1993), section 7.5: (k/a)(exp(a e) - 1). Hertz-like: K e^n, none for e < 0, with K so that
+    it is k e at ``hertz_depth``. Saturating: k L tanh(e / L). Else k e + k3 e^3.
+    """
+    if p.fung != 0.0:
+        return k / p.fung * math.expm1(p.fung * depth)
+    if p.hertz_exponent != 0.0:
+        return k * p.hertz_depth * (max(depth, 0.0) / p.hertz_depth) ** p.hertz_exponent
+    if p.saturation_depth != 0.0:
+        return k * p.saturation_depth * math.tanh(depth / p.saturation_depth)
+    return k * depth + p.cubic * depth**3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def viscous(p, time, depth, rate):
+    """Return the damper's force: (beta + lambda e^n) e' + c |e'| e'.
+
+    The second term is of Hunt and Crossley (1975), and is none for e < 0.
+    """
+    beta = p.damping
+    if p.damping_wave != 0.0:
+        angle = 2.0 * math.pi * p.damping_wave_frequency * time
+        beta *= 1.0 + p.damping_wave * math.sin(angle)
+    if p.depth_damping != 0.0 and depth > 0.0:
+        beta += p.depth_damping * depth**p.depth_exponent
+    return (beta + p.drag * abs(rate)) * rate

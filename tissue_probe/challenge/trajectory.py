@@ -1,0 +1,160 @@
+"""What the coil does: analytic displacement and velocity at any time, before the record included.
+
+What belongs here: the five excitations, and how the probe is pressed in before them.
+What does not: what is sampled of it (``instrument``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from tissue_probe.signals import FloatArray
+
+Kind = Literal["sine10", "sine10ss", "stepped30", "chirp60", "msine60"]
+
+DURATIONS: dict[str, float] = {
+    "sine10": 2.0,
+    "sine10ss": 2.0,
+    "stepped30": 8.0,
+    "chirp60": 4.0,
+    "msine60": 4.0,
+}
+"""Excitations by name, and how long each is recorded [s]."""
+
+PRESSING = 0.5  # s, in which the probe is pressed in to its preload
+ESTABLISHING = 2.0  # s of motion before a record in steady state
+FADING = 0.1  # s, in which motions begin that would jump otherwise
+STEPS = (1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0)  # Hz, equally long
+STEP_WIDTH = 0.02  # s, in which one frequency passes to the next
+LINES = 60  # of the multisine, 1 Hz apart
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Displacement of the coil in one record, whose time counts from its first sample.
+
+    Before the record the coil is pressed in smoothly to ``preload`` within 0.5 s and held there for
+    ``hold``; in ``sine10ss`` it has then vibrated for 2 s more.
+
+    Attributes
+    ----------
+    kind : str
+        One of ``DURATIONS``.
+    amplitude : float
+        Largest displacement from the preload [m].
+    duration : float
+        Of the record [s].
+    preload : float
+        Mean displacement of the coil [m], positive into the tissue.
+    hold : float
+        Time at rest between pressing in and motion [s].
+    phases : array, shape (60,)
+        Of the multisine's lines [rad]; of ``sine10ss`` the first is its phase at the start.
+    """
+
+    kind: str
+    amplitude: float
+    duration: float
+    preload: float = 0.0
+    hold: float = 0.0
+    phases: FloatArray = field(default_factory=lambda: np.zeros(LINES))
+
+    @property
+    def start_of_motion(self) -> float:
+        """Time at which the vibration begins [s], 0 or before."""
+        return -ESTABLISHING if self.kind == "sine10ss" else 0.0
+
+    @property
+    def lead(self) -> float:
+        """Time from the undisturbed tissue to the first sample [s]."""
+        pressed = self.preload != 0.0 or self.hold > 0.0
+        return (PRESSING + self.hold if pressed else 0.0) - self.start_of_motion
+
+    def __call__(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return displacement [m] and velocity [m/s] of the coil at evenly spaced times [s]."""
+        pressed, pressing = _smooth((time + self.lead) / PRESSING)
+        since = np.maximum(time - self.start_of_motion, 0.0)
+        motion, velocity = self._motion(since)
+        moves = time >= self.start_of_motion
+        return (
+            self.preload * pressed + self.amplitude * motion * moves,
+            self.preload * pressing / PRESSING + self.amplitude * velocity * moves,
+        )
+
+    def _motion(self, since: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the motion at amplitude 1 and its derivative [1/s], by time since its start."""
+        if self.kind == "msine60":
+            return _faded(since, *_multisine(since, self.phases))
+        if self.kind == "sine10ss":
+            angle = 2.0 * np.pi * 10.0 * since + self.phases[0]
+            rate = np.full_like(since, 2.0 * np.pi * 10.0)
+            return _faded(since, np.sin(angle), rate * np.cos(angle))
+        angle, rate = _ANGLES[self.kind](since, self.duration)
+        return np.sin(angle), rate * np.cos(angle)
+
+
+def _sine(time: FloatArray, _: float) -> tuple[FloatArray, FloatArray]:
+    return 2.0 * np.pi * 10.0 * time, np.full_like(time, 2.0 * np.pi * 10.0)
+
+
+def _chirp(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
+    """Angle and its rate: the frequency rises linearly from 1 to 60 Hz."""
+    rise = 59.0 / duration
+    return 2.0 * np.pi * (time + 0.5 * rise * time**2), 2.0 * np.pi * (1.0 + rise * time)
+
+
+def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
+    """Angle and its rate: a staircase of frequencies, whose corners are rounded over 20 ms.
+
+    The rounding keeps the velocity continuous; the angle takes the integral of ``_smooth``.
+    """
+    cycles, frequency = STEPS[0] * time, np.full_like(time, STEPS[0])
+    for number, rise in enumerate(np.diff(STEPS), start=1):
+        late = np.maximum(time / STEP_WIDTH - number * duration / len(STEPS) / STEP_WIDTH, 0.0)
+        s = np.minimum(late, 1.0)
+        cycles += rise * STEP_WIDTH * (s**4 * (2.5 - 3.0 * s + s**2) + late - s)
+        frequency += rise * _smooth(s)[0]
+    return 2.0 * np.pi * cycles, 2.0 * np.pi * frequency
+
+
+_ANGLES = {"sine10": _sine, "chirp60": _chirp, "stepped30": _stepped}
+
+
+def _multisine(time: FloatArray, phases: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Sum of sines at 1, 2, ... 60 Hz, peak 1, and its derivative.
+
+    A sum of powers of one complex number, e^(2 pi i t): Horner's rule takes one sine a time.
+    """
+    turn = np.exp(2j * np.pi * time)
+    value = np.zeros_like(turn)
+    slope = np.zeros_like(turn)
+    for line in range(LINES, 0, -1):
+        coefficient = np.exp(1j * phases[line - 1])
+        value = (value + coefficient) * turn
+        slope = (slope + 2j * np.pi * line * coefficient) * turn
+    peak = _peak(phases)
+    return value.imag / peak, slope.imag / peak
+
+
+def _peak(phases: FloatArray) -> float:
+    """Largest value over a period of 1 s, sought 64 times in a period of the fastest line."""
+    spectrum = np.zeros(64 * LINES, dtype=complex)
+    spectrum[1 : LINES + 1] = np.exp(1j * phases)
+    return float(np.abs((np.fft.ifft(spectrum) * spectrum.size).imag).max())
+
+
+def _faded(
+    since: FloatArray, value: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Let a motion begin smoothly from rest."""
+    window, opening = _smooth(since / FADING)
+    return window * value, window * slope + opening / FADING * value
+
+
+def _smooth(s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Step from 0 to 1 within s = 0..1 with two continuous derivatives, and its derivative."""
+    s = np.clip(s, 0.0, 1.0)
+    return s**3 * (10.0 - 15.0 * s + 6.0 * s**2), 30.0 * s**2 * (1.0 - s) ** 2
