@@ -8,9 +8,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_typestore
 
+from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.measurement import read_measurement
 
 EPOCH = 1_700_000_000_000_000_000
 
@@ -99,7 +99,7 @@ def write(tmp_path):
 
 def read(path, position="/place", force="/ft", **stated):
     stated = {"force_polarity": "tension", "position_polarity": "out"} | stated
-    return read_measurement(path, Layout(position=position, force=force, **stated))
+    return read_any(path, Layout(position=position, force=force, **stated))
 
 
 @pytest.mark.parametrize("form", ["mcap", "db3", "bag"])
@@ -115,27 +115,27 @@ def read(path, position="/place", force="/ft", **stated):
     ],
 )
 def test_force_and_position_are_brought_to_the_times_of_the_force(form, kind, field, write):
-    measurement = read(write(kind, form), position="/place" + field)
-    (block,) = measurement.recording.blocks
+    recording, notes = read(write(kind, form), position="/place" + field)
+    (block,) = recording.blocks
     seconds = (block.stamps - EPOCH) / 1e9
     assert_allclose(seconds, np.arange(1000) * 1e-3, atol=1e-9)
     assert_allclose(block.force, 450.0 * indentation(seconds), atol=1e-12)
     inside = seconds <= 0.99
     assert_allclose(block.position[inside], indentation(seconds[inside]) - 0.3, atol=1e-8)
-    assert "/ft.wrench.force.z at 1000 Hz" in measurement.notes[0]
-    assert "at 250 Hz, brought to the times of the force" in measurement.notes[0]
+    assert "/ft.wrench.force.z at 1000 Hz" in notes[0]
+    assert "at 250 Hz, brought to the times of the force" in notes[0]
 
 
 def test_units_are_those_stated(write):
     path = write()
-    metres = read(path).recording
-    millimetres = read(path, position_unit="mm", force_unit="mN").recording
+    metres, _ = read(path)
+    millimetres, _ = read(path, position_unit="mm", force_unit="mN")
     assert_allclose(millimetres.position, 1e-3 * metres.position)
     assert_allclose(millimetres.force, 1e-3 * metres.force)
 
 
 def test_delays_that_differ_are_told(write):
-    (_, note) = read(write(force_delay=2_000_000, position_delay=17_000_000)).notes
+    _, (_, note) = read(write(force_delay=2_000_000, position_delay=17_000_000))
     assert "/ft.wrench.force.z was recorded 2 ms after its stamps" in note
     assert "/place.pose.position.z 17 ms" in note
     assert "15 ms apart" in note
@@ -143,27 +143,25 @@ def test_delays_that_differ_are_told(write):
 
 def test_equal_delays_are_no_matter(write):
     day = 86_400 * 10**9  # as under simulated time
-    assert len(read(write(force_delay=day, position_delay=day)).notes) == 1
+    _, notes = read(write(force_delay=day, position_delay=day))
+    assert len(notes) == 1
 
 
 def test_stamps_of_clocks_far_apart_give_way_to_the_times_of_recording(write):
-    measurement = read(write(force_clock=-3_600 * 10**9))
-    assert (
-        "are 3600 s apart: both signals are taken at the times they were recorded"
-        in (measurement.notes[1])
-    )
+    _, notes = read(write(force_clock=-3_600 * 10**9))
+    assert "are 3600 s apart: both signals are taken at the times they were recorded" in (notes[1])
 
 
 @pytest.mark.parametrize("what", [{"kind": "Float64"}, {"force_clock": -EPOCH}])
 def test_without_stamps_the_times_of_recording_count(what, write):
-    (_, note) = read(write(**what)).notes
+    _, (_, note) = read(write(**what))
     assert "has no stamps: both signals are taken at the times they were recorded" in note
 
 
 def test_what_has_to_be_stated_is_asked_for(write):
     path = write()
     with pytest.raises(RecordingError) as raised:
-        read_measurement(path, Layout())
+        read_any(path, Layout())
     assert "state --force /TOPIC.FIELD (there is /ft.wrench.force.z)" in str(raised.value)
     assert "--position /TOPIC.FIELD (there is /place.pose.position.z)" in str(raised.value)
     assert "--force-polarity (compression or tension" in str(raised.value)
@@ -191,16 +189,18 @@ def test_topics_that_never_overlap_are_refused(write):
 
 
 def test_a_recording_of_the_suite_takes_no_statements(run, blocks):
-    assert len(read_measurement(run, Layout()).recording) == 10 * len(blocks)
+    recording, _ = read_any(run, Layout())
+    assert len(recording) == 10 * len(blocks)
     with pytest.raises(RecordingError, match="leave out the options"):
-        read_measurement(run, Layout(force_polarity="tension"))
+        read_any(run, Layout(force_polarity="tension"))
 
 
 @pytest.mark.parametrize("name", ["test_bag_mcap", "test_bag_sqlite3"])
 def test_wrenches_of_foreign_recorders_are_read(name, foreign_bags):
     stated = {"force": "/test/geometry_msgs/wrench_stamped", "force_polarity": "compression"}
     layout = Layout(position="/test/geometry_msgs/point_stamped", **stated)
-    assert read_measurement(foreign_bags / "rosbags-rs" / name, layout).recording.force[0] == 2.0
+    recording, _ = read_any(foreign_bags / "rosbags-rs" / name, layout)
+    assert recording.force[0] == 2.0
 
 
 def test_a_foreign_ros1_bag_is_read(foreign_bags):
@@ -209,5 +209,5 @@ def test_a_foreign_ros1_bag_is_read(foreign_bags):
         position="/jackal_velocity_controller/odom.pose.pose.position.x",
         force_polarity="compression",
     )
-    measurement = read_measurement(foreign_bags / "ros1" / "test2.bag", layout)
-    assert 9.0 < np.median(measurement.recording.force) < 11.0
+    recording, _ = read_any(foreign_bags / "ros1" / "test2.bag", layout)
+    assert 9.0 < np.median(recording.force) < 11.0

@@ -8,10 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pyarrow import parquet
 from scipy.io import savemat
 
+from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.columns import column_names
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.measurement import read_measurement
 
 TIME = np.arange(400) * 1e-3
 POSITION = 1e-3 * np.sin(2.0 * np.pi * 10.0 * TIME)
@@ -38,7 +38,8 @@ def write(path, columns):
 
 
 def read(path, **layout):
-    return read_measurement(path, Layout(**layout)).recording
+    recording, _ = read_any(path, Layout(**layout))
+    return recording
 
 
 FILES = ["x.csv", "x.parquet", "x.mat", "x.v73.mat"]
@@ -114,11 +115,11 @@ def test_jittering_times_are_resampled_and_it_is_said(tmp_path):
     time = TIME + 1e-4 * np.random.default_rng(5).uniform(-1.0, 1.0, TIME.size)
     position = 1e-3 * np.sin(2.0 * np.pi * 10.0 * time)
     path = write(tmp_path / "x.csv", {"t": time, "u": position, "F": 450.0 * position})
-    measurement = read_measurement(path, Layout())
-    (block,) = measurement.recording.blocks
+    recording, notes = read_any(path, Layout())
+    (block,) = recording.blocks
     even = block.stamp / 1e9 + block.sample_period * np.arange(len(block))
     assert_allclose(block.position, 1e-3 * np.sin(2.0 * np.pi * 10.0 * even), atol=2e-8)
-    assert "resampled" in measurement.notes[0]
+    assert "resampled" in notes[0]
 
 
 @pytest.mark.parametrize(

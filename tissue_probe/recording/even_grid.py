@@ -105,11 +105,13 @@ def even_grid(time: FloatArray, where: str) -> EvenGrid:
     return EvenGrid(period, tuple(_spans(time, rows, period, even)), even, tuple(notes))
 
 
-def interpolate(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+def interpolate(
+    time: FloatArray, values: FloatArray, at: FloatArray, reach: float = 2.5
+) -> FloatArray:
     """Return values at other times by a cubic spline through those that are known.
 
     NaN before the first and after the last known value, and between two that are further apart
-    than 2.5 usual steps of ``time``.
+    than ``reach``.
 
     Parameters
     ----------
@@ -119,6 +121,8 @@ def interpolate(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatAr
         NaN where not known.
     at : array, shape (k,)
         Times to sample at [s].
+    reach : float
+        In usual steps of ``time``.
     """
     known = np.isfinite(values)
     result = np.full(at.size, np.nan)
@@ -126,7 +130,7 @@ def interpolate(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatAr
         return result
     t, y = time[known], values[known]
     after = np.clip(np.searchsorted(t, at), 1, t.size - 1)
-    near = t[after] - t[after - 1] <= 2.5 * np.median(np.diff(time))
+    near = t[after] - t[after - 1] <= reach * np.median(np.diff(time))
     inside = near & (at >= t[0]) & (at <= t[-1])
     result[inside] = CubicSpline(t, y)(at[inside])
     return result

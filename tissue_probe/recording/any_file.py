@@ -1,4 +1,4 @@
-"""Measurements of any instrument: a recording, and what had to be done to read it.
+"""Reading the measurements of any instrument, whatever file they are in.
 
 What belongs here: choosing the reader by what the file is.
 What does not: the readers (``reader``, ``foreign_bag``, ``table_file``).
@@ -6,7 +6,6 @@ What does not: the readers (``reader``, ``foreign_bag``, ``table_file``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from tissue_probe.recording.columns import FORMATS
@@ -19,16 +18,10 @@ from tissue_probe.recording.table_file import read_table
 from tissue_probe.signals import Recording
 
 
-@dataclass(frozen=True)
-class Measurement:
-    """A recording, and what the user should know of how it was read, in sentences."""
-
-    recording: Recording
-    notes: tuple[str, ...] = ()
-
-
-def read_measurement(path: str | Path, layout: Layout) -> Measurement:
+def read_any(path: str | Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     """Read position and force from a recording of this suite, another bag, or columns.
+
+    Returns the recording, and in sentences what the user should know of how it was read.
 
     Parameters
     ----------
@@ -45,11 +38,11 @@ def read_measurement(path: str | Path, layout: Layout) -> Measurement:
     """
     path = Path(path)
     if path.suffix.lower() in FORMATS:
-        return Measurement(*read_table(path, layout))
+        return read_table(path, layout)
     if layout.position is None and layout.force is None and has_samples(open_bag(path)):
         _refuse_statements(path, layout)
-        return Measurement(read_recording(path, layout.samples_topic))
-    return Measurement(*read_foreign_bag(path, layout))
+        return read_recording(path, layout.samples_topic), ()
+    return read_foreign_bag(path, layout)
 
 
 def _refuse_statements(path: Path, layout: Layout) -> None:

@@ -1,0 +1,124 @@
+"""Files of any kind become segments that can be fitted; the options say what they hold."""
+
+import numpy as np
+import pytest
+import typer
+from numpy.testing import assert_allclose
+from typer.testing import CliRunner
+
+from tissue_probe.cli import measured
+from tissue_probe.cli.measured import Starts, layout, read_measured
+
+PERIOD = 5e-4
+
+
+@pytest.fixture
+def options():
+    """Run a command with the shared options on a command line; return what it read."""
+    read = []
+    app = typer.Typer()
+
+    @app.command()
+    def command(
+        measurements: measured.Measurements,
+        position: measured.Position = None,
+        force: measured.Force = None,
+        time: measured.Time = None,
+        sample_rate: measured.SampleRate = None,
+        position_unit: measured.PositionUnit = None,
+        force_unit: measured.ForceUnit = None,
+        force_polarity: measured.ForcePolarity = None,
+        position_polarity: measured.PositionPolarity = measured.Direction.into,
+        topic: measured.SamplesTopic = None,
+        site: measured.Site = None,
+        starts: measured.StartsOption = measured.Starts.auto,
+    ):
+        where = layout(
+            position,
+            force,
+            time,
+            sample_rate,
+            position_unit,
+            force_unit,
+            force_polarity,
+            position_polarity,
+            topic,
+        )
+        read.extend(read_measured(measurements, where, starts, site))
+
+    def run(*arguments):
+        CliRunner().invoke(app, [str(each) for each in arguments], catch_exceptions=False)
+        return read
+
+    return run
+
+
+def test_the_command_line_of_the_documents_reads_a_csv_file(csv, options):
+    compression, tension = csv(), csv("other.csv", sign=-1.0)
+    named = ("--position", "u", "--force", "F", "--starts", "at-rest")
+    options(compression, *named)
+    first, second = options(tension, *named, "--force-polarity", "tension")
+    assert_allclose(first.force, second.force)
+    assert first.sample_period == pytest.approx(PERIOD)
+    assert (first.starts, first.notes) == (Starts.at_rest, ())
+
+
+def test_units_and_rate_come_from_the_command_line(tmp_path, options):
+    wave = np.sin(np.arange(400) / 10.0)
+    np.savetxt(
+        tmp_path / "x.csv", np.column_stack([wave, wave]), delimiter=",", header="x,f", comments=""
+    )
+    named = ("--position", "x", "--force", "f", "--force-polarity", "compression")
+    units = ("--position-unit", "mm", "--force-unit", "35.15", "--sample-rate", "1000")
+    (segment,) = options(tmp_path / "x.csv", *named, *units, "--position-polarity", "out")
+    assert_allclose(segment.position, -1e-3 * wave)
+    assert_allclose(segment.force, 35.15 * wave)
+    assert segment.sample_period == 1e-3
+
+
+def test_a_bag_and_its_export_say_the_same(bag, run, options):
+    path = bag()
+    run("export", path, "--output", "samples.csv")
+    (from_bag,) = options(path, "--site", "5")
+    table = options("samples.csv")[1]
+    first = 5 * 600
+    assert_allclose(from_bag.position, table.position[first : first + 600], rtol=1e-15)
+    assert_allclose(from_bag.force, table.force[first : first + 600], rtol=1e-15)
+
+
+def test_the_site_of_a_scan_is_asked_for(bag, options):
+    with pytest.raises(ValueError, match=r"palpates 16 sites, .* choose one with --site"):
+        options(bag())
+
+
+def test_gaps_make_segments_and_only_the_first_is_at_rest(csv, tmp_path, options):
+    lines = csv().read_text().splitlines()
+    gapped = tmp_path / "gapped.csv"
+    gapped.write_text("\n".join(lines[:1001] + lines[1501:1511] + lines[2501:]))
+    first, second = options(gapped, "--starts", "at-rest")
+    assert [segment.position.size for segment in (first, second)] == [1000, 1500]
+    assert [segment.starts for segment in (first, second)] == [Starts.at_rest, Starts.moving]
+    assert [segment.source for segment in (first, second)] == [
+        f"{gapped}, part 1",
+        f"{gapped}, part 2",
+    ]
+    assert "2 gaps" in first.notes[0]
+    assert "1 pieces between gaps are too short" in first.notes[1]
+    assert second.notes == ()
+
+
+def test_holes_are_filled_and_it_is_said(csv, options):
+    path = csv()
+    lines = path.read_text().splitlines()
+    time, position, _ = lines[100].split(",")
+    lines[100] = f"{time},{position},"
+    path.write_text("\n".join(lines))
+    (segment,) = options(path)
+    assert np.isfinite(segment.force).all()
+    assert "1 missing samples filled in" in segment.notes[0]
+
+
+def test_nothing_known_is_refused(tmp_path, options):
+    (tmp_path / "x.csv").write_text("t,u,F\n0,1,\n1,1,\n2,1,\n")
+    with pytest.raises(ValueError, match="no sample whose position and force are both known"):
+        options(tmp_path / "x.csv")

@@ -1,0 +1,243 @@
+"""Options on measured data that ``compare``, ``diagnose`` and ``improve`` share.
+
+What belongs here: how the user names the signals in any file, and the stretches that come of it.
+What does not: reading files (``recording``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from tissue_probe.recording.layout import Layout
+    from tissue_probe.signals import FloatArray, SampleBlock
+
+
+class Polarity(str, Enum):
+    """Which forces are positive in a file."""
+
+    compression = "compression"
+    tension = "tension"
+
+
+class Direction(str, Enum):
+    """Where positions of a file grow to."""
+
+    into = "into"
+    out = "out"
+
+
+class Starts(str, Enum):
+    """Whether the probe had been at rest before the first sample."""
+
+    at_rest = "at-rest"
+    moving = "moving"
+    auto = "auto"
+
+
+Measurements = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Measurements of one specimen: recordings of this suite, bags of ROS 1 or 2 (.mcap, "
+        ".db3, .bag, folder), or columns (.csv, .parquet, .mat).",
+        metavar="MEASUREMENTS...",
+    ),
+]
+
+Position = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Displacement of the coil: a column (by default u or position), or a field of a "
+        "topic, such as /pose.pose.position.z.",
+    ),
+]
+
+Force = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Load-cell force: a column (by default F or force), or a field of a topic, such as "
+        "/ft.wrench.force.z.",
+    ),
+]
+
+Time = Annotated[
+    str | None,
+    typer.Option(
+        metavar="COLUMN",
+        help="Time [s], or in the unit at the name's end (t_ms); by default t or time.",
+    ),
+]
+
+SampleRate = Annotated[
+    float | None,
+    typer.Option(metavar="HERTZ", help="Samples a second, where there is no column of time."),
+]
+
+PositionUnit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="UNIT",
+        help="m, cm, mm, um, nm, or the size of one in metres; by default that at the name's end "
+        "(u_mm).",
+    ),
+]
+
+ForceUnit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="UNIT",
+        help="N, mN, uN, kN, gf, kgf, or the size of one in newtons; by default that at the "
+        "name's end (F_mN).",
+    ),
+]
+
+ForcePolarity = Annotated[
+    Polarity | None, typer.Option(help="Which forces are positive in the file.", show_default=False)
+]
+
+PositionPolarity = Annotated[
+    Direction, typer.Option(help="Whether positions grow into the tissue, or out of it (heights).")
+]
+
+SamplesTopic = Annotated[
+    str | None,
+    typer.Option(
+        "--topic", metavar="TOPIC", help="Topic of the samples, where the recording has several."
+    ),
+]
+
+Site = Annotated[
+    int | None,
+    typer.Option(metavar="NUMBER", help="Site of a scan; each is another piece of tissue."),
+]
+
+StartsOption = Annotated[
+    Starts, typer.Option("--starts", help="Whether the probe rested before the first sample.")
+]
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Evenly spaced samples without a hole.
+
+    Attributes
+    ----------
+    source : str
+        Which file, and which part of it.
+    position, force : array, shape (n,)
+        Displacement of the coil [m]; load-cell force [N], positive in compression; finite.
+    sample_period : float
+        [s].
+    starts : Starts
+        As the user says.
+    notes : tuple of str
+        What was done to read it, in sentences; those on a file stand with its first segment.
+    """
+
+    source: str
+    position: FloatArray
+    force: FloatArray
+    sample_period: float
+    starts: Starts
+    notes: tuple[str, ...] = ()
+
+
+def layout(
+    position: str | None,
+    force: str | None,
+    time: str | None,
+    sample_rate: float | None,
+    position_unit: str | None,
+    force_unit: str | None,
+    force_polarity: Polarity | None,
+    position_polarity: Direction,
+    topic: str | None,
+) -> Layout:
+    """Make of the options what the readers take.
+
+    Raises
+    ------
+    ValueError
+        If they contradict each other.
+    """
+    from tissue_probe.recording.layout import Layout
+
+    return Layout(
+        position=position,
+        force=force,
+        time=time,
+        position_unit=position_unit,
+        force_unit=force_unit,
+        force_polarity=force_polarity.value if force_polarity else None,
+        position_polarity=position_polarity.value,
+        sample_rate=sample_rate,
+        samples_topic=topic,
+    )
+
+
+def read_measured(
+    paths: Sequence[Path], layout: Layout, starts: Starts = Starts.auto, site: int | None = None
+) -> list[Segment]:
+    """Read measurements, cut into segments where samples are missing.
+
+    Pieces shorter than a fifth of a second or 200 samples are left out where a file has longer
+    ones. Only a file's first segment starts at rest, if the user says so.
+
+    Raises
+    ------
+    RecordingError
+        If a file cannot be read, or does not tell all that is needed; says which option does.
+    """
+    return [segment for path in paths for segment in _segments(path, layout, starts, site)]
+
+
+def _segments(path: Path, layout: Layout, starts: Starts, site: int | None) -> list[Segment]:
+    from tissue_probe.recording.any_file import read_any
+    from tissue_probe.recording.errors import RecordingError
+    from tissue_probe.recording.stretches import dwell_blocks, known_stretches
+
+    recording, notes = read_any(path, layout)
+    cut = [known_stretches(block) for block in dwell_blocks(recording, site)]
+    stretches = [stretch for found, _ in cut for stretch in found]
+    if not stretches:
+        raise RecordingError(f"{path} has no sample whose position and force are both known")
+    told = [*notes, *_told(path, sum(filled for _, filled in cut), stretches)]
+    chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
+    segments = []
+    for number, stretch in enumerate(chosen):
+        rested = starts if stretch is stretches[0] or starts != Starts.at_rest else Starts.moving
+        part = f", part {number + 1}" if len(chosen) > 1 else ""
+        segments.append(
+            Segment(
+                f"{path}{part}",
+                stretch.position,
+                stretch.force,
+                stretch.sample_period,
+                rested,
+                tuple(told) if number == 0 else (),
+            )
+        )
+    return segments
+
+
+def _is_long(block: SampleBlock) -> bool:
+    return len(block) >= 200 and len(block) * block.sample_period >= 0.2
+
+
+def _told(path: Path, filled: int, stretches: list[SampleBlock]) -> list[str]:
+    """Say what was filled in, and what was left out."""
+    told = []
+    if filled:
+        told.append(f"{path}: {filled} missing samples filled in by a cubic spline")
+    short = sum(not _is_long(stretch) for stretch in stretches)
+    if 0 < short < len(stretches):
+        told.append(f"{path}: {short} pieces between gaps are too short to be used")
+    return told

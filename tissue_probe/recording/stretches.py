@@ -1,0 +1,113 @@
+"""Cutting a recording into stretches of known samples, as they are fitted.
+
+What belongs here: samples missing within a block, and dwells at sites.
+What does not: judging the samples, which is the diagnosis's affair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.even_grid import interpolate
+from tissue_probe.signals import NANOSECONDS, Recording, SampleBlock
+
+BRIDGED = 3
+"""As many missing samples in a row are filled in; at more a new stretch begins."""
+
+
+def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, ...]:
+    """Return the samples taken while the probe dwelt at a site.
+
+    Parameters
+    ----------
+    recording : Recording
+        At least one sample.
+    site : int, optional
+        Number of the site; without it, that of the only one, and the whole recording if it
+        announces none.
+
+    Raises
+    ------
+    RecordingError
+        If there are several sites and none is chosen, or none of that number.
+    """
+    dwells = [(found.site, found.stamp, end) for found, end in recording.dwells()]
+    numbers = sorted({number for number, _, _ in dwells})
+    if site is None and not numbers:
+        return recording.blocks
+    if site is None and len(numbers) > 1:
+        raise RecordingError(
+            f"the recording palpates {len(numbers)} sites, each of its own tissue: choose one with "
+            f"--site, from {numbers[0]} to {numbers[-1]}"
+        )
+    chosen = numbers[0] if site is None else site
+    parts = (
+        _between(block, begin, end)
+        for number, begin, end in dwells
+        if number == chosen
+        for block in recording.blocks
+    )
+    blocks = tuple(part for part in parts if part is not None)
+    if not blocks:
+        raise RecordingError(
+            f"the recording has no samples at site {chosen}; it palpates "
+            f"{', '.join(map(str, numbers)) or 'no sites'}"
+        )
+    return blocks
+
+
+def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
+    first, stop = (
+        int(
+            np.clip(
+                np.ceil((time - block.stamp) / NANOSECONDS / block.sample_period), 0, len(block)
+            )
+        )
+        for time in (begin, end)
+    )
+    return block[first:stop] if first < stop else None
+
+
+def known_stretches(block: SampleBlock) -> tuple[list[SampleBlock], int]:
+    """Cut a block where position or force is not known for more than 3 samples in a row.
+
+    Fewer are filled in by a cubic spline; how many is returned beside the stretches, each of
+    which is finite throughout.
+
+    Parameters
+    ----------
+    block : SampleBlock
+        Values that are not known are NaN or infinite.
+    """
+    known = np.isfinite(block.position) & np.isfinite(block.force)
+    stretches, filled = [], 0
+    for first, stop in _long_enough(known):
+        stretch = block[first:stop]
+        missing = ~known[first:stop]
+        filled += int(np.count_nonzero(missing))
+        stretches.append(_filled(stretch, missing) if missing.any() else stretch)
+    return stretches, filled
+
+
+def _long_enough(known: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield where stretches begin and end whose holes are all short."""
+    places = np.flatnonzero(known)
+    cuts = np.flatnonzero(np.diff(places) > BRIDGED + 1) + 1
+    for first, stop in pairwise([0, *cuts, places.size]):
+        if first < stop:
+            yield int(places[first]), int(places[stop - 1]) + 1
+
+
+def _filled(block: SampleBlock, missing: np.ndarray) -> SampleBlock:
+    number = np.arange(len(block), dtype=np.float64)
+    position, force = (
+        interpolate(number, np.where(missing, np.nan, column), number, reach=BRIDGED + 1.5)
+        for column in (block.position, block.force)
+    )
+    return SampleBlock(
+        block.stamp, block.sequence, block.sample_period, position, force, block.command
+    )
