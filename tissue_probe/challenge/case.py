@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.challenge.change import Change, Situation
-from tissue_probe.challenge.instrument import FORCE_NOISE, Instrument
+from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument
 from tissue_probe.challenge.kelvin_voigt import fit_residual
-from tissue_probe.challenge.motion import RATE, SAMPLE_RATE, move
+from tissue_probe.challenge.motion import RATE, move
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
 from tissue_probe.signals import FloatArray
@@ -51,20 +51,28 @@ class Case:
         """Return the case with another preload [m], held until beta / k has passed eight times."""
         moving = self.specimen.surface_amplitude != 0.0
         settling = 8.0 * self.specimen.damping / self.specimen.stiffness
-        hold = 0.3 + settling if preload or moving else 0.0
+        # Whole milliseconds, so that every rate has a sample where the lead begins.
+        hold = round(0.3 + settling, 3) if preload or moving else 0.0
         return replace(self, trajectory=replace(self.trajectory, preload=preload, hold=hold))
 
     def measure(self, noise: FloatArray, rate: int = RATE) -> tuple[FloatArray, FloatArray]:
-        """Return position [m] and force [N] at 2 kHz, the noise [N] added to the force."""
-        force = move(self.specimen, self.trajectory, rate)
-        return self.read(force, noise, rate)
+        """Return position [m] and force [N] at 2 kHz, the noise [N] added to the force.
 
-    def read(self, force: FloatArray, noise: FloatArray, rate: int) -> tuple[FloatArray, FloatArray]:
-        """Return what the instrument makes of the coil's motion and of a force at ``rate``."""
-        count = noise.size
-        before = force.size - count * (rate // SAMPLE_RATE)
-        u, _ = self.trajectory(np.arange(count) / SAMPLE_RATE)
-        return self.instrument.position(u), self.instrument.force(force, rate, before, noise)
+        Parameters
+        ----------
+        noise : array, shape (duration * 2 kHz,)
+        rate : int
+            Steps a second of the integration [Hz], a multiple of 2 kHz.
+        """
+        coil, instrument = self.trajectory, self.instrument
+        u = coil.sampled(SAMPLE_RATE)[0][coil.before(SAMPLE_RATE) : -1]
+        force = move(self.specimen, coil, rate)
+        return instrument.position(u), instrument.force(force, rate, coil.before(rate), noise)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples of the record."""
+        return round(self.trajectory.duration * SAMPLE_RATE)
 
     def ratio(self, rig: Specimen, rate: int = RATE) -> float:
         """Return the rms that the best Kelvin-Voigt fit leaves, in units of the noise.
@@ -78,8 +86,7 @@ class Case:
         rate : int
             Steps a second of the integration [Hz].
         """
-        count = round(self.trajectory.duration * SAMPLE_RATE)
-        position, force = self.measure(np.zeros(count), rate)
+        position, force = self.measure(np.zeros(self.samples), rate)
         if not np.isfinite(force).all():
             return np.inf
         left = fit_residual(position, force, rig)

@@ -12,8 +12,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-from tissue_probe.challenge.motion import SAMPLE_RATE
 from tissue_probe.signals import FloatArray
+
+SAMPLE_RATE = 2_000
+"""Samples a second [Hz]."""
 
 FORCE_NOISE = 0.005
 """Standard deviation of the white noise of the force [N]."""
@@ -46,7 +48,7 @@ class Instrument:
     ripple, grating, ripple_phase : float
         Amplitude of the encoder's error [m], its period in the position [m], phase [rad].
     clipped : float
-        Share of the samples whose force lies above the converter's range.
+        Share of the force's range, from its top, that the converter cannot tell.
     stuck : int
         Samples for which the force channel repeats its value at a time; 0 for never.
     stuck_times : tuple of float
@@ -129,7 +131,7 @@ class Instrument:
 
     def _converted(self, force: FloatArray) -> FloatArray:
         if self.clipped:
-            force = np.minimum(force, np.quantile(force, 1.0 - self.clipped))
+            force = np.minimum(force, force.max() - self.clipped * np.ptp(force))
         for share in self.stuck_times if self.stuck else ():
             first = round(share * (force.size - self.stuck - 1))
             force[first : first + self.stuck] = force[first]

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import lfilter
 
-from tissue_probe.challenge.motion import SAMPLE_RATE
+from tissue_probe.challenge.instrument import SAMPLE_RATE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.signals import FloatArray
 
@@ -31,50 +31,58 @@ def fit_residual(position: FloatArray, force: FloatArray, rig: Specimen) -> Floa
 
     def left(values: FloatArray) -> FloatArray:
         k, beta = np.exp(values)
-        explained = _force(coil, position[0], k, beta, rig)
-        free = _free_motion(position.size, k, beta, rig)
+        poles = _poles(k, beta, rig)
+        over = force - _force(coil, position[0], k, poles, rig)
         # The initial state acts linearly: the best one is known for each k, beta.
-        amplitudes = np.linalg.lstsq(free, force - explained, rcond=None)[0]
-        return force - explained - free @ amplitudes
+        free = _free_motion(force.size, poles)
+        return over - free @ np.linalg.lstsq(free, over, rcond=None)[0]
 
     start = np.log([rig.stiffness, rig.damping])
     bounds = (np.log(LOWEST), np.log(HIGHEST))
     return left(least_squares(left, start, bounds=bounds, xtol=1e-6, ftol=1e-6).x)
 
 
-def _force(coil: FloatArray, start: float, k: float, beta: float, rig: Specimen) -> FloatArray:
-    """Force k0 (u - x) from equilibrium; x / u = (beta0 s + k0) / (m s^2 + b s + K)."""
-    k0 = rig.load_cell_stiffness
-    denominator = [rig.tip_mass, rig.load_cell_damping + beta, k0 + k]
-    numerator, poles = _discrete((rig.load_cell_damping, k0), tuple(denominator))
-    tip = lfilter(numerator, poles, _flattened(coil))
+def _poles(k: float, beta: float, rig: Specimen) -> tuple[complex, complex]:
+    """Return the roots of m s^2 + (beta0 + beta) s + k0 + k."""
+    b = rig.load_cell_damping + beta
+    root = np.emath.sqrt(b**2 - 4.0 * rig.tip_mass * (rig.load_cell_stiffness + k))
+    return (root - b) / (2.0 * rig.tip_mass), (-root - b) / (2.0 * rig.tip_mass)
+
+
+def _force(
+    coil: FloatArray, start: float, k: float, poles: tuple[complex, complex], rig: Specimen
+) -> FloatArray:
+    """Force k0 (u - x) from equilibrium; x / u = (beta0 s + k0) / (m (s - p) (s - q))."""
+    k0, p, q = rig.load_cell_stiffness, *poles
+    raised = _raised(coil)
+    share = (rig.load_cell_damping * p + k0) / (rig.tip_mass * (p - q))
+    other = (rig.load_cell_damping * q + k0) / (rig.tip_mass * (q - p))
+    if np.iscomplexobj(p):
+        tip = 2.0 * (share * _first_order(raised, p)).real
+    else:
+        tip = share * _first_order(raised, p) + other * _first_order(raised, q)
     return k0 * (coil - tip + start * k / (k0 + k))
 
 
-def _discrete(
-    numerator: tuple[float, ...], denominator: tuple[float, ...]
-) -> tuple[FloatArray, FloatArray]:
-    """Sample a transfer function whose input runs straight from sample to sample."""
-    b, a, _ = cont2discrete((numerator, denominator), 1.0 / SAMPLE_RATE, "foh")
-    return np.squeeze(b), a
+def _first_order(driven: FloatArray, pole: complex) -> FloatArray:
+    """Return the response of 1 / (s - pole) to a signal that runs straight between samples."""
+    z = pole / SAMPLE_RATE
+    decay = np.exp(z)
+    new, old = (decay - 1.0 - z) / z**2, (1.0 - decay + z * decay) / z**2
+    return lfilter([new / SAMPLE_RATE, old / SAMPLE_RATE], [1.0, -decay], driven)
 
 
-def _flattened(coil: FloatArray) -> FloatArray:
+def _raised(coil: FloatArray) -> FloatArray:
     """Raise a signal by what straight lines between its samples cut off: 1/12 of its bend."""
     raised = coil.copy()
     raised[1:-1] -= np.diff(coil, 2) / 12.0
     return raised
 
 
-def _free_motion(count: int, k: float, beta: float, rig: Specimen) -> FloatArray:
-    """Force of the tip swinging freely from a displacement and from a velocity, shape (n, 2)."""
-    root = np.emath.sqrt(
-        (rig.load_cell_damping + beta) ** 2 - 4.0 * rig.tip_mass * (rig.load_cell_stiffness + k)
-    )
-    pole = (root - rig.load_cell_damping - beta) / (2.0 * rig.tip_mass)
-    other = (-root - rig.load_cell_damping - beta) / (2.0 * rig.tip_mass)
+def _free_motion(count: int, poles: tuple[complex, complex]) -> FloatArray:
+    """Return the tip's two free motions, shape (n, 2)."""
     time = np.arange(count) / SAMPLE_RATE
-    if np.iscomplexobj(pole):
-        swing = np.exp(pole * time)
+    swing = np.exp(poles[0] * time)
+    if np.iscomplexobj(swing):
         return np.column_stack([swing.real, swing.imag])
-    return np.column_stack([np.exp(pole * time), np.exp(other * time)])
+    return np.column_stack([swing, np.exp(poles[1] * time)])

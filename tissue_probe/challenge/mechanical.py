@@ -30,8 +30,8 @@ def _generalized_maxwell(strength: float, at: Situation, random: Random) -> Chan
 
 
 def _branches(at: Situation, shares: list[float], times: list[float]) -> Change:
-    stiffness = at.specimen.stiffness * np.array(shares)
-    return Change({"branch_stiffness": stiffness, "branch_rate": 1.0 / np.array(times)})
+    stiffness = tuple(share * at.specimen.stiffness for share in shares)
+    return Change({"branch_stiffness": stiffness, "branch_rate": tuple(1.0 / t for t in times)})
 
 
 def _springpot(strength: float, at: Situation, random: Random) -> Change:
@@ -47,8 +47,8 @@ def _springpot(strength: float, at: Situation, random: Random) -> Change:
     last = rates[-1] * np.exp(LOG_STEP / 2.0)
     return Change(
         {
-            "branch_stiffness": density * LOG_STEP * rates**order,
-            "branch_rate": rates,
+            "branch_stiffness": tuple((density * LOG_STEP * rates**order).tolist()),
+            "branch_rate": tuple(rates.tolist()),
             "stiffness": at.specimen.stiffness + density * SLOWEST**order / order,
             "damping": at.specimen.damping + density * last ** (order - 1.0) / (1.0 - order),
         }
@@ -90,10 +90,15 @@ def _adhesion(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _holding(at: Situation, pull: float) -> float:
-    """Preload that keeps the tip on the tissue throughout [m], 4 mm at the most."""
-    k, beta = at.specimen.stiffness, at.specimen.damping
-    dynamic = at.amplitude * abs(complex(k, 2.0 * pi * at.highest * beta))
-    return min(max(1.05 * dynamic - pull, 0.1 * dynamic) / k, 4e-3)
+    """Preload that keeps the tip on the tissue throughout [m], 4 mm at the most.
+
+    The tissue's force swings by |k + i w beta| |x|, most at one of the excitation's frequencies.
+    """
+    rig, w = at.specimen, 2.0 * pi * np.arange(1.0, at.highest + 1.0)
+    cell = rig.load_cell_stiffness + 1j * w * rig.load_cell_damping
+    tissue = rig.stiffness + 1j * w * rig.damping
+    swing = at.amplitude * np.abs(tissue * cell / (cell + tissue - rig.tip_mass * w**2)).max()
+    return min(max(1.1 * swing - pull, 0.1 * swing) / rig.stiffness, 4e-3)
 
 
 def _coulomb_friction(strength: float, at: Situation, random: Random) -> Change:

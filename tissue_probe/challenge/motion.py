@@ -5,6 +5,8 @@ What belongs here: steps and events. What does not: the equations (``tip``, ``ti
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numba import njit
 
@@ -13,9 +15,7 @@ from tissue_probe.challenge.tip import (
     BRANCHES,
     ENGAGED,
     POSITION,
-    SLIDING,
     TOUCHING,
-    cell_force,
     ended,
     rates,
     switch,
@@ -23,17 +23,20 @@ from tissue_probe.challenge.tip import (
 from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.signals import FloatArray
 
-RATE = 40_000  # Hz
-SAMPLE_RATE = 2_000  # Hz
+RATE = 40_000
+"""Steps of the integration a second [Hz]."""
+
 BISECTIONS = 30  # of a step of 25 us: events are located to 2e-14 s
 EVENTS = 20  # at most in one step, should a mode chatter
+TRIAL, STAGE, SLOPES = 0, 1, 2  # rows of the working memory
 
 
+@lru_cache(maxsize=4)
 def move(specimen: Specimen, trajectory: Trajectory, rate: int = RATE) -> FloatArray:
-    """Return the force of the load cell's spring [N] at ``rate``, what was before the record included.
+    """Return the force of the load cell's spring [N] at ``rate``, the lead included.
 
     F = k0 (u - x), positive in compression; none where the coil is in the gap of the play. Motion
-    begins with tissue and tip at rest, ``lead`` before the first sample.
+    begins with tissue and tip at rest, ``trajectory.lead`` before the first sample.
 
     Parameters
     ----------
@@ -47,92 +50,90 @@ def move(specimen: Specimen, trajectory: Trajectory, rate: int = RATE) -> FloatA
     Returns
     -------
     array, shape ((lead + duration) * rate,)
+        Read-only. The last few are remembered.
     """
-    before = round(trajectory.lead * rate)
-    steps = before + round(trajectory.duration * rate)
-    half_steps = (np.arange(2 * steps + 1) - 2 * before) / (2.0 * rate)
-    u, u_rate = trajectory(half_steps)
-    return _integrate(specimen.record(), half_steps[0], 1.0 / rate, u, u_rate)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _integrate(p, start, period, u, u_rate):
-    steps = (u.size - 1) // 2
-    force = np.empty(steps)
-    state = np.zeros(BRANCHES + p.branches)
-    modes = np.zeros(3, np.int64)
-    modes[TOUCHING] = 1
-    modes[ENGAGED] = 0 if p.play != 0.0 else 1
-    trial, stage = np.empty_like(state), np.empty_like(state)
-    slopes = np.empty((4, state.size))
-    for step in range(steps):
-        n = 2 * step
-        stretch = u[n] - state[POSITION] - modes[ENGAGED] * p.play
-        force[step] = p.load_cell_stiffness * stretch if modes[ENGAGED] else 0.0
-        time, coil, coil_rate = start + step * period, u[n : n + 3], u_rate[n : n + 3]
-        _advance(p, time, period, coil, coil_rate, state, modes, trial, stage, slopes)
+    u, u_rate = trajectory.sampled(2 * rate)
+    start = -trajectory.before(2 * rate) / (2.0 * rate)
+    force = _integrate(specimen.record(), start, 1.0 / rate, u, u_rate)
+    force.flags.writeable = False
     return force
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _advance(p, time, period, u, u_rate, state, modes, trial, stage, slopes):
+def _integrate(p, start, period, u, u_rate):
+    steps = u.size // 2
+    force = np.empty(steps)
+    state = np.zeros(BRANCHES + p.branches)
+    work = np.empty((SLOPES + 4, state.size))
+    modes = np.zeros(3, np.int64)
+    modes[TOUCHING] = 1
+    modes[ENGAGED] = 0 if p.play != 0.0 else 1
+    for step in range(steps):
+        stretch = u[2 * step] - state[POSITION] - modes[ENGAGED] * p.play
+        force[step] = p.load_cell_stiffness * stretch if modes[ENGAGED] else 0.0
+        _advance(p, start, period, step, u, u_rate, state, modes, work)
+    return force
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _advance(p, start, period, step, u, u_rate, state, modes, work):
     """Advance all states by one period, stopping at every event."""
     done = 0.0
     for _ in range(EVENTS):
-        left = 1.0 - done
-        mode = _try(p, time, period, done, left, u, u_rate, state, modes, trial, stage, slopes)
+        mode = _try(p, start, period, step, done, 1.0 - done, u, u_rate, state, modes, work)
         if mode < 0:
             break
-        low, high = 0.0, left
+        low, high = 0.0, 1.0 - done
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            found = _try(
-                p, time, period, done, middle, u, u_rate, state, modes, trial, stage, slopes
-            )
+            found = _try(p, start, period, step, done, middle, u, u_rate, state, modes, work)
             if found < 0:
                 low = middle
             else:
                 high, mode = middle, found
-        _try(p, time, period, done, high, u, u_rate, state, modes, trial, stage, slopes)
-        state[:] = trial
+        _try(p, start, period, step, done, high, u, u_rate, state, modes, work)
+        state[:] = work[TRIAL]
         done += high
-        switch(p, time + done * period, _at(u, done), _at(u_rate, done), state, modes, mode)
+        coil, coil_rate = _at(u, step, done), _at(u_rate, step, done)
+        switch(p, start + (step + done) * period, coil, coil_rate, state, modes, mode)
     else:
-        _try(p, time, period, done, 1.0 - done, u, u_rate, state, modes, trial, stage, slopes)
-    state[:] = trial
+        _try(p, start, period, step, done, 1.0 - done, u, u_rate, state, modes, work)
+    state[:] = work[TRIAL]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _try(p, time, period, done, share, u, u_rate, state, modes, trial, stage, slopes):
-    """Step by a share of the period from ``done`` on into ``trial``; return the mode that ended."""
+def _try(p, start, period, step, done, share, u, u_rate, state, modes, work):
+    """Go a share of the period on from ``done`` into ``work[TRIAL]``; return the mode that ended."""
     h = share * period
     for s in range(4):
-        part = 0.0 if s == 0 else (1.0 if s == 3 else 0.5)
-        if s == 0:
-            stage[:] = state
-        else:
-            for n in range(state.size):
-                stage[n] = state[n] + part * h * slopes[s - 1, n]
+        part = 0.5 * ((s + 1) // 2)  # 0, 1/2, 1/2, 1
+        for i in range(state.size):
+            slope = work[SLOPES + s - 1, i] if s > 0 else 0.0
+            work[STAGE, i] = state[i] + part * h * slope
         at = done + part * share
-        rates(p, time + at * period, _at(u, at), _at(u_rate, at), stage, modes, slopes[s])
-    for n in range(state.size):
-        total = slopes[0, n] + 2.0 * (slopes[1, n] + slopes[2, n]) + slopes[3, n]
-        trial[n] = state[n] + h / 6.0 * total
-    end = done + share
-    return ended(p, time + end * period, _at(u, end), _at(u_rate, end), trial, modes)
+        coil, coil_rate = _at(u, step, at), _at(u_rate, step, at)
+        time = start + (step + at) * period
+        rates(p, time, coil, coil_rate, work[STAGE], modes, work[SLOPES + s])
+    for i in range(state.size):
+        total = work[SLOPES, i] + 2.0 * (work[SLOPES + 1, i] + work[SLOPES + 2, i])
+        work[TRIAL, i] = state[i] + h / 6.0 * (total + work[SLOPES + 3, i])
+    at = done + share
+    coil, coil_rate = _at(u, step, at), _at(u_rate, step, at)
+    return ended(p, start + (step + at) * period, coil, coil_rate, work[TRIAL], modes)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _at(values, share):
+def _at(values, step, share):
     """Parabola through a step's start, middle and end; exact at these, where most calls are."""
+    first, middle, last = values[2 * step], values[2 * step + 1], values[2 * step + 2]
     if share == 0.0:
-        return values[0]
+        return first
     if share == 0.5:
-        return values[1]
+        return middle
     if share == 1.0:
-        return values[2]
+        return last
     return (
-        values[0] * (1.0 - share) * (1.0 - 2.0 * share)
-        + values[1] * 4.0 * share * (1.0 - share)
-        + values[2] * share * (2.0 * share - 1.0)
+        first * (1.0 - share) * (1.0 - 2.0 * share)
+        + middle * 4.0 * share * (1.0 - share)
+        + last * share * (2.0 * share - 1.0)
     )

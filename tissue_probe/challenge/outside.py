@@ -60,11 +60,11 @@ def _parametric_damping(strength: float, at: Situation, random: Random) -> Chang
 OUTSIDE: dict[str, Effect] = {
     "prandtl_tomlinson": Effect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
     "exponential_drift": Effect("outside", _exponential_drift, 2e-3, 0.05, 1.0),
-    "rate_stiffening": Effect("outside", _rate_stiffening, 3e-3, 0.3, 5.0),
-    "amplitude_softening": Effect("outside", _amplitude_softening, 3e-3, 0.5, 10.0),
-    "quadratic_drag": Effect("outside", _quadratic_drag, 3e-3, 0.3, 10.0),
+    "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
+    "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 0.5, 10.0),
+    "quadratic_drag": Effect("outside", _quadratic_drag, 1e-3, 0.3, 10.0),
     "saturating_spring": Effect("outside", _saturating_spring, 0.03, 0.7, 6.0),
     "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
-    "parametric_damping": Effect("outside", _parametric_damping, 3e-3, 0.3, 0.95),
+    "parametric_damping": Effect("outside", _parametric_damping, 1e-3, 0.3, 0.95),
 }
 """Effects outside the library, by name."""

@@ -14,10 +14,9 @@ import numpy as np
 
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import Change, Effect, log_uniform
-from tissue_probe.challenge.instrument import FORCE_NOISE, Instrument, pink_noise
+from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument, pink_noise
 from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
 from tissue_probe.challenge.mechanical import MECHANICAL
-from tissue_probe.challenge.motion import SAMPLE_RATE
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
@@ -195,7 +194,7 @@ def _instrument(random: np.random.Generator, rig: str) -> Instrument:
 
 
 def _trajectory(random: np.random.Generator, kind: str, duration: float) -> Trajectory:
-    phases = random.uniform(0.0, 2.0 * np.pi, LINES)
+    phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
     return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases)
 
 
@@ -229,7 +228,7 @@ def _phases_anew(case: Case, random: np.random.Generator) -> Case:
 
 
 def _measure(case: Case, random: np.random.Generator) -> Measurement:
-    count = round(case.trajectory.duration * SAMPLE_RATE)
+    count = case.samples
     noise = FORCE_NOISE * random.standard_normal(count)
     noise += case.instrument.pink_noise * pink_noise(count, random)
     position, force = case.measure(noise)
@@ -237,11 +236,7 @@ def _measure(case: Case, random: np.random.Generator) -> Measurement:
 
 
 def _parameters(change: Change) -> dict[str, Any]:
-    numbers = {**change.specimen, **change.instrument}
-    return {
-        name: value.tolist() if isinstance(value, np.ndarray) else value
-        for name, value in numbers.items()
-    }
+    return {**change.specimen, **change.instrument}
 
 
 def _rig(case: Case, rig: str) -> dict[str, Any]:

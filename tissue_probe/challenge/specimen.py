@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.signals import FloatArray
-
 MOST_BRANCHES = 32
 
 
@@ -39,8 +37,8 @@ class Specimen(NamedTuple):
     depth_exponent: float = 1.0
     saturation_depth: float = 0.0  # [m]; 0: no saturation
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
-    branch_stiffness: FloatArray = np.zeros(0)
-    branch_rate: FloatArray = np.zeros(0)
+    branch_stiffness: tuple[float, ...] = ()
+    branch_rate: tuple[float, ...] = ()
     # contact
     unilateral: float = 0.0  # 1: tissue cannot pull
     pull_off: float = 0.0  # [N]
@@ -79,7 +77,7 @@ class Specimen(NamedTuple):
                 record[name][: len(value)] = value
             else:
                 record[name] = value
-        record["branches"] = self.branch_stiffness.size
+        record["branches"] = len(self.branch_stiffness)
         return record[()]
 
 

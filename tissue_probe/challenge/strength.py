@@ -9,16 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import Change, Effect
-from tissue_probe.challenge.motion import RATE
 
 SEARCH_RATE = 8_000
 """Steps a second while searching [Hz]; the challenge itself is simulated at 40 kHz."""
 
-TOLERANCE = 0.03  # of the logarithm of the strength
+TOLERANCE = 0.02  # of the logarithm of the excess
+TRIALS = 12
 ABSORBED = 1.05
 """Ratio below which a typical strength counts as absorbed by the Kelvin-Voigt model."""
 
@@ -56,23 +55,40 @@ def hide(effect: Effect, case: Case, target: float, seed: int) -> Hidden:
     def change(strength: float) -> Change:
         return effect.make(strength, case.situation, np.random.default_rng(seed))
 
-    def ratio(strength: float, rate: int = SEARCH_RATE) -> float:
-        return case.changed(change(strength)).ratio(case.specimen, rate)
+    def ratio(strength: float) -> float:
+        return case.changed(change(strength)).ratio(case.specimen, SEARCH_RATE)
 
     def excess(logarithm: float) -> float:
         left = min(ratio(float(np.exp(logarithm))), 1e6)
         return 0.5 * float(np.log(max(left**2 - 1.0, 1e-12) / (target**2 - 1.0)))
 
-    absorbed = ratio(effect.typical) < ABSORBED
-    strength = effect.typical
-    if not absorbed:
-        strength = float(np.exp(_root(excess, np.log(effect.weakest), np.log(effect.strongest))))
-    return Hidden(change(strength), strength, target, ratio(strength, RATE), absorbed)
+    usual = ratio(effect.typical)
+    if usual < ABSORBED:
+        return Hidden(change(effect.typical), effect.typical, target, usual, absorbed=True)
+    strength = _reach(ratio, effect, target)
+    return Hidden(change(strength), strength, target, ratio(strength), absorbed=False)
 
 
-def _root(excess: Callable[[float], float], low: float, high: float) -> float:
-    """Return where the excess over the target is none, else the end that comes nearest."""
-    below, above = excess(low), excess(high)
-    if below >= 0.0 or above <= 0.0:
-        return low if abs(below) < abs(above) else high
-    return brentq(excess, low, high, xtol=TOLERANCE, rtol=1e-3, maxiter=30)
+def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> float:
+    """Find where the ratio is the target, by secants on logarithms kept within a bracket.
+
+    The excess over the noise grows about as the strength, so that the first secant is near.
+    """
+
+    def excess(place: float) -> float:
+        over = min(ratio(float(np.exp(place))), 1e6) ** 2 - 1.0
+        return 0.5 * float(np.log(max(over, 1e-12) / (target**2 - 1.0)))
+
+    low, place, high = np.log([effect.weakest, effect.typical, effect.strongest])
+    slope, errors = 1.0, {place: excess(place)}
+    while abs(errors[place]) > TOLERANCE and len(errors) < TRIALS:
+        low, high = (place, high) if errors[place] < 0.0 else (low, place)
+        following = float(np.clip(place - errors[place] / slope, low, high))
+        if following in errors:  # beyond what is known to be too weak or too strong
+            following = 0.5 * (low + high)
+        if following == place:  # at an end of the range
+            break
+        errors[following] = excess(following)
+        rise = (errors[following] - errors[place]) / (following - place)
+        slope, place = float(np.clip(rise, 0.3, 10.0)), following
+    return float(np.exp(min(errors, key=lambda place: abs(errors[place]))))

@@ -76,16 +76,19 @@ def rates(p, time, u, u_rate, state, modes, result):
     else:
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
-    # Bouc (1967), Wen (1976) with A = 1, beta = gamma = 1/2, n = 1.
-    z = state[BOUC]
-    result[BOUC] = (v - 0.5 * (abs(v) * z + v * abs(z))) / p.bouc_yield
+    result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = 0.0
+    if p.bouc_force != 0.0:
+        # Bouc (1967), Wen (1976) with A = 1, beta = gamma = 1/2, n = 1.
+        z = state[BOUC]
+        result[BOUC] = (v - 0.5 * (abs(v) * z + v * abs(z))) / p.bouc_yield
     if p.mode_mass != 0.0:
         result[MODE] = state[MODE_VELOCITY]
         pull = p.mode_stiffness * (state[POSITION] - state[MODE])
         pull += p.mode_damping * (v - state[MODE_VELOCITY])
         result[MODE_VELOCITY] = pull / p.mode_mass
     d, d_rate = surface(p, time)
-    result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
+    if p.softening != 0.0:
+        result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
     rate = v - d_rate if modes[TOUCHING] else 0.0
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]

@@ -6,7 +6,8 @@ What does not: what is sampled of it (``instrument``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -51,8 +52,8 @@ class Trajectory:
         Mean displacement of the coil [m], positive into the tissue.
     hold : float
         Time at rest between pressing in and motion [s].
-    phases : array, shape (60,)
-        Of the multisine's lines [rad]; of ``sine10ss`` the first is its phase at the start.
+    phases : tuple of float
+        Of the multisine's 60 lines [rad]; of ``sine10ss`` the first is its phase at the start.
     """
 
     kind: str
@@ -60,7 +61,7 @@ class Trajectory:
     duration: float
     preload: float = 0.0
     hold: float = 0.0
-    phases: FloatArray = field(default_factory=lambda: np.zeros(LINES))
+    phases: tuple[float, ...] = (0.0,) * LINES
 
     @property
     def start_of_motion(self) -> float:
@@ -73,16 +74,16 @@ class Trajectory:
         pressed = self.preload != 0.0 or self.hold > 0.0
         return (PRESSING + self.hold if pressed else 0.0) - self.start_of_motion
 
-    def __call__(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return displacement [m] and velocity [m/s] of the coil at evenly spaced times [s]."""
-        pressed, pressing = _smooth((time + self.lead) / PRESSING)
-        since = np.maximum(time - self.start_of_motion, 0.0)
-        motion, velocity = self._motion(since)
-        moves = time >= self.start_of_motion
-        return (
-            self.preload * pressed + self.amplitude * motion * moves,
-            self.preload * pressing / PRESSING + self.amplitude * velocity * moves,
-        )
+    def before(self, rate: int) -> int:
+        """Return how many samples come before the first of the record at ``rate`` [Hz]."""
+        return round(self.lead * rate)
+
+    def sampled(self, rate: int) -> tuple[FloatArray, FloatArray]:
+        """Return displacement [m] and velocity [m/s] of the coil at ``rate`` [Hz].
+
+        From the beginning of the lead to the end of the record, both included; read-only.
+        """
+        return _sampled(self, rate)
 
     def _motion(self, since: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the motion at amplitude 1 and its derivative [1/s], by time since its start."""
@@ -120,29 +121,42 @@ def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]
     return 2.0 * np.pi * cycles, 2.0 * np.pi * frequency
 
 
+@lru_cache(maxsize=4)
+def _sampled(coil: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
+    before = coil.before(rate)
+    time = (np.arange(before + round(coil.duration * rate) + 1) - before) / rate
+    pressed, pressing = _smooth((time + coil.lead) / PRESSING)
+    u, velocity = coil.preload * pressed, coil.preload / PRESSING * pressing
+    moving = slice(before + round(coil.start_of_motion * rate), None)
+    motion, slope = coil._motion(time[moving] - coil.start_of_motion)
+    u[moving] += coil.amplitude * motion
+    velocity[moving] += coil.amplitude * slope
+    u.flags.writeable = velocity.flags.writeable = False
+    return u, velocity
+
+
 _ANGLES = {"sine10": _sine, "chirp60": _chirp, "stepped30": _stepped}
 
 
-def _multisine(time: FloatArray, phases: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Sum of sines at 1, 2, ... 60 Hz, peak 1, and its derivative.
+def _multisine(time: FloatArray, phases: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+    """Sum of sines at 1, 2, ... 60 Hz, peak 1, and its derivative, at evenly spaced times from 0.
 
-    A sum of powers of one complex number, e^(2 pi i t): Horner's rule takes one sine a time.
+    At n equidistant times in a period of 1 s the sum is a discrete Fourier transform, exactly.
     """
-    turn = np.exp(2j * np.pi * time)
-    value = np.zeros_like(turn)
-    slope = np.zeros_like(turn)
-    for line in range(LINES, 0, -1):
-        coefficient = np.exp(1j * phases[line - 1])
-        value = (value + coefficient) * turn
-        slope = (slope + 2j * np.pi * line * coefficient) * turn
-    peak = _peak(phases)
-    return value.imag / peak, slope.imag / peak
+    count = round((time.size - 1) / time[-1])
+    spectrum = np.zeros(count // 2 + 1, dtype=complex)
+    lines = np.arange(1, LINES + 1)
+    # sin(w t + phase) = Im e^(i phase) e^(i w t) = Re -i e^(i phase) e^(i w t)
+    spectrum[lines] = -0.5j * count * np.exp(1j * np.asarray(phases)) / _peak(phases)
+    period = np.fft.irfft(spectrum, count)
+    spectrum[lines] *= 2j * np.pi * lines
+    return np.resize(period, time.size), np.resize(np.fft.irfft(spectrum, count), time.size)
 
 
-def _peak(phases: FloatArray) -> float:
+def _peak(phases: tuple[float, ...]) -> float:
     """Largest value over a period of 1 s, sought 64 times in a period of the fastest line."""
     spectrum = np.zeros(64 * LINES, dtype=complex)
-    spectrum[1 : LINES + 1] = np.exp(1j * phases)
+    spectrum[1 : LINES + 1] = np.exp(1j * np.asarray(phases))
     return float(np.abs((np.fft.ifft(spectrum) * spectrum.size).imag).max())
 
 
