@@ -6,10 +6,11 @@ Kelvin-Voigt model would have predicted of the same motion.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
+from scipy.optimize import least_squares
 
 STEPS = 20  # of the integrator to a sample
 
@@ -94,3 +95,19 @@ def multisine(lines=range(1, 61), amplitude=1e-3, seed=0):
         scale
         * sum(np.sin(2 * np.pi * f * t + p) - np.sin(p) for f, p in zip(lines, phases, strict=True))
     )
+
+
+def kelvin_voigt_residual(specimen, motion, duration=2.0, seed=0):
+    """Return position, tip position, predicted force and residual of the best Kelvin-Voigt fit."""
+    position, _, _, measured = specimen.measure(motion, duration, seed)
+
+    def model(parameters):
+        stiffness, damping = parameters
+        plain = Specimen(stiffness, damping, preload=specimen.preload, noise=0.0)
+        return replace(plain, sample_period=specimen.sample_period).measure(motion, duration)
+
+    fit = least_squares(
+        lambda p: model(p)[2] - measured, (specimen.stiffness, specimen.damping), x_scale=(100, 1)
+    )
+    _, tip, predicted, _ = model(fit.x)
+    return position, tip, predicted, measured - predicted

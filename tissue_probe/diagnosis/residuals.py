@@ -1,7 +1,8 @@
 """What a residual says about the model that left it: the noise below it, and tests of the rest.
 
-What belongs here: statistics of measured minus predicted force that need no model. What does not:
-where in the record the model fails (``localise``), which effect would explain it (``ranking``).
+What belongs here: what can be said of measured minus predicted force without a model, all tests
+together. What does not: the single tests (``*_tests``), where in the record the model fails
+(``localise``), which effect would explain it (``ranking``).
 """
 
 from __future__ import annotations
@@ -9,6 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
+from tissue_probe.diagnosis.drive_tests import position_correlation, speed_correlation
+from tissue_probe.diagnosis.level_tests import amplitude, level, offset, outliers
+from tissue_probe.diagnosis.line_tests import line_tests
+from tissue_probe.diagnosis.memory_tests import ljung_box, whiteness
+from tissue_probe.diagnosis.residual_test import ResidualTest, checked
 from tissue_probe.signals import FloatArray
 
 #: Samples to a window within which the force counts as smooth, and the degree that is smooth.
@@ -62,3 +68,44 @@ def noise_floor(force: FloatArray) -> float:
     steps = np.diff(np.unique(force))
     step = steps.min() if steps.size else 0.0
     return float(max(np.sqrt(variance), step / np.sqrt(12.0)))
+
+
+def residual_tests(
+    residual: FloatArray, position: FloatArray, sample_period: float, noise: float
+) -> tuple[ResidualTest, ...]:
+    """Put every test to a residual.
+
+    Parameters
+    ----------
+    residual : array, shape (N,)
+        Measured minus predicted force [N], evenly sampled; N >= 200, finite.
+    position : array, shape (N,)
+        Displacement u of the coil [m].
+    sample_period : float
+        Time between two samples [s].
+    noise : float
+        Standard deviation of the force's white noise [N], positive; see `noise_floor`.
+
+    Returns
+    -------
+    tuple of ResidualTest
+        A right model with white noise fails each once in 1000 recordings.
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in length, are too short or not finite, or the noise is not positive.
+    """
+    residual, position = checked(noise, residual, position)
+    record = (residual, position, sample_period, noise)
+    return (
+        level(residual, noise),
+        offset(residual, position, sample_period),
+        whiteness(residual),
+        ljung_box(residual),
+        position_correlation(residual, position, sample_period),
+        speed_correlation(residual, position, sample_period),
+        *line_tests(*record),
+        amplitude(*record),
+        outliers(residual),
+    )
