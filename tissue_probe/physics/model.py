@@ -6,15 +6,17 @@ What does not: particular equations (``rigs``, ``effects``) or numbers.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import sympy as sp
 
+from tissue_probe.physics.effects.effect import POSITION, State, Switch
+
 
 @dataclass(frozen=True)
 class Model:
-    """Equations x' = f(x, u, u', p), y = h(x, u, p) of an instrument on tissue.
+    """Equations x' = f(x, u, u', p, t), y = h(x, u, p, t) of an instrument on tissue.
 
     Attributes
     ----------
@@ -30,6 +32,16 @@ class Model:
         f, the time derivative of the states.
     output : Expr
         h, the measured force [N], positive in compression.
+    begin : tuple of State
+        Every state again, with where it starts.
+    switches : tuple of Switch
+        What is on or off, and when that changes; their symbols are 0 or 1 in ``motion``.
+    position : Expr
+        True position of the coil [m], of the measured one, at each sample.
+    delay : Expr
+        Time by which the force channel is late [s].
+    rounded : Expr
+        Step to which the measured position is rounded [m].
     """
 
     states: sp.Matrix
@@ -39,6 +51,16 @@ class Model:
     input_rate: sp.Symbol
     motion: sp.Matrix
     output: sp.Expr
+    begin: tuple[State, ...] = ()
+    switches: tuple[Switch, ...] = ()
+    position: sp.Expr = field(default=POSITION)
+    delay: sp.Expr = field(default=sp.Integer(0))
+    rounded: sp.Expr = field(default=sp.Integer(0))
+
+    @cached_property
+    def values(self) -> tuple[sp.Symbol, ...]:
+        """Constants, then parameters: everything that a number is needed for."""
+        return (*self.constants, *self.parameters)
 
     @cached_property
     def state_jacobian(self) -> sp.Matrix:

@@ -19,6 +19,12 @@ class _Printer(PythonCodePrinter):
     def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
         return repr(float(expression))
 
+    def _print_Heaviside(self, expression: sp.Expr) -> str:  # noqa: N802
+        return f"(1.0 if {self._print(expression.args[0])} > 0 else 0.0)"
+
+    def _print_DiracDelta(self, expression: sp.Expr) -> str:  # noqa: N802
+        return "0.0"
+
 
 _printer = _Printer()
 

@@ -1,21 +1,48 @@
-"""Rigs: how an instrument couples to Kelvin-Voigt tissue and to further effects of the tissue.
+"""Rigs: how an instrument couples to tissue and to further effects.
 
-What belongs here: one function a rig, which returns its ``Model``.
+What belongs here: one function a rig, which composes its ``Model``.
+What does not: what a tissue or an effect is (``tissues``, ``effects``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import TIP_POSITION, TIP_VELOCITY, Effect
+from tissue_probe.physics.effects.effect import (
+    DAMPING,
+    FORCE,
+    INDENTATION,
+    POSITION,
+    POSITION_ACCELERATION,
+    POSITION_RATE,
+    STIFFNESS,
+    STRETCH,
+    TIP_VELOCITY,
+    TISSUE_FORCE,
+    Effect,
+    State,
+    Switch,
+)
 from tissue_probe.physics.model import Model
+from tissue_probe.physics.tissues import TISSUES, Tissue
 
-STIFFNESS, DAMPING, OFFSET = sp.symbols("stiffness damping force_offset", real=True)
+OFFSET, TIP_POSITION = sp.symbols("force_offset tip_position", real=True)
+MASS, CELL_STIFFNESS, CELL_DAMPING = sp.symbols(
+    "tip_mass load_cell_stiffness load_cell_damping", positive=True
+)
+CONTACT = sp.Symbol("contact_position", real=True)
+KELVIN_VOIGT = TISSUES["kelvin_voigt"]
 
 
-def compliant_probe(effects: Sequence[Effect] = (), force_offset: bool = False) -> Model:
+def compliant_probe(
+    effects: Sequence[Effect] = (),
+    force_offset: bool = False,
+    tissue: Tissue = KELVIN_VOIGT,
+    contact_position: bool = False,
+) -> Model:
     """Tip on a load cell that yields, driven by a coil of known displacement (paper, fig. 1).
 
         m x'' = k0 (u - x) + beta0 (u' - x') - k x - beta x' - effects   (paper, eq. 1)
@@ -28,29 +55,152 @@ def compliant_probe(effects: Sequence[Effect] = (), force_offset: bool = False) 
     Parameters
     ----------
     effects : sequence of Effect
-        Further forces of the tissue.
+        Further physics, applied in this order where the order matters.
     force_offset : bool
         Whether the constant force d [N] is a parameter to be estimated; 0 otherwise.
+    tissue : Tissue
+        What the tip presses on.
+    contact_position : bool
+        Whether the position of the coil at which the tip touches [m] is a constant; 0 otherwise.
     """
     x, v = TIP_POSITION, TIP_VELOCITY
-    u, du = sp.symbols("position position_rate", real=True)
-    m, k0, beta0 = sp.symbols("tip_mass load_cell_stiffness load_cell_damping", positive=True)
-    tissue = STIFFNESS * x + DAMPING * v + sum(effect.force for effect in effects)
-    acceleration = (k0 * (u - x) + beta0 * (du - v) - tissue) / m
-    offset = [OFFSET] if force_offset else []
-    return Model(
-        states=sp.Matrix([x, v, *(state for effect in effects for state in effect.states)]),
-        parameters=sp.Matrix(
-            [
-                STIFFNESS,
-                DAMPING,
-                *offset,
-                *(entry.symbol for effect in effects for entry in effect.parameters),
-            ]
-        ),
-        constants=(m, k0, beta0),
-        input=u,
-        input_rate=du,
-        motion=sp.Matrix([v, acceleration, *(rate for e in effects for rate in e.motion)]),
-        output=k0 * (u - x) + sum(offset),
+    m, k0, beta0 = MASS, CELL_STIFFNESS, CELL_DAMPING
+    zero = CONTACT if contact_position else sp.Integer(0)
+    u, du = reduce(_through, effects, (POSITION, POSITION_RATE))
+    stretch = u - zero - x
+    load = k0 * sp.prod(e.cell for e in effects) * _stretched(effects, stretch)
+    grip = beta0 * (du - v) * sp.prod(e.engaged for e in effects)
+    pressed = _Pressed(effects, tissue, x, v)
+    acceleration = (load + grip - pressed.force - pressed.drag) / (m + pressed.inertia)
+    states = [State(x, v, start=POSITION - zero - FORCE / k0, spread="free"), State(v, acceleration, spread="speed")]
+    return _compose(
+        effects,
+        force_offset,
+        constants=(m, k0, beta0, *([CONTACT] if contact_position else [])),
+        states=states,
+        pressed=pressed,
+        stretch=stretch,
+        load=load,
     )
+
+
+def rigid_probe(
+    effects: Sequence[Effect] = (),
+    force_offset: bool = False,
+    tissue: Tissue = KELVIN_VOIGT,
+    contact_position: bool = False,
+) -> Model:
+    """Tip that follows a known displacement exactly: a stiff load cell, an AFM, a robot's arm.
+
+        F = m u'' + k u + beta u' + effects + d
+
+    Parameters as for ``compliant_probe``. What an effect says of the load cell's spring has no
+    meaning here, and is refused.
+
+    Raises
+    ------
+    ValueError
+        If an effect acts on the spring of the load cell.
+    """
+    for effect in effects:
+        if (effect.cell, effect.stretch, effect.engaged) != (1, STRETCH, 1):
+            raise ValueError(
+                f"{effect.name} acts on the load cell's spring, and a rigid probe has none; "
+                "leave it out, or choose the rig compliant_probe"
+            )
+    zero = CONTACT if contact_position else sp.Integer(0)
+    u, du = reduce(_through, effects, (POSITION, POSITION_RATE))
+    pressed = _Pressed(effects, tissue, u - zero, du)
+    load = (MASS + pressed.inertia) * POSITION_ACCELERATION + pressed.force + pressed.drag
+    return _compose(
+        effects,
+        force_offset,
+        constants=(MASS, *([CONTACT] if contact_position else [])),
+        states=[],
+        pressed=pressed,
+        stretch=sp.Integer(0),
+        load=load,
+    )
+
+
+RIGS = {"compliant_probe": compliant_probe, "rigid_probe": rigid_probe}
+
+
+class _Pressed:
+    """The forces on a tip at ``x`` with velocity ``v``, and what its mass is increased by."""
+
+    def __init__(self, effects: Sequence[Effect], tissue: Tissue, x: sp.Expr, v: sp.Expr) -> None:
+        self.tissue = tissue
+        self.place = {
+            INDENTATION: x - sum(effect.surface[0] for effect in effects),
+            TIP_VELOCITY: v - sum(effect.surface[1] for effect in effects),
+        }
+        self.bonded = self.at(tissue.force + sum(effect.force for effect in effects))
+        self.force = self.bonded
+        for effect in effects:
+            self.force = self.at(effect.contact).subs(TISSUE_FORCE, self.force)
+        self.drag = self.at(sum(effect.drag for effect in effects))
+        self.inertia = sum(effect.inertia for effect in effects)
+
+    def at(self, expression: sp.Expr) -> sp.Expr:
+        """Put the tip's indentation and velocity into an expression."""
+        return sp.sympify(expression).subs(self.place, simultaneous=True)
+
+
+def _compose(
+    effects: Sequence[Effect],
+    force_offset: bool,
+    constants: tuple[sp.Symbol, ...],
+    states: list[State],
+    pressed: _Pressed,
+    stretch: sp.Expr,
+    load: sp.Expr,
+) -> Model:
+    """Pass the load through the effects' outputs, gather their states, switches, parameters."""
+    begin = [*states, *(_placed(state, pressed) for state in pressed.tissue.states)]
+    output = load
+    for effect in effects:
+        for state in effect.states:
+            placed = _placed(state, pressed)
+            begin.append(State(placed.symbol, placed.motion.subs(FORCE, output), *_rest(state)))
+        output = effect.output.subs(FORCE, output)
+    switches: dict[sp.Symbol, Switch] = {}
+    at = {TISSUE_FORCE: pressed.bonded, STRETCH: stretch}
+    for switch in (switch for effect in effects for switch in effect.switches):
+        on, off = (pressed.at(side).subs(at) for side in (switch.on, switch.off))
+        switches[switch.symbol] = Switch(switch.symbol, on, off, switch.first)
+    offset = [OFFSET] if force_offset else []
+    own = [entry.symbol for effect in effects for entry in effect.parameters]
+    return Model(
+        states=sp.Matrix([state.symbol for state in begin]),
+        parameters=sp.Matrix([STIFFNESS, DAMPING, *offset, *own]),
+        constants=constants,
+        input=POSITION,
+        input_rate=POSITION_RATE,
+        motion=sp.Matrix([state.motion for state in begin]),
+        output=output + sum(offset),
+        begin=tuple(begin),
+        switches=tuple(switches.values()),
+        position=reduce(lambda p, e: e.position.subs(POSITION, p), effects, POSITION),
+        delay=sum((effect.delay for effect in effects), sp.Integer(0)),
+        rounded=sum((effect.rounded for effect in effects), sp.Integer(0)),
+    )
+
+
+def _rest(state: State) -> tuple[sp.Expr, str]:
+    return state.start, state.spread
+
+
+def _placed(state: State, pressed: _Pressed) -> State:
+    return State(state.symbol, pressed.at(state.motion), *_rest(state))
+
+
+def _through(coil: tuple[sp.Expr, sp.Expr], effect: Effect) -> tuple[sp.Expr, sp.Expr]:
+    at = {POSITION: coil[0], POSITION_RATE: coil[1]}
+    return tuple(side.subs(at, simultaneous=True) for side in effect.coil)
+
+
+def _stretched(effects: Sequence[Effect], stretch: sp.Expr) -> sp.Expr:
+    for effect in effects:
+        stretch = effect.stretch.subs(STRETCH, stretch)
+    return stretch

@@ -1,17 +1,30 @@
-"""What a physical effect declares: the contract of every file in this folder."""
+"""What a physical effect declares: the contract of every file in this folder.
+
+What belongs here: where in a model an effect may act, and what is said about its parameters.
+What does not: particular effects (a file each), how they are composed (``rigs``).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 
 import sympy as sp
 
-TIP_POSITION, TIP_VELOCITY = sp.symbols("tip_position tip_velocity", real=True)
+TIME = sp.Symbol("time", real=True)
+POSITION, POSITION_RATE = sp.symbols("position position_rate", real=True)
+POSITION_ACCELERATION = sp.Symbol("position_acceleration", real=True)
+INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
+STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
+TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An unknown of an effect: its symbol, unit, and where it lies."""
+    """An unknown of an effect: its symbol, unit, where it lies, and where a search begins.
+
+    ``default`` is a value typical of what is met, and the scale of the search.
+    """
 
     symbol: sp.Symbol
     unit: str
@@ -19,35 +32,148 @@ class Parameter:
     lower: float
     upper: float
 
+    @property
+    def name(self) -> str:
+        """The symbol's name."""
+        return str(self.symbol)
+
+
+@dataclass(frozen=True)
+class State:
+    """A state that an effect brings along.
+
+    ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
+    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
+    (of the order of the indentation where the probe is not at rest without load), "speed"
+    (likewise), "none", or "free" (of the order of the indentation in any case).
+    """
+
+    symbol: sp.Symbol
+    motion: sp.Expr
+    start: sp.Expr = sp.Integer(0)
+    spread: str = "length"
+
+
+@dataclass(frozen=True)
+class Switch:
+    """Something that is on (1) or off (0), such as contact, and when that changes.
+
+    While on, it goes off as soon as ``on`` is negative; while off, it comes on as soon as ``off``
+    is negative. The simulation finds the instant within the step.
+    """
+
+    symbol: sp.Symbol
+    on: sp.Expr
+    off: sp.Expr
+    first: bool = True
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a recording reaches: what an effect needs to know to propose where a search begins.
+
+    ``duration`` [s]; ``indentation`` [m] (half the coil's travel) and ``speed`` [m/s] (largest);
+    ``force`` [N] (standard deviation); ``pull`` [N] (largest force in tension).
+    """
+
+    duration: float
+    indentation: float
+    speed: float
+    force: float
+    pull: float
+
+
+Starts = Callable[[Extent], Iterable[Mapping[str, float]]]
+
+
+def _at_default(extent: Extent) -> list[dict[str, float]]:
+    return [{}]
+
 
 @dataclass(frozen=True)
 class Effect:
-    """A force of the tissue on the tip, besides k x + beta x'.
+    """One physical effect beyond Kelvin-Voigt tissue on the paper's rig.
 
-    At zero strength (its first parameter) it reproduces the model without it exactly.
+    It acts where it says so; everything left alone stays as in the model without it. With its
+    strengths at ``neutral`` it reproduces that model exactly.
 
     Attributes
     ----------
-    name, physics : str
-        A name, and one line on what happens.
+    name, family, physics : str
+        A name, the family it is reported under, and one line on what happens.
     parameters : tuple of Parameter
         What is to be estimated; the first is the effect's strength.
     force : Expr
-        Force on the tip [N], positive against indentation, of tip position and velocity, the
-        effect's states and its parameters.
-    states : tuple of Symbol
-        States of its own, besides the tip's.
-    motion : tuple of Expr
-        Their rates of change.
+        Further force of the tissue on the tip [N], positive against indentation.
+    contact : Expr
+        What becomes of ``TISSUE_FORCE`` [N], the sum of all forces of the tissue.
+    surface : tuple of two Expr
+        Displacement [m] and velocity [m/s] of the tissue's surface, positive into the tissue.
+    drag : Expr
+        Force on the tip that does not come from the tissue [N], positive against indentation.
+    inertia : Expr
+        Mass that moves with the tip [kg].
+    coil : tuple of two Expr
+        Position [m] and velocity [m/s] at the load cell's end, of ``POSITION`` and its rate.
+    stretch, engaged : Expr
+        Compression [m] of the load cell's spring, of ``STRETCH`` = u - x; whether (1, 0) it is
+        engaged.
+    cell : Expr
+        Factor of the load cell's stiffness.
+    output : Expr
+        Measured force [N], of ``FORCE``, the load cell's.
+    position : Expr
+        True position of the coil [m], of ``POSITION``, the measured one, sample by sample.
+    delay : Expr
+        Time by which the force channel is late [s].
+    rounded : Expr
+        Step to which the measured position is rounded [m].
+    states, switches
+        What the effect remembers.
+    strengths : int
+        How many of the first parameters are strengths: the effect grows with each of them, and the
+        others say of what kind it is.
+    neutral : float
+        The value of every strength at which nothing is changed.
+    starts : callable
+        From an ``Extent``, values of the further parameters from which a search begins.
+    near : callable, optional
+        From an ``Extent`` and values found, further values to try: where a search by gradients
+        may stop short.
+    forms : tuple of Effect
+        The same physics as others write it; the best of them stands for the effect.
+    simpler : tuple of str
+        Effects that this one contains, and which are preferred where they fit as well.
     assumptions, reference : str
         Where it holds, and where it comes from.
     """
 
     name: str
+    family: str
     physics: str
-    parameters: tuple[Parameter, ...]
-    force: sp.Expr
-    states: tuple[sp.Symbol, ...] = ()
-    motion: tuple[sp.Expr, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    force: sp.Expr = sp.Integer(0)
+    contact: sp.Expr = TISSUE_FORCE
+    surface: tuple[sp.Expr, sp.Expr] = (sp.Integer(0), sp.Integer(0))
+    drag: sp.Expr = sp.Integer(0)
+    inertia: sp.Expr = sp.Integer(0)
+    coil: tuple[sp.Expr, sp.Expr] = (POSITION, POSITION_RATE)
+    stretch: sp.Expr = STRETCH
+    engaged: sp.Expr = sp.Integer(1)
+    cell: sp.Expr = sp.Integer(1)
+    output: sp.Expr = FORCE
+    position: sp.Expr = POSITION
+    delay: sp.Expr = sp.Integer(0)
+    rounded: sp.Expr = sp.Integer(0)
+    states: tuple[State, ...] = ()
+    switches: tuple[Switch, ...] = ()
+    strengths: int = 1
+    neutral: float = 0.0
+    starts: Starts = field(default=_at_default, repr=False)
+    near: Callable[[Extent, Mapping[str, float]], Iterable[Mapping[str, float]]] | None = field(
+        default=None, repr=False
+    )
+    forms: tuple[Effect, ...] = ()
+    simpler: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""

@@ -1,0 +1,401 @@
+"""Fitting a composed model to measured force by output error.
+
+What belongs here: the least-squares problem (unknowns, priors, scales) and its solution by
+Levenberg and Marquardt's method with exact sensitivities.
+What does not: which models to fit (``candidates``), what the result means (``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.response import course, respond
+from tissue_probe.signals import FloatArray
+
+MOST_STEPS = 40
+#: The cost counts as settled where a step lowers it by less than this share, or this much.
+SETTLED_SHARE, SETTLED = 1e-6, 0.02
+BLOCKS = 8
+#: Parameters whose bounds span more than this factor are searched by their logarithm.
+LOGARITHMIC = 50.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A model fitted to measurements.
+
+    Attributes
+    ----------
+    composition : Composition
+        The model.
+    measurements : tuple of Measurement
+        What it was fitted to.
+    values : array, shape (q,)
+        Constants and parameters, in the order of ``composition.values``.
+    starts : tuple of array
+        The states at the first sample of each measurement.
+    covariance : array, shape (q, q)
+        Of the values' errors; rows of what was held are 0.
+    residuals : tuple of array
+        Measured minus simulated force [N].
+    cost : float
+        Sum of squared residuals over the noise, and of squared departures from the priors.
+    unknowns : int
+        How many parameters were free (the rig's tolerances and the starts not counted).
+    heldout : tuple of array
+        Residuals [N] of each eighth of the record when the values are fitted to the other seven
+        (to first order in what that changes).
+    converged : bool
+        Whether the search settled.
+    """
+
+    composition: Composition
+    measurements: tuple[Measurement, ...]
+    values: FloatArray
+    starts: tuple[FloatArray, ...]
+    covariance: FloatArray
+    residuals: tuple[FloatArray, ...]
+    heldout: tuple[FloatArray, ...]
+    cost: float
+    unknowns: int
+    converged: bool
+
+    @property
+    def samples(self) -> int:
+        """How many samples were fitted."""
+        return sum(residual.size for residual in self.residuals)
+
+    @cached_property
+    def rmse(self) -> float:
+        """Root mean square of the residual [N]."""
+        return _rms(self.residuals)
+
+    @cached_property
+    def heldout_rmse(self) -> float:
+        """Root mean square of the residual of what was left out of the fit [N]."""
+        return _rms(self.heldout)
+
+    @cached_property
+    def ratio(self) -> float:
+        """Residual over noise, root mean square: 1 where nothing is left to explain."""
+        squares = [
+            np.sum(residual**2) / measurement.noise**2
+            for residual, measurement in zip(self.residuals, self.measurements, strict=True)
+        ]
+        return float(np.sqrt(sum(squares) / self.samples))
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion, the noise's level being unknown."""
+        return self.samples * np.log(self.cost) + self.unknowns * np.log(self.samples)
+
+    @property
+    def predicted(self) -> tuple[FloatArray, ...]:
+        """Simulated force of each measurement [N]."""
+        return tuple(
+            measurement.force - residual
+            for measurement, residual in zip(self.measurements, self.residuals, strict=True)
+        )
+
+    def named(self) -> dict[str, float]:
+        """Values by name."""
+        return dict(zip(self.composition.kernel.VALUES, map(float, self.values), strict=True))
+
+    def deviations(self) -> dict[str, float]:
+        """Standard deviations of the values by name."""
+        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return dict(zip(self.composition.kernel.VALUES, map(float, deviations), strict=True))
+
+
+def _rms(parts: Sequence[FloatArray]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+
+
+class Problem:
+    """Unknowns of a model under measurements: what is searched, in which scale, with what priors.
+
+    The unknowns are the values (constants of the rig held or drawn to their tolerances), then the
+    states at the start of each measurement, drawn to where a probe at rest has them.
+
+    Parameters
+    ----------
+    composition : Composition
+        The model.
+    measurements : sequence of Measurement
+        All of one specimen.
+    instrument : Instrument
+        What is known of the rig.
+    """
+
+    def __init__(
+        self,
+        composition: Composition,
+        measurements: Sequence[Measurement],
+        instrument: Instrument,
+        held: Mapping[str, float] | None = None,
+    ) -> None:
+        self.composition = composition
+        self.measurements = tuple(measurements)
+        self.kernel = composition.kernel
+        self.held = dict(held or {})
+        entries = composition.values
+        constants = instrument.constants
+        self.nominal = np.array([constants.get(e.name, (e.default, 0.0))[0] for e in entries])
+        deviation = [constants.get(e.name, (0.0, np.inf))[1] for e in entries]
+        self.deviation = np.array(deviation)
+        for index, entry in enumerate(entries):
+            if entry.name in self.held:
+                self.nominal[index], self.deviation[index] = self.held[entry.name], 0.0
+        own = np.isinf(self.deviation)
+        self.lower = np.array([e.lower for e in entries])
+        self.upper = np.array([e.upper for e in entries])
+        self.logarithmic = own & (self.lower > 0)
+        self.logarithmic &= self.upper > LOGARITHMIC * np.where(self.lower > 0, self.lower, 1.0)
+        self.free = self.deviation > 0
+        self.unknowns = int(np.sum(own))
+        self.states = len(self.kernel.STATES)
+        self.count = len(entries)
+
+    def begin(self, values: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Where the states of each measurement start, and their prior deviations."""
+        begins = []
+        for measurement in self.measurements:
+            extent = measurement.extent
+            z = np.zeros(self.states)
+            self.kernel.begin(values, measurement.position[0], measurement.force[0], z)
+            loaded = abs(z[0]) if self.states else 0.0
+            depth = extent.indentation + loaded
+            still = measurement.at_rest
+            spreads = {
+                "free": depth,
+                "length": loaded + 1e-8 if still else depth,
+                "speed": 1e-4 if still else 2 * extent.speed,
+                "none": 2 * measurement.noise,
+            }
+            begins.append((z, np.array([spreads[name] for name in self.kernel.SPREADS])))
+        return begins
+
+    def simulate(
+        self, values: FloatArray, starts: Sequence[FloatArray]
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Residual [N] and sensitivity of the force for each measurement."""
+        result = []
+        for measurement, start in zip(self.measurements, starts, strict=True):
+            coil = course(self.kernel, measurement.position, measurement.sample_period, values)
+            response = respond(self.kernel, values, start, coil)
+            result.append((measurement.force - response.force, response.sensitivity))
+        return result
+
+
+@dataclass
+class _Point:
+    """Where a search stands: unknowns, cost, and the normal equations there."""
+
+    values: FloatArray
+    starts: list[FloatArray]
+    cost: float
+    gradient: FloatArray
+    normal: FloatArray
+    simulated: list[tuple[FloatArray, FloatArray]]
+
+
+def _scale(problem: Problem, values: FloatArray) -> FloatArray:
+    """Return d value / d unknown: the value itself where its logarithm is searched."""
+    return np.where(problem.logarithmic, values, 1.0)
+
+
+def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> _Point | None:
+    """Evaluate cost and normal equations; None where the simulation diverges."""
+    q, n = problem.count, problem.states
+    simulated = problem.simulate(values, starts)
+    size = q + n * len(simulated)
+    normal, gradient, cost = np.zeros((size, size)), np.zeros(size), 0.0
+    scale = _scale(problem, values)
+    begins = problem.begin(values)
+    for index, (residual, sensitivity) in enumerate(simulated):
+        weight = problem.measurements[index].used / problem.measurements[index].noise
+        J = np.concatenate([sensitivity[:, n:] * scale, sensitivity[:, :n]], axis=1)
+        J *= weight[:, None]
+        r = residual * weight
+        cost += float(r @ r)
+        if not np.isfinite(cost):
+            return None
+        place = np.concatenate([np.arange(q), q + index * n + np.arange(n)])
+        normal[np.ix_(place, place)] += J.T @ J
+        gradient[place] += J.T @ r
+        mean, deviation = begins[index]
+        departure = (mean - starts[index]) / deviation
+        cost += float(departure @ departure)
+        own = place[q:]
+        normal[own, own] += deviation**-2
+        gradient[own] += departure / deviation
+    drawn = problem.free & np.isfinite(problem.deviation)
+    departure = np.where(drawn, (problem.nominal - values), 0.0)
+    departure[drawn] /= problem.deviation[drawn]
+    cost += float(departure @ departure)
+    index = np.flatnonzero(drawn)
+    normal[index, index] += problem.deviation[index] ** -2
+    gradient[index] += departure[index] / problem.deviation[index]
+    if not np.isfinite(normal).all():
+        return None
+    return _Point(values, list(starts), cost, gradient, normal, simulated)
+
+
+def _solve(
+    problem: Problem, point: _Point, damping: float
+) -> tuple[FloatArray, list[FloatArray], float]:
+    """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
+
+    Values that a step would carry beyond a bound stop there, and the others step again without.
+    """
+    q, n = problem.count, problem.states
+    free = np.concatenate([problem.free, np.ones(n * len(point.starts), dtype=bool)])
+    diagonal = np.diag(point.normal)
+    free &= diagonal > 0
+    step = np.zeros(free.size)
+    for _ in range(4):
+        index = np.flatnonzero(free)
+        root = np.sqrt(diagonal[index])
+        scaled = point.normal[np.ix_(index, index)] / np.outer(root, root)
+        scaled[np.diag_indices(index.size)] += damping + 1e-12
+        rest = (
+            point.gradient[index]
+            - point.normal[np.ix_(index, np.flatnonzero(~free))] @ (step[~free])
+        )
+        step[index] = np.linalg.lstsq(scaled, rest / root, rcond=1e-13)[0] / root
+        values = _moved(problem, point.values, step[:q])
+        beyond = np.zeros_like(free)
+        beyond[:q] = problem.free & free[:q]
+        beyond[:q] &= (values < problem.lower) | (values > problem.upper)
+        if not beyond.any():
+            break
+        held = np.clip(values, problem.lower, problem.upper)
+        step[:q][beyond[:q]] = _unmoved(problem, point.values, held)[beyond[:q]]
+        free &= ~beyond
+    values = np.clip(_moved(problem, point.values, step[:q]), problem.lower, problem.upper)
+    starts = [z + step[q + i * n : q + (i + 1) * n] for i, z in enumerate(point.starts)]
+    promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
+    return values, starts, float(promised)
+
+
+def _moved(problem: Problem, values: FloatArray, step: FloatArray) -> FloatArray:
+    grown = values * np.exp(np.clip(np.where(problem.logarithmic, step, 0.0), -3.0, 3.0))
+    return np.where(problem.logarithmic, grown, values + step)
+
+
+def _unmoved(problem: Problem, values: FloatArray, held: FloatArray) -> FloatArray:
+    ratio = np.where(problem.logarithmic, held / np.where(values != 0, values, 1.0), 1.0)
+    return np.where(problem.logarithmic, np.log(np.maximum(ratio, 1e-300)), held - values)
+
+
+def promise(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray]
+) -> tuple[float, FloatArray, list[FloatArray]]:
+    """Return the cost that one Gauss-Newton step promises, and where it leads."""
+    with np.errstate(all="ignore"):
+        point = _point(problem, values, starts)
+    if point is None:
+        return np.inf, values, list(starts)
+    after, begun, promised = _solve(problem, point, 1e-9)
+    return promised, after, begun
+
+
+def search(
+    problem: Problem,
+    values: FloatArray,
+    starts: Sequence[FloatArray],
+    most_steps: int = MOST_STEPS,
+) -> Fit | None:
+    """Minimise the cost from a starting point (Levenberg 1944, Marquardt 1963).
+
+    Returns
+    -------
+    Fit or None
+        None where the model cannot be simulated at the starting point.
+    """
+    with np.errstate(all="ignore"):
+        return _search(problem, values, starts, most_steps)
+
+
+def _search(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray], most_steps: int
+) -> Fit | None:
+    point = _point(problem, values, starts)
+    if point is None:
+        return None
+    damping, settled = 1e-3, False
+    for _ in range(most_steps):
+        values, starts, _ = _solve(problem, point, damping)
+        trial = _point(problem, values, starts)
+        if trial is None or trial.cost > point.cost:
+            damping = max(damping, 1e-7) * 8.0
+            if damping > 1e6:
+                settled = True
+                break
+            continue
+        gain = point.cost - trial.cost
+        settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
+        point, damping = trial, damping * 0.1
+        if settled:
+            break
+    return _finish(problem, point, settled)
+
+
+def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
+    q = problem.count
+    free = np.flatnonzero(np.diag(point.normal) > 0)
+    free = free[(free >= q) | problem.free[np.minimum(free, q - 1)]]
+    covariance = np.zeros((q, q))
+    root = np.sqrt(np.diag(point.normal)[free])
+    scaled = point.normal[np.ix_(free, free)] / np.outer(root, root)
+    inverse = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True) / np.outer(root, root)
+    own = free < q
+    scale = _scale(problem, point.values)[free[own]]
+    covariance[np.ix_(free[own], free[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
+    excess = max(1.0, point.cost / sum(r.size for r, _ in point.simulated))
+    return Fit(
+        composition=problem.composition,
+        measurements=problem.measurements,
+        values=point.values,
+        starts=tuple(point.starts),
+        covariance=covariance * excess,
+        residuals=tuple(residual for residual, _ in point.simulated),
+        heldout=tuple(_left_out(problem, point)),
+        cost=point.cost,
+        unknowns=problem.unknowns,
+        converged=converged,
+    )
+
+
+def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
+    """Return each block's residual with the values fitted to the others only.
+
+    With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values.
+    """
+    q, n = problem.count, problem.states
+    own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
+    scale = _scale(problem, point.values)
+    whole = point.normal[np.ix_(own, own)]
+    root = np.sqrt(np.diag(whole))
+    left = []
+    for measurement, (residual, sensitivity) in zip(
+        problem.measurements, point.simulated, strict=True
+    ):
+        J = (sensitivity[:, n:] * scale)[:, own] / measurement.noise
+        out = residual.copy()
+        for block in np.array_split(np.arange(residual.size), BLOCKS):
+            rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
+            # What only this block tells would be unknown without it; it stays within reason.
+            rest[np.diag_indices(own.size)] += 1e-2
+            out[block] += J[block] @ (
+                np.linalg.solve(rest, J[block].T @ residual[block] / root) / root
+            )
+        left.append(out)
+    return left

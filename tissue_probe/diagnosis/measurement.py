@@ -1,0 +1,103 @@
+"""What a model is compared with: one stretch of samples, and the instrument that took them.
+
+What belongs here: measured position and force, what is known of the probe and how well.
+What does not: reading files (``recording``), judging the samples (``inspection``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.diagnosis.residuals import noise_floor
+from tissue_probe.physics.effects import Extent
+from tissue_probe.signals import FloatArray
+
+BoolArray = NDArray[np.bool_]
+#: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
+#: 20 %, the coil's position at first touch to 30 um.
+PAPER_RIG = {
+    "tip_mass": (0.04, 0.0004),
+    "load_cell_stiffness": (9700.0, 145.5),
+    "load_cell_damping": (0.8, 0.16),
+    "contact_position": (0.0, 3e-5),
+}
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """The rig, and its constants as (value, standard deviation), SI units.
+
+    A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
+    """
+
+    rig: str = "compliant_probe"
+    constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
+
+    def exact(self) -> Instrument:
+        """Return the same instrument, its constants taken as known."""
+        return Instrument(self.rig, {name: (v, 0.0) for name, (v, _) in self.constants.items()})
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Consecutive samples of one run.
+
+    Attributes
+    ----------
+    position, force : array, shape (n,)
+        Displacement of the coil [m], load-cell force [N], positive in compression; finite.
+    sample_period : float
+        Time between two samples [s].
+    at_rest : bool
+        Whether the probe had been at rest before the first sample.
+    noise : float
+        Standard deviation of the force's white noise [N]; estimated where it is not given.
+    used : array of bool, shape (n,)
+        Which samples a fit weighs; all by default.
+    """
+
+    position: FloatArray
+    force: FloatArray
+    sample_period: float
+    at_rest: bool = False
+    noise: float = 0.0
+    used: BoolArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.used is None:
+            object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
+        if not self.noise > 0:
+            object.__setattr__(self, "noise", max(noise_floor(self.force), 1e-12))
+
+    @property
+    def times(self) -> FloatArray:
+        """Time of each sample after the first [s]."""
+        return np.arange(self.position.size) * self.sample_period
+
+    def pressed(self, stiffness: float) -> BoolArray:
+        """Which samples were taken with the tip in the tissue for 15 ms and more.
+
+        The indentation is u - F / k0, ``stiffness`` being the load cell's k0 [N/m]; it must exceed
+        a tenth of the coil's travel.
+        """
+        indentation = self.position - self.force / stiffness
+        inside = indentation > 0.1 * self.extent.indentation
+        settling = max(1, round(15e-3 / self.sample_period))
+        outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
+        return self.used & ~outside
+
+    @property
+    def extent(self) -> Extent:
+        """How far position, speed and force reach."""
+        rate = np.abs(np.diff(self.position)) / self.sample_period
+        return Extent(
+            duration=self.position.size * self.sample_period,
+            indentation=float(np.ptp(self.position)) / 2 + 1e-9,
+            speed=float(np.quantile(rate, 0.99)) + 1e-9,
+            force=float(np.std(self.force)) + 1e-9,
+            pull=max(-float(np.min(self.force)), 0.0),
+        )

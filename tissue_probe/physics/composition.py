@@ -1,0 +1,82 @@
+"""A composed model by name: rig, tissue and effects, its numbers' names and units, its kernel.
+
+What belongs here: what a model file names, and the way from there to symbols and compiled code.
+What does not: values (``diagnosis``), equations (``rigs``, ``tissues``, ``effects``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+
+from tissue_probe.physics import compiled
+from tissue_probe.physics.effects import Effect, Parameter
+from tissue_probe.physics.effects.effect import DAMPING, STIFFNESS
+from tissue_probe.physics.model import Model
+from tissue_probe.physics.response_code import source
+from tissue_probe.physics.rigs import CELL_DAMPING, CELL_STIFFNESS, CONTACT, MASS, RIGS
+from tissue_probe.physics.tissues import TISSUES
+
+CONSTANTS = (
+    Parameter(MASS, "kg", default=0.04, lower=0.0, upper=1e4),
+    Parameter(CELL_STIFFNESS, "N/m", default=9700.0, lower=1.0, upper=1e8),
+    Parameter(CELL_DAMPING, "N s/m", default=0.8, lower=0.0, upper=1e4),
+    Parameter(CONTACT, "m", default=0.0, lower=-1.0, upper=1.0),
+)
+TISSUE = (
+    Parameter(STIFFNESS, "N/m", default=450.0, lower=-1e7, upper=1e9),
+    Parameter(DAMPING, "N s/m", default=5.0, lower=-1e5, upper=1e6),
+)
+
+
+@dataclass(frozen=True)
+class Composition:
+    """Rig, tissue and effects of one model.
+
+    Attributes
+    ----------
+    rig, tissue : str
+        Names in ``RIGS`` and ``TISSUES``.
+    effects : tuple of Effect
+        Further physics, in the order in which it is applied.
+    """
+
+    rig: str = "compliant_probe"
+    tissue: str = "kelvin_voigt"
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects' names."""
+        return tuple(effect.name for effect in self.effects)
+
+    def plus(self, effect: Effect) -> Composition:
+        """Return the model with one effect more."""
+        return Composition(self.rig, self.tissue, (*self.effects, effect))
+
+    def without(self, name: str) -> Composition:
+        """Return the model with one effect less."""
+        kept = tuple(effect for effect in self.effects if effect.name != name)
+        return Composition(self.rig, self.tissue, kept)
+
+    @cached_property
+    def model(self) -> Model:
+        """The symbols."""
+        tissue = TISSUES[self.tissue]
+        return RIGS[self.rig](self.effects, tissue=tissue, contact_position=True)
+
+    @cached_property
+    def kernel(self) -> ModuleType:
+        """The compiled code, made where no earlier process has."""
+        said = repr((self.rig, self.tissue, self.effects))
+        digest = hashlib.sha256(said.encode()).hexdigest()[:16]
+        return compiled.module(f"response_{digest}", lambda: source(self.model))
+
+    @cached_property
+    def values(self) -> tuple[Parameter, ...]:
+        """Constants and parameters in the kernel's order, with units and bounds."""
+        known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
+        own = {entry.name: entry for effect in self.effects for entry in effect.parameters}
+        return tuple((known | own)[name] for name in self.kernel.VALUES)

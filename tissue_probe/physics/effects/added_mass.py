@@ -1,0 +1,18 @@
+"""Mass that moves with the tip besides its own."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import Effect, Parameter
+
+MASS = sp.Symbol("added_mass", real=True)
+
+ADDED_MASS = Effect(
+    name="added_mass",
+    family="inertia",
+    physics="Tissue, or a forgotten part of the tool, moves along with the tip",
+    parameters=(Parameter(MASS, "kg", default=0.005, lower=-0.03, upper=1.0),),
+    inertia=MASS,
+    assumptions="Rigidly joined to the tip",
+    reference="Newton (1687), second law; Oestreicher, J. Acoustical Society of America 23 "
+    "(1951), 707, for the mass of tissue that a vibrating sphere moves",
+)

@@ -1,0 +1,52 @@
+"""Adhesion: the tissue holds the tip until it is pulled off."""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import (
+    INDENTATION,
+    TISSUE_FORCE,
+    Effect,
+    Extent,
+    Parameter,
+    Switch,
+)
+
+PULL_OFF = sp.Symbol("pull_off_force", positive=True)
+ATTACHED = sp.Symbol("attached", nonnegative=True)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose pull-off forces up to the largest tension, a twentieth of it apart."""
+    return [{"pull_off_force": extent.pull * i / 20} for i in range(1, 21)]
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose pull-off forces about one that was found, a hundredth of the tension apart."""
+    spacing = extent.pull / 100
+    return [{"pull_off_force": found["pull_off_force"] + spacing * i} for i in range(-5, 6)]
+
+
+def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Effect:
+    return Effect(
+        name="adhesion",
+        family="contact",
+        physics=physics,
+        parameters=(Parameter(PULL_OFF, "N", default=0.1, lower=0.0, upper=1e3),),
+        contact=TISSUE_FORCE * ATTACHED,
+        switches=(attached,),
+        neutral=1e3,
+        starts=starts,
+        near=near,
+        forms=forms,
+        simpler=("contact_loss",),
+        assumptions="Comes off at once, and sticks again where the tip meets the free surface",
+        reference="Johnson, Kendall and Roberts, Proc. Royal Society A 324 (1971), 301",
+    )
+
+
+ADHESION = _form(
+    Switch(ATTACHED, TISSUE_FORCE + PULL_OFF, -INDENTATION),
+    "The tip stays in contact until it is pulled at with the pull-off force",
+)

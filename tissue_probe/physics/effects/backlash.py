@@ -1,0 +1,56 @@
+"""Lost motion between the coil and the load cell."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import (
+    POSITION,
+    POSITION_RATE,
+    STRETCH,
+    Effect,
+    Extent,
+    Parameter,
+    State,
+    Switch,
+)
+
+WIDTH = sp.Symbol("backlash_width", real=True)
+PUSHES, PULLS = sp.symbols("pushes pulls", nonnegative=True)
+FOLLOWER = sp.Symbol("follower_position", real=True)
+_PARAMETERS = (Parameter(WIDTH, "m", default=3e-5, lower=0.0, upper=2e-3),)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose widths up to a third of the indentation."""
+    return [{"backlash_width": extent.indentation * f} for f in (0.003, 0.01, 0.03, 0.1, 0.3)]
+
+
+_COUPLING = Effect(
+    name="backlash",
+    family="lost motion",
+    physics="A gap in the coupling: no force while coil and tip are within its width",
+    parameters=_PARAMETERS,
+    stretch=(STRETCH - WIDTH / 2) * PUSHES + (STRETCH + WIDTH / 2) * PULLS,
+    engaged=PUSHES + PULLS,
+    switches=(
+        Switch(PUSHES, STRETCH - WIDTH / 2, WIDTH / 2 - STRETCH, first=False),
+        Switch(PULLS, -STRETCH - WIDTH / 2, STRETCH + WIDTH / 2, first=False),
+    ),
+    starts=starts,
+)
+BACKLASH = Effect(
+    name="backlash",
+    family="lost motion",
+    physics="Play in the drive: the load cell's end stands still until the play is taken up",
+    parameters=_PARAMETERS,
+    # The follower moves with the coil while one flank or the other is in touch.
+    coil=(FOLLOWER, POSITION_RATE * (PUSHES + PULLS)),
+    states=(State(FOLLOWER, POSITION_RATE * (PUSHES + PULLS), start=POSITION),),
+    switches=(
+        Switch(PUSHES, POSITION_RATE, FOLLOWER + WIDTH / 2 - POSITION, first=False),
+        Switch(PULLS, -POSITION_RATE, POSITION - FOLLOWER + WIDTH / 2, first=False),
+    ),
+    starts=starts,
+    forms=(_COUPLING,),
+    assumptions="Friction holds the load cell's end while the play is taken up",
+    reference="Nordin and Gutman, Automatica 38 (2002), 1633, sections 2 and 3",
+)

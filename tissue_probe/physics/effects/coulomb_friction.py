@@ -1,0 +1,28 @@
+"""Dry friction on the tip."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
+
+FRICTION = sp.Symbol("coulomb_force", real=True)
+TRANSITION = sp.Symbol("transition_velocity", positive=True)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose how sharply the friction turns with the direction."""
+    return [{"transition_velocity": velocity} for velocity in (3e-4, 1e-3, 5e-3)]
+
+
+COULOMB_FRICTION = Effect(
+    name="coulomb_friction",
+    family="friction",
+    physics="A force against the motion whatever the speed, Fc tanh(x' / vt)",
+    parameters=(
+        Parameter(FRICTION, "N", default=0.03, lower=0.0, upper=1e3),
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=2e-5, upper=2e-2),
+    ),
+    drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION),
+    starts=starts,
+    assumptions="Creeps below the transition velocity instead of sticking",
+    reference="Coulomb (1785); Olsson et al., European J. Control 4 (1998), 176, section 3",
+)

@@ -1,0 +1,17 @@
+"""The encoder's steps are coarse."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import Effect, Parameter
+
+STEP = sp.Symbol("encoder_step", positive=True)
+
+ENCODER_QUANTIZATION = Effect(
+    name="encoder_quantization",
+    family="encoder",
+    physics="The position is rounded to coarse steps; the true one is smooth between them",
+    parameters=(Parameter(STEP, "m", default=5e-6, lower=0.0, upper=1e-3),),
+    rounded=STEP,
+    assumptions="The motion is smooth: its smoothest course within the steps is the true one",
+    reference="Widrow and Kollar, Quantization Noise (2008), chapter 5",
+)

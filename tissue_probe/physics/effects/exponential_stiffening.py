@@ -1,0 +1,40 @@
+"""Stiffening as Fung describes it: the slope grows in proportion to the force."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import INDENTATION, Effect, Extent, Parameter
+
+STRENGTH = sp.Symbol("exponential_force", real=True)
+LENGTH = sp.Symbol("exponential_length", positive=True)
+_DEPTH = INDENTATION / LENGTH
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose lengths from a fifth of the indentation to twice it."""
+    return [{"exponential_length": extent.indentation * f} for f in (0.2, 0.4, 0.8, 1.6)]
+
+
+def _form(shape: sp.Expr, assumptions: str, forms: tuple[Effect, ...] = ()) -> Effect:
+    return Effect(
+        name="exponential_stiffening",
+        family="stiffening",
+        physics="A force that grows exponentially with the indentation, a (e^(x/L) - 1 - x/L)",
+        parameters=(
+            Parameter(STRENGTH, "N", default=0.05, lower=0.0, upper=1e3),
+            Parameter(LENGTH, "m", default=1e-3, lower=5e-5, upper=0.1),
+        ),
+        force=STRENGTH * shape,
+        starts=starts,
+        forms=forms,
+        assumptions=assumptions,
+        reference="Fung, American J. Physiology 213 (1967), 1532; Biomechanics (1993), eq. 7.5:1",
+    )
+
+
+_ODD = _form(
+    sp.sign(INDENTATION) * (sp.exp(sp.Abs(_DEPTH)) - 1) - _DEPTH,
+    "The same in compression and tension",
+)
+EXPONENTIAL_STIFFENING = _form(
+    sp.exp(_DEPTH) - 1 - _DEPTH, "Stiffens in compression, softens in tension", (_ODD,)
+)

@@ -1,0 +1,17 @@
+"""The force channel's zero is off."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import FORCE, Effect, Parameter
+
+BIAS = sp.Symbol("force_bias", real=True)
+
+FORCE_BIAS = Effect(
+    name="force_bias",
+    family="offset",
+    physics="A constant is added to the force",
+    parameters=(Parameter(BIAS, "N", default=0.02, lower=-1e3, upper=1e3),),
+    output=FORCE + BIAS,
+    assumptions="Constant over the record",
+    reference="Doebelin, Measurement Systems (2004), section 3.2, on zero errors",
+)

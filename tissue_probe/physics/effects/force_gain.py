@@ -1,0 +1,17 @@
+"""The force channel's scale is off."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import FORCE, Effect, Parameter
+
+ERROR = sp.Symbol("gain_error", real=True)
+
+FORCE_GAIN = Effect(
+    name="force_gain",
+    family="scale",
+    physics="The force reads too high by a share, (1 + e) F",
+    parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.9, upper=9.0),),
+    output=(1 + ERROR) * FORCE,
+    assumptions="The stiffness that moves the tip is the load cell's nominal one",
+    reference="Doebelin, Measurement Systems (2004), section 3.2, on sensitivity errors",
+)

@@ -1,0 +1,32 @@
+"""The force channel is filtered: a first-order lag."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import FORCE, Effect, Extent, Parameter, State
+
+LAG = sp.Symbol("lag_time", real=True)
+LAGGED = sp.Symbol("lagged_force", real=True)
+# Below this a filter changes nothing that can be seen at any sample rate, and its own motion would
+# ask for very short steps.
+SHORTEST = 1e-4
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose lags from a fraction of a millisecond up."""
+    return [{"lag_time": lag} for lag in (2e-4, 5e-4, 1e-3, 2e-3, 5e-3)]
+
+
+# A low-pass of time constant tau reads F - tau F'_lagged: exactly F where tau is 0.
+_RATE = (FORCE - LAGGED) / sp.Max(LAG, SHORTEST)
+
+FORCE_LAG = Effect(
+    name="force_lag",
+    family="timing",
+    physics="The force passes a first-order low-pass of time constant tau",
+    parameters=(Parameter(LAG, "s", default=1e-3, lower=0.0, upper=0.05),),
+    output=FORCE - LAG * _RATE,
+    states=(State(LAGGED, _RATE, start=FORCE, spread="none"),),
+    starts=starts,
+    assumptions="First order; the position channel has no such filter",
+    reference="Doebelin, Measurement Systems (2004), section 3.3, on first-order instruments",
+)

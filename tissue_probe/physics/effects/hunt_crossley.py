@@ -1,0 +1,48 @@
+"""Damping that grows with the indentation."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import (
+    INDENTATION,
+    TIP_VELOCITY,
+    TISSUE_FORCE,
+    Effect,
+    Extent,
+    Parameter,
+    Switch,
+)
+
+STRENGTH = sp.Symbol("depth_damping", real=True)
+EXPONENT = sp.Symbol("depth_damping_exponent", positive=True)
+TOUCHING = sp.Symbol("touching", nonnegative=True)
+REFERENCE_DEPTH = 1e-3
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose the exponents of a line, a sphere and a cone."""
+    return [{"depth_damping_exponent": exponent} for exponent in (1.0, 1.5)]
+
+
+def _form(depth: sp.Expr, lost: bool, forms: tuple[Effect, ...] = ()) -> Effect:
+    ratio = sp.Max(depth, sp.Float(1e-9)) / REFERENCE_DEPTH
+    return Effect(
+        name="hunt_crossley",
+        family="stiffening",
+        physics="A damping that grows with the indentation, b (x / x0)^n x' (x0 = 1 mm)",
+        parameters=(
+            Parameter(STRENGTH, "N s/m", default=3.0, lower=-1e2, upper=1e3),
+            Parameter(EXPONENT, "1", default=1.0, lower=0.5, upper=3.0),
+        ),
+        force=STRENGTH * ratio**EXPONENT * TIP_VELOCITY,
+        contact=TISSUE_FORCE * TOUCHING if lost else TISSUE_FORCE,
+        switches=(Switch(TOUCHING, INDENTATION, -INDENTATION),) if lost else (),
+        starts=starts,
+        forms=forms,
+        assumptions="No plastic set; the spring stays linear",
+        reference="Hunt and Crossley, J. Applied Mechanics 42 (1975), 440",
+    )
+
+
+HUNT_CROSSLEY = _form(
+    INDENTATION, False, (_form(sp.Abs(INDENTATION), False), _form(INDENTATION, True))
+)

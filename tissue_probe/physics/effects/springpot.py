@@ -1,0 +1,44 @@
+"""Power-law relaxation: the springpot, as a ladder of Maxwell branches."""
+
+import math
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
+
+STRENGTH = sp.Symbol("springpot_stiffness", real=True)
+EXPONENT = sp.Symbol("springpot_exponent", positive=True)
+PER_DECADE = 1.5
+RATES = [10 ** (-1.5 + i / PER_DECADE) for i in range(8)]
+BRANCHES = sp.symbols(f"springpot_branch_1:{len(RATES) + 1}", real=True)
+
+# The relaxation function c (t / s)^-a / Gamma(1 - a) is an integral of exponentials over all rates
+# r with the density r^(a - 1) sin(pi a) / pi; each branch stands for a stretch of log r.
+_WIDTH = math.log(10.0) / PER_DECADE
+_WEIGHTS = [sp.Float(rate) ** EXPONENT * sp.sin(sp.pi * EXPONENT) / sp.pi for rate in RATES]
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose exponents from nearly a spring to nearly a damper."""
+    return [{"springpot_exponent": exponent} for exponent in (0.15, 0.3, 0.5, 0.7)]
+
+
+SPRINGPOT = Effect(
+    name="springpot",
+    family="relaxation",
+    physics="A force that follows the fractional derivative of the indentation, c s^a D^a x",
+    parameters=(
+        Parameter(STRENGTH, "N/m s^a", default=50.0, lower=0.0, upper=1e5),
+        Parameter(EXPONENT, "1", default=0.3, lower=0.02, upper=0.98),
+    ),
+    force=STRENGTH
+    * sum(_WIDTH * weight * y for weight, y in zip(_WEIGHTS, BRANCHES, strict=True)),
+    states=tuple(
+        State(y, TIP_VELOCITY - rate * y) for rate, y in zip(RATES, BRANCHES, strict=True)
+    ),
+    starts=starts,
+    assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "
+    "damping's and what is slower the stiffness's",
+    reference="Koeller, J. Applied Mechanics 51 (1984), 299; Schmidt and Gaul, "
+    "Nonlinear Dynamics 29 (2002), 37",
+)

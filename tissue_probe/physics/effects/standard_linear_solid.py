@@ -1,0 +1,32 @@
+"""Stress relaxation with one time constant: part of the stiffness yields."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
+
+RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
+RATE = sp.Symbol("relaxation_rate", positive=True)
+BRANCH = sp.Symbol("branch_extension", real=True)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose rates three a decade, from those seen in the whole record to the tip's own."""
+    slowest = 0.3 / extent.duration
+    return [{"relaxation_rate": slowest * 10 ** (i / 3)} for i in range(12)]
+
+
+STANDARD_LINEAR_SOLID = Effect(
+    name="standard_linear_solid",
+    family="relaxation",
+    physics="A spring k1 in series with a damper k1 / r beside the tissue: it yields at rate r",
+    parameters=(
+        Parameter(RELAXING_STIFFNESS, "N/m", default=300.0, lower=0.0, upper=1e5),
+        Parameter(RATE, "1/s", default=50.0, lower=1e-2, upper=2e3),
+    ),
+    # The spring's extension y follows y' = x' - r y.
+    force=RELAXING_STIFFNESS * BRANCH,
+    states=(State(BRANCH, TIP_VELOCITY - RATE * BRANCH),),
+    starts=starts,
+    assumptions="Small strains; one relaxation time",
+    reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",
+)

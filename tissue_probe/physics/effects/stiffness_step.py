@@ -1,0 +1,46 @@
+"""The tissue's stiffness changes at once."""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import (
+    INDENTATION,
+    TIME,
+    Effect,
+    Extent,
+    Parameter,
+    Switch,
+)
+
+CHANGE = sp.Symbol("step_change", real=True)
+INSTANT = sp.Symbol("step_time", real=True)
+AFTER = sp.Symbol("after_step", nonnegative=True)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose instants every twenty-fifth of the record."""
+    return [{"step_time": extent.duration * i / 25} for i in range(1, 25)]
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose instants about one that was found, closer than the tissue is pressed and left."""
+    spacing = extent.duration / 25
+    return [{"step_time": found["step_time"] + spacing * i / 8} for i in range(-7, 8)]
+
+
+STIFFNESS_STEP = Effect(
+    name="stiffness_step",
+    family="time-varying",
+    physics="The tissue's stiffness jumps at one instant",
+    parameters=(
+        Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
+        Parameter(INSTANT, "s", default=1.0, lower=0.0, upper=1e4),
+    ),
+    force=CHANGE * AFTER * INDENTATION,
+    switches=(Switch(AFTER, sp.Integer(1), INSTANT - TIME, first=False),),
+    starts=starts,
+    near=near,
+    assumptions="One step; the damping stays",
+    reference="Basseville and Nikiforov, Detection of Abrupt Changes (1993), section 2.1",
+)

@@ -1,0 +1,39 @@
+"""Dry friction that is larger at low speed."""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
+
+COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
+BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
+STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
+TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
+_CURVE = COULOMB + BREAKAWAY * sp.exp(-((TIP_VELOCITY / STRIBECK) ** 2))
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose speeds up to a good part of the largest one."""
+    return [
+        {"stribeck_velocity": extent.speed * f, "stribeck_transition_velocity": transition}
+        for f in (0.05, 0.15, 0.4)
+        for transition in (3e-4, 1e-3, 5e-3)
+    ]
+
+
+STRIBECK_FRICTION = Effect(
+    name="stribeck_friction",
+    family="friction",
+    physics="Dry friction that falls from breakaway to Coulomb level, (Fc + Fb e^-(v/vs)^2) sign v",
+    parameters=(
+        Parameter(COULOMB, "N", default=0.03, lower=0.0, upper=1e3),
+        Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
+        Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0),
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=2e-5, upper=2e-2),
+    ),
+    drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
+    strengths=2,
+    starts=starts,
+    simpler=("coulomb_friction",),
+    assumptions="Creeps below the transition velocity instead of sticking",
+    reference="Stribeck (1902); Armstrong-Helouvry et al., Automatica 30 (1994), 1083, eq. 1",
+)

@@ -1,0 +1,52 @@
+"""Tissues: springs and dampers under the tip (the paper's Table I).
+
+What belongs here: linear viscoelastic solids and fluids of stiffness k and damping beta.
+What does not: what may be added to any of them (``effects``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import (
+    DAMPING,
+    INDENTATION,
+    STIFFNESS,
+    TIP_VELOCITY,
+    State,
+)
+
+EXTENSION = sp.Symbol("spring_extension", real=True)
+
+
+@dataclass(frozen=True)
+class Tissue:
+    """Force on the tip [N], positive against indentation, and the tissue's own states.
+
+    ``effects`` names those that belong to it: the solids of Table I with branches are the
+    Kelvin-Voigt solid with relaxation beside it.
+    """
+
+    name: str
+    force: sp.Expr
+    states: tuple[State, ...] = ()
+    effects: tuple[str, ...] = ()
+
+
+_SOLID = STIFFNESS * INDENTATION + DAMPING * TIP_VELOCITY
+TISSUES = {
+    tissue.name: tissue
+    for tissue in (
+        Tissue("kelvin_voigt", _SOLID),
+        # One force f passes both: x' = f' / k + f / beta. The spring's extension is f / k.
+        Tissue(
+            "maxwell",
+            STIFFNESS * EXTENSION,
+            (State(EXTENSION, TIP_VELOCITY - STIFFNESS / DAMPING * EXTENSION),),
+        ),
+        Tissue("standard_linear_solid", _SOLID, effects=("standard_linear_solid",)),
+        Tissue("generalized_maxwell", _SOLID, effects=("generalized_maxwell",)),
+    )
+}
