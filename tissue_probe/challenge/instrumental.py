@@ -1,6 +1,7 @@
 """Effects in the two channels: scale, offset, hum, timing, encoder, converter.
 
-What belongs here: what each sets of an ``Instrument``. What does not: computing it (``instrument``).
+What belongs here: what each sets of an ``Instrument``. What does not: computing it
+(``instrument``).
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def _branches(at: Situation, shares: list[float], times: list[float]) -> Change:
 
 
 def _springpot(strength: float, at: Situation, random: Random) -> Change:
-    """c D^alpha x: relaxation as c t^-alpha / Gamma(1 - alpha) (Bagley and Torvik, 1983).
+    """Power law c D^alpha x: relaxation as c t^-alpha / Gamma(1 - alpha) (Bagley and Torvik, 1983).
 
     t^-alpha = integral of r^(alpha - 1) exp(-r t) dr / Gamma(alpha), taken by the trapezoidal rule
     in log r. What relaxes more slowly than 0.01 /s is a spring, what faster than 6000 /s a damper.
@@ -64,8 +64,11 @@ def _exponential_stiffening(strength: float, at: Situation, random: Random) -> C
 
 
 def _hertz_contact(strength: float, at: Situation, random: Random) -> Change:
-    """Force as x^n, n = 1 + strength, in contact that cannot pull."""
-    light = random.uniform(0.2, 1.2) * at.amplitude
+    """Force as x^n, n = 1 + strength, in contact that cannot pull; never from the surface itself.
+
+    Without a preload the loss of contact would hide the exponent.
+    """
+    light = random.uniform(0.6, 1.1) * _holding(at, 0.0)
     return Change(
         {"hertz_exponent": 1.0 + strength, "hertz_depth": at.depth, "unilateral": 1.0},
         preload=at.preload or light,
@@ -79,7 +82,7 @@ def _hunt_crossley(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
-    """The lighter the tip is pressed in, the longer it is in the air."""
+    """Press the tip in lightly: the more so, the longer it is in the air."""
     return Change({"unilateral": 1.0}, preload=(1.0 - strength) * _holding(at, 0.0))
 
 

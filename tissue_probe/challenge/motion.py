@@ -1,4 +1,4 @@
-"""Integration of the tip's motion: classical Runge-Kutta, with every change of mode located in time.
+"""Integration of the tip's motion: classical Runge-Kutta, every change of mode located in time.
 
 What belongs here: steps and events. What does not: the equations (``tip``, ``tissue``).
 """
@@ -103,7 +103,7 @@ def _advance(p, start, period, step, u, u_rate, state, modes, work):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _try(p, start, period, step, done, share, u, u_rate, state, modes, work):
-    """Go a share of the period on from ``done`` into ``work[TRIAL]``; return the mode that ended."""
+    """Go on from ``done`` by a share of the period into ``work[TRIAL]``; return the mode ended."""
     h = share * period
     for s in range(4):
         part = 0.5 * ((s + 1) // 2)  # 0, 1/2, 1/2, 1

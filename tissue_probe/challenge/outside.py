@@ -13,13 +13,13 @@ Random = np.random.Generator
 
 
 def _prandtl_tomlinson(strength: float, at: Situation, random: Random) -> Change:
-    """The tip slides over a corrugated surface (Prandtl, 1928; Tomlinson, 1929)."""
+    """Slide over a corrugated surface (Prandtl, 1928; Tomlinson, 1929)."""
     period = log_uniform(random, 1e-4, 4e-4)
     return Change({"corrugation": strength, "corrugation_period": period})
 
 
 def _exponential_drift(strength: float, at: Situation, random: Random) -> Change:
-    """The load cell warms up."""
+    """Let the load cell warm up."""
     time = random.uniform(0.05, 0.25) * at.duration
     return Change(instrument={"settling": sign(random) * strength, "settling_time": time})
 
@@ -52,7 +52,7 @@ def _interference_bursts(strength: float, at: Situation, random: Random) -> Chan
 
 
 def _parametric_damping(strength: float, at: Situation, random: Random) -> Change:
-    """Damping that comes and goes, as of a muscle that trembles."""
+    """Let the damping come and go, as of a muscle that trembles."""
     frequency = random.uniform(3.0, 9.0)
     return Change({"damping_wave": strength, "damping_wave_frequency": frequency})
 

@@ -124,8 +124,8 @@ def make_challenge(
     rig : {"exact", "tolerant"}
         Whether the rig is the nominal one, or off within its tolerances.
     preload : float, optional
-        Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm. Effects that show
-        only where the force comes near zero draw their own.
+        Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm. Effects that
+        show only where the force comes near zero draw their own.
 
     Raises
     ------
@@ -166,9 +166,7 @@ def _check(effects: Sequence[str], excitation: str, rig: str) -> None:
     if len(set(effects)) < len(effects):
         raise ValueError(f"{', '.join(effects)}: an effect can be hidden once only")
     if excitation not in DURATIONS:
-        raise ValueError(
-            f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}"
-        )
+        raise ValueError(f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}")
     if rig not in ("exact", "tolerant"):
         raise ValueError(f"there is no rig {rig!r}; there are exact, tolerant")
 

@@ -83,9 +83,6 @@ class Specimen(NamedTuple):
 
 _BRANCHES = ("branch_stiffness", "branch_rate")
 _RECORD = np.dtype(
-    [
-        (name, np.float64, (MOST_BRANCHES,) if name in _BRANCHES else ())
-        for name in Specimen._fields
-    ]
+    [(name, np.float64, (MOST_BRANCHES,) if name in _BRANCHES else ()) for name in Specimen._fields]
     + [("branches", np.int64, ())]
 )

@@ -33,7 +33,8 @@ class Hidden:
     strength : float
         In the unit of the effect's table.
     target, ratio : float
-        Asked for, and reached: rms left by the best Kelvin-Voigt fit, in units of the noise, this effect alone.
+        Asked for, and reached: rms left by the best Kelvin-Voigt fit, in units of the noise, with
+        this effect alone.
     absorbed : bool
         Whether the model absorbs it; it then has its typical strength.
     """

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import os
 import shutil
-import sys
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -23,7 +21,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.remote_parameters import fetch_parameters
-from tissue_probe.recording.definitions import message_definition
+from tissue_probe.recording.definitions import message_definition, share_folders
 from tissue_probe.recording.writer import McapWriter
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS
@@ -116,7 +114,7 @@ class Recorder(Node):
         self._known_topics.add(topic)
         try:
             message_type = _message_type(types[0])
-            definition = message_definition(types[0], _share_folders())
+            definition = message_definition(types[0], share_folders())
         except (ImportError, AttributeError, FileNotFoundError) as error:
             self.get_logger().warning(f"{topic} is not recorded: {error}")
             return
@@ -158,12 +156,6 @@ class Recorder(Node):
 def _message_type(typename: str) -> type:
     package, _, name = typename.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
-def _share_folders() -> list[Path]:
-    """Return where packages keep their definitions: sourced prefixes, and that of PyPI wheels."""
-    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
-    return [Path(prefix, "share") for prefix in [*prefixes, sys.prefix] if prefix]
 
 
 def _matching(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:

@@ -6,7 +6,9 @@ What does not: understanding them (``rosbags`` does), services and actions.
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -16,6 +18,12 @@ _BUILT_IN = {
 }
 _FIELD = re.compile(r"^\s*(\w+(?:/\w+)*)[^#\n]*?\s+\w", re.MULTILINE)
 _SEPARATOR = "\n" + 80 * "=" + "\n"
+
+
+def share_folders() -> list[Path]:
+    """Return where packages keep their definitions: sourced prefixes, and that of PyPI wheels."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return [Path(prefix, "share") for prefix in [*prefixes, sys.prefix] if prefix]
 
 
 def message_definition(typename: str, share_folders: Sequence[str | Path]) -> str:

@@ -1,0 +1,170 @@
+"""``tissue_probe challenge``: how far to trust a diagnosis, by effects hidden and then sought."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from tissue_probe.challenge.grading import Count, Diagnosis, Grade
+
+challenge = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    help="Learn how far to trust a diagnosis: hide effects, seek them, count.",
+)
+
+
+Answers = Annotated[
+    Path,
+    typer.Option(metavar="FILE", help="The sealed answers, outside the recordings' folder."),
+]
+
+
+@challenge.command()
+def make(
+    folder: Annotated[
+        Path, typer.Argument(metavar="OUT_DIR", help="Where to leave 0001.csv, 0001_second.csv...")
+    ],
+    count: Annotated[
+        int, typer.Option(metavar="NUMBER", min=1, max=9999, help="Of recordings.")
+    ] = 20,
+    seed: Annotated[
+        int, typer.Option(metavar="NUMBER", min=0, help="The same seed makes the same recordings.")
+    ] = 0,
+    rig: Annotated[
+        str, typer.Option(metavar="RIG", help="exact, or tolerant: off within its tolerances.")
+    ] = "exact",
+    excitation: Annotated[
+        str, typer.Option(metavar="NAME", help="sine10, sine10ss, stepped30, chirp60 or msine60.")
+    ] = "chirp60",
+    hide: Annotated[
+        str, typer.Option(metavar="WHAT", help="one, two, none, outside, spoilt or mixed.")
+    ] = "mixed",
+    format: Annotated[str, typer.Option(metavar="ENDING", help="csv or mcap.")] = "csv",
+    answers: Answers = Path("answers.sealed.json"),
+) -> None:
+    """Make recordings of simulated tissue with hidden effects.
+
+    Columns of CSV: t [s], u [m], F [N], positive in compression, at 2 kHz. NAME_second is the same
+    specimen with another motion of the coil.
+    """
+    from tissue_probe.challenge.folder import check_sealed, seal, write_recordings
+    from tissue_probe.challenge.series import make_series
+
+    check_sealed(answers, folder)
+    told = {}
+    made = make_series(hide, count, seed, excitation, rig)
+    for number, each in enumerate(made, start=1):
+        name = f"{number:04d}"
+        write_recordings(folder, name, each, format)
+        told[name] = each.answer
+    seal(answers, told, folder)
+    print(f"{count} recordings, and as many second ones, are in {folder}.")
+    print(f"The answers are in {answers}; do not look.")
+
+
+@challenge.command("grade")
+def grade_command(
+    folder: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", help="Folder of 0001.json, ... of tissue_probe diagnose."),
+    ],
+    answers: Answers = Path("answers.sealed.json"),
+    json: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Marks as JSON; replaced if there.")
+    ] = None,
+) -> None:
+    """Mark the diagnoses of a series, and show what was taken for what.
+
+    A recording without a diagnosis counts as wrong. What counts as right is in docs/challenge.md.
+    """
+    from tissue_probe.challenge.folder import read_answers
+    from tissue_probe.challenge.grading import grade
+
+    marks = grade(sealed := read_answers(answers), read_diagnoses(folder, list(sealed)))
+    summarize(marks)
+    if json is not None:
+        write_marks(json, marks)
+
+
+def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
+    """Return the diagnoses that are there, by the recordings' names.
+
+    Raises
+    ------
+    ValueError
+        If there is none at all, or one cannot be read.
+    """
+    from tissue_probe.challenge.folder import read_json
+    from tissue_probe.challenge.grading import Diagnosis
+
+    found = {}
+    for name in names:
+        path = folder / f"{name}.json"
+        if path.exists():
+            try:
+                found[name] = Diagnosis.parse(read_json(path))
+            except ValueError as error:
+                raise ValueError(f"{path}: {error}") from error
+    if not found:
+        raise ValueError(f"{folder} holds none of {names[0]}.json to {names[-1]}.json")
+    return found
+
+
+ROWS = {
+    "first": "one effect hidden: ranked first",
+    "declared": "  ranked first, or declared indistinguishable",
+    "first_three": "  among the first three",
+    "family": "  an effect of its family ranked first",
+    "covered": "  claimed sets that hold it",
+    "absorbed": "one that Kelvin-Voigt absorbs: adequate, or listed",
+    "false_alarms": "none hidden: false alarms",
+    "two": "two hidden: both named",
+    "one_of_two": "  at least one named",
+    "unexplained": "outside the library: unexplained",
+    "spoilt": "converter at fault: told",
+}
+
+
+def summarize(marks: Grade) -> None:
+    """Print the marks, and what was taken for what."""
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    console = Console(highlight=False, markup=False)
+    table = Table("", *(Column(title, justify="right") for title in ("of", "number", "[%]")))
+    for name, title in ROWS.items():
+        table.add_row(title, *_cells(getattr(marks, name)))
+    console.print(table)
+    if marks.mean_claimed is not None:
+        print(f"A claimed set has {marks.mean_claimed:.2f} effects on average.")
+    if marks.undiagnosed:
+        print(f"Without a diagnosis, and so wrong: {', '.join(marks.undiagnosed)}.")
+    confusion = Table("hidden", Column("times", justify="right"), "named first")
+    for hidden in sorted(marks.confusion):
+        named = marks.confusion[hidden]
+        told = ", ".join(f"{name} {count}" for name, count in named.most_common())
+        confusion.add_row(hidden, str(named.total()), told)
+    console.print(confusion)
+
+
+def _cells(count: Count) -> tuple[str, str, str]:
+    share = "-" if count.share is None else f"{100.0 * count.share:.1f}"
+    return str(count.total), str(count.right), share
+
+
+def write_marks(path: Path, marks: Grade) -> None:
+    """Write marks as JSON: each right, total and share; mean_claimed; undiagnosed; confusion."""
+    import json
+
+    told: dict[str, object] = {"version": 1}
+    for name in ROWS:
+        count = getattr(marks, name)
+        told[name] = {"right": count.right, "total": count.total, "share": count.share}
+    told["mean_claimed"] = marks.mean_claimed
+    told["undiagnosed"] = marks.undiagnosed
+    told["confusion"] = {hidden: dict(named) for hidden, named in marks.confusion.items()}
+    path.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
