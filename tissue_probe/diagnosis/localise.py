@@ -19,7 +19,7 @@ BINS = 36  # of time, depth and speed; of phase, 10 degrees each
 BANDS_PER_OCTAVE = 3
 RESOLUTION = 1.0  # s of a Welch segment at most; an eighth of the record otherwise
 WIDEST = 0.6  # of a quantity's axis: what is wider than this is everywhere
-CONTRAST = 0.2  # by which a region's share of the error must exceed its share of the axis
+CONTRAST = 0.25  # by which a region's share of the error must exceed its share of the axis
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Profile:
             place = f"{found.begin:.3g} to {found.end:.3g} {self.unit}"
         return (
             f"{self.quantity} {place}: {100.0 * min(found.share, 1.0):.0f} % of the error beyond "
-            f"noise, {found.excess:.3g} times the energy of the noise"
+            f"noise, rms {np.sqrt(found.excess):.3g} times the noise"
         )
 
 

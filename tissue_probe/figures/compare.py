@@ -1,0 +1,200 @@
+"""Measured against predicted force as a picture: how far off, and where.
+
+What belongs here: how a comparison looks on one page. What does not: where the model fails
+(``diagnosis``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter, NullFormatter
+
+from tissue_probe.diagnosis.localise import Localisation, Profile
+from tissue_probe.signals import FloatArray
+
+MILLINEWTONS = 1e3
+ZOOMED_CROSSINGS = 7  # of the force through its mean: three cycles and a half
+ROOM_FOR_LEGEND = 0.25  # of the axis
+FEW = 8  # samples in a bin, from which on its error is shown
+RASTERISED = 5000  # samples from which on a line in an SVG is stored as an image
+
+# Okabe and Ito's colours, told apart by every eye.
+_BLUE, _VERMILION, _ORANGE = "#0072B2", "#D55E00", "#E69F00"
+_MEASURED = {"color": "0.6", "linewidth": 3.0, "label": "measured"}
+_PREDICTED = {"color": _BLUE, "linewidth": 1.3, "label": "predicted"}
+_RESIDUAL = {"color": _VERMILION, "linewidth": 0.8, "label": "measured − predicted"}
+_NOISE = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
+_HERE = {"facecolor": _ORANGE, "alpha": 0.3, "linewidth": 0.0, "zorder": 0.0}
+_PHASES = {-180.0: "out", -90.0: "going in", 0.0: "deepest", 90.0: "coming out", 180.0: "out"}
+
+
+def draw_comparison(
+    time: FloatArray,
+    measured: FloatArray,
+    predicted: FloatArray,
+    localisation: Localisation,
+    noise: float,
+) -> Figure:
+    """Draw force and error over time, whole and magnified, and the error over six quantities.
+
+    Below, each panel shows the rms error as a multiple of the noise; 1 is what a right model
+    leaves. Regions that stand out are marked "here".
+
+    Parameters
+    ----------
+    time : array, shape (N,)
+        Times of the samples [s].
+    measured, predicted : array, shape (N,)
+        Force [N].
+    localisation : Localisation
+        Where the residual lies, with the six profiles of `localise`.
+    noise : float
+        Standard deviation of the force's white noise [N].
+    """
+    figure = Figure(figsize=(12.0, 12.0), layout="constrained")
+    rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
+    _draw_signals(figure, rows[:2], time, measured, predicted, noise)
+    panels = rows[2:].subgridspec(2, 3).subplots(sharey=True)
+    for axes, profile in zip(panels.flat, localisation.profiles, strict=True):
+        _draw_profile(axes, profile, noise, foremost=profile is localisation.here)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("rms error / noise")
+    _scale(panels[0, 0], localisation, noise)
+    figure.suptitle(_title(measured, predicted, localisation, noise), fontsize=13)
+    return figure
+
+
+def _title(
+    measured: FloatArray, predicted: FloatArray, localisation: Localisation, noise: float
+) -> str:
+    error = np.sqrt(np.mean((measured - predicted) ** 2))
+    size = measured.std() or 1.0
+    first = (
+        f"Error {MILLINEWTONS * error:.3g} mN rms: {100.0 * error / size:.2g} % of the force, "
+        f"{error / noise:.3g} times the noise of {MILLINEWTONS * noise:.3g} mN"
+    )
+    here = localisation.here
+    return f"{first}\nWhere most: {here.describe()}" if here else f"{first}\nNo region stands out"
+
+
+def _draw_signals(
+    figure: Figure,
+    place: object,
+    time: FloatArray,
+    measured: FloatArray,
+    predicted: FloatArray,
+    noise: float,
+) -> None:
+    panels = place.subgridspec(2, 2, width_ratios=(2, 1)).subplots(sharex="col", sharey="row")
+    residual = measured - predicted
+    zoom = _zoom(measured, residual)
+    for column, span in ((panels[:, 0], slice(None)), (panels[:, 1], zoom)):
+        shown = {"rasterized": time[span].size > RASTERISED}
+        column[0].plot(time[span], measured[span], **_MEASURED, **shown)
+        column[0].plot(time[span], predicted[span], **_PREDICTED, **shown)
+        column[1].plot(time[span], MILLINEWTONS * residual[span], **_RESIDUAL, **shown)
+        twice = 2.0 * MILLINEWTONS * noise
+        column[1].axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE)
+        column[1].set_xlim(time[span][0], time[span][-1])
+        column[1].set_xlabel("time [s]")
+    for axes in panels[:, 0]:
+        axes.axvspan(time[zoom][0], time[zoom][-1], color="0.9", zorder=0.0)
+    for axes in panels.flat:
+        axes.grid(alpha=0.3)
+    panels[0, 0].set(ylabel="force [N]", title="Whole record")
+    panels[1, 0].set_ylabel("error [mN]")
+    panels[0, 1].set_title("Where the error is largest")
+    for axes in panels[:, 0]:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + ROOM_FOR_LEGEND * (high - low))
+        axes.legend(loc="upper right", ncols=2, fontsize=9)
+
+
+def _zoom(measured: FloatArray, residual: FloatArray) -> slice:
+    """Return a few cycles of the force around the largest error, or an eighth of the record."""
+    width = max(2, measured.size // 50)
+    energy = np.convolve(residual**2, np.ones(width), mode="same")
+    centre = int(np.argmax(energy))
+    smooth = np.convolve(measured - measured.mean(), np.ones(5) / 5.0, mode="same")
+    crossings = np.flatnonzero(np.diff(np.signbit(smooth)))
+    if crossings.size < 2 * ZOOMED_CROSSINGS:
+        half = measured.size // 16
+        begin = min(max(0, centre - half), measured.size - 2 * half)
+        return slice(begin, begin + 2 * half)
+    middle = int(np.searchsorted(crossings, centre))
+    first = min(max(0, middle - ZOOMED_CROSSINGS // 2), crossings.size - ZOOMED_CROSSINGS)
+    return slice(int(crossings[first]), int(crossings[first + ZOOMED_CROSSINGS - 1]) + 1)
+
+
+def _ratio(profile: Profile, noise: float) -> FloatArray:
+    """Return the rms error over the noise; NaN where too few samples would tell chance only."""
+    return np.sqrt(np.where(profile.expected < FEW * noise**2, np.nan, profile.excess))
+
+
+def _draw_profile(axes: Axes, profile: Profile, noise: float, foremost: bool) -> None:
+    ratio = _ratio(profile, noise)
+    axes.stairs(ratio, profile.edges, baseline=0.0, fill=True, color=_BLUE)
+    axes.axhline(1.0, color="black", linestyle="--", linewidth=1.2)
+    axes.set_xlim(profile.edges[0], profile.edges[-1])
+    unit = f" [{profile.unit}]" if profile.unit else ""
+    axes.set_title(f"{profile.quantity}{unit}", fontsize=11, fontweight=_weight(foremost))
+    axes.grid(alpha=0.3)
+    if profile.quantity == "frequency":
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(LogFormatter())
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    if profile.quantity == "phase":
+        ticks = [f"{phase:g}°\n{name}" for phase, name in _PHASES.items()]
+        axes.set_xticks(list(_PHASES), ticks)
+        axes.set_title("phase of the coil's cycle", fontsize=11, fontweight=_weight(foremost))
+    if profile.labels:
+        middles = 0.5 * (profile.edges[:-1] + profile.edges[1:])
+        axes.set_xticks(middles, profile.labels)
+    _mark(axes, profile)
+
+
+def _weight(foremost: bool) -> str | None:
+    return "bold" if foremost else None
+
+
+def _mark(axes: Axes, profile: Profile) -> None:
+    """Shade the region that stands out, and write "here" over it."""
+    here = profile.here
+    if here is None:
+        return
+    pieces = [(here.begin, here.end)]
+    if here.begin > here.end:
+        pieces = [(here.begin, profile.edges[-1]), (profile.edges[0], here.end)]
+    for begin, end in pieces:
+        axes.axvspan(begin, end, **_HERE)
+    begin, end = max(pieces, key=lambda piece: piece[1] - piece[0])
+    left, right = axes.transAxes.inverted().transform(
+        axes.transData.transform([(begin, 1.0), (end, 1.0)])
+    )[:, 0]
+    box = {"facecolor": "white", "edgecolor": _ORANGE, "boxstyle": "round,pad=0.25"}
+    axes.text(
+        # Kept off the panel's edges, where a narrow region's words would run out.
+        np.clip(0.5 * (left + right), 0.16, 0.84),
+        0.97,
+        f"here: {100.0 * min(here.share, 1.0):.0f} %",
+        transform=axes.transAxes,
+        ha="center",
+        va="top",
+        fontsize=10,
+        fontweight="bold",
+        bbox=box,
+    )
+
+
+def _scale(axes: Axes, localisation: Localisation, noise: float) -> None:
+    """Leave room for the marks; take a logarithmic axis where the error spans much."""
+    ratios = np.concatenate([_ratio(profile, noise) for profile in localisation.profiles])
+    ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
+    if ratios.size and ratios.max() > 10.0:
+        axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(LogFormatter())
+        axes.set_ylim(0.5, 4.0 * ratios.max())
+    else:
+        axes.set_ylim(0.0, 1.35 * max(ratios.max(initial=1.0), 1.5))
