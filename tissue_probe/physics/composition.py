@@ -7,12 +7,13 @@ What does not: values (``diagnosis``), equations (``rigs``, ``tissues``, ``effec
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 
 from tissue_probe.physics import compiled
-from tissue_probe.physics.effects import Effect, Parameter
+from tissue_probe.physics.effects import EFFECTS, Effect, Parameter
 from tissue_probe.physics.effects.effect import DAMPING, STIFFNESS
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.response_code import source
@@ -48,9 +49,14 @@ class Composition:
     effects: tuple[Effect, ...] = ()
 
     @property
+    def all_effects(self) -> tuple[Effect, ...]:
+        """The effects that the tissue consists of, then those added to it."""
+        return (*(EFFECTS[name] for name in TISSUES[self.tissue].effects), *self.effects)
+
+    @property
     def names(self) -> tuple[str, ...]:
-        """The effects' names."""
-        return tuple(effect.name for effect in self.effects)
+        """The effects' names, the tissue's own among them."""
+        return tuple(effect.name for effect in self.all_effects)
 
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
@@ -65,7 +71,7 @@ class Composition:
     def model(self) -> Model:
         """The symbols."""
         tissue = TISSUES[self.tissue]
-        return RIGS[self.rig](self.effects, tissue=tissue, contact_position=True)
+        return RIGS[self.rig](self.all_effects, tissue=tissue, contact_position=True)
 
     @cached_property
     def kernel(self) -> ModuleType:
@@ -77,6 +83,10 @@ class Composition:
     @cached_property
     def values(self) -> tuple[Parameter, ...]:
         """Constants and parameters in the kernel's order, with units and bounds."""
+        return self.entries(self.kernel.VALUES)
+
+    def entries(self, names: Iterable[str]) -> tuple[Parameter, ...]:
+        """Return what is declared of constants and parameters of these names."""
         known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
-        own = {entry.name: entry for effect in self.effects for entry in effect.parameters}
-        return tuple((known | own)[name] for name in self.kernel.VALUES)
+        own = {entry.name: entry for effect in self.all_effects for entry in effect.parameters}
+        return tuple((known | own)[name] for name in names)

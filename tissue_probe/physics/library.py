@@ -1,0 +1,201 @@
+"""The library of effects: the suite's own, those of installed packages, and a user's own files.
+
+What belongs here: finding effects, and saying in one sentence what is wrong with one.
+What does not: the effects (``effects``), the contract that they follow (``effects.effect``).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import sympy as sp
+
+from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
+from tissue_probe.physics.effects import EFFECTS, Effect, Extent
+from tissue_probe.physics.effects.effect import (
+    FORCE,
+    INDENTATION,
+    POSITION,
+    POSITION_ACCELERATION,
+    POSITION_RATE,
+    STRETCH,
+    TIME,
+    TIP_VELOCITY,
+    TISSUE_FORCE,
+)
+from tissue_probe.physics.rigs import OFFSET, TIP_POSITION
+from tissue_probe.physics.tissues import EXTENSION
+
+#: Entry points of this group are effects, too.
+GROUP = "tissue_probe.effects"
+SIGNALS = (
+    INDENTATION, TIP_VELOCITY, TISSUE_FORCE, STRETCH, FORCE, POSITION, POSITION_RATE, TIME,
+)  # fmt: skip
+ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)
+#: A recording like many, on which what an effect proposes is tried.
+USUAL = Extent(duration=2.0, indentation=1e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7)
+
+
+class EffectError(ValueError):
+    """An effect that cannot be used; the message says which, why, and what to do."""
+
+
+def effects(extra_files: Iterable[str | Path] = ()) -> dict[str, Effect]:
+    """Return every effect by name: the suite's, installed packages', and those in given files.
+
+    Parameters
+    ----------
+    extra_files : iterable of path
+        Python files that each define one or more ``Effect``. They are run.
+
+    Raises
+    ------
+    EffectError
+        If a file or an effect cannot be used, or two have one name.
+    """
+    library = dict(EFFECTS)
+    for origin, found in (*_installed(), *((str(p), load_effects(p)) for p in extra_files)):
+        for effect in found:
+            _check(effect, origin, library)
+            library[effect.name] = effect
+    return library
+
+
+def load_effects(path: str | Path) -> tuple[Effect, ...]:
+    """Run a Python file; return the effects that it defines under public names.
+
+    Parameters
+    ----------
+    path : path
+        A file such as ``docs/my_effect.py``.
+
+    Raises
+    ------
+    EffectError
+        If there is no such file, it cannot be run, or it defines no effect.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise EffectError(f"{path}: there is no such file of effects")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None:
+        raise EffectError(f"{path} is no Python file: give it a name that ends in .py")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever a user's file may raise
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        raise EffectError(f"{path} cannot be run: {told}") from error
+    ours = {id(effect) for effect in EFFECTS.values()}
+    found = tuple(
+        value
+        for name, value in vars(module).items()
+        if isinstance(value, Effect) and not name.startswith("_") and id(value) not in ours
+    )
+    if not found:
+        raise EffectError(
+            f"{path} defines no effect: write MY_EFFECT = Effect(name=..., ...) in it"
+        )
+    return found
+
+
+def _installed() -> Iterator[tuple[str, Sequence[Effect]]]:
+    """Go through the effects that installed packages offer, each with what it came from."""
+    for entry in entry_points(group=GROUP):
+        origin = f"entry point {entry.name} = {entry.value}"
+        try:
+            effect = entry.load()
+        except Exception as error:  # whatever another package may raise
+            raise EffectError(f"{origin} cannot be loaded: {error}") from error
+        if not isinstance(effect, Effect):
+            raise EffectError(f"{origin} is no Effect: let it name one")
+        yield origin, (effect,)
+
+
+def _check(effect: Effect, origin: str, library: Mapping[str, Effect]) -> None:
+    """Raise an ``EffectError`` for the first thing by which an effect breaks its contract."""
+    for complaint in _complaints(effect, library):
+        raise EffectError(f"{origin}: effect {effect.name!r} {complaint}")
+
+
+def _complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[str]:
+    if not str(effect.name).isidentifier():
+        yield "has no good name: use letters, digits and underscores"
+    if effect.name in library:
+        yield "has the name of another effect: choose another"
+    for form in (effect, *effect.forms):
+        yield from _form_complaints(form, library)
+
+
+def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[str]:
+    taken = {str(s): "of the model" for s in (*SIGNALS, *ELSEWHERE)}
+    taken |= {entry.name: "of the model" for entry in (*CONSTANTS, *TISSUE)}
+    # One and the same switch, such as contact, may serve several effects.
+    shared = {switch for other in library.values() for switch in other.switches}
+    for other in library.values():
+        taken |= {str(symbol): f"of the effect {other.name}" for symbol in _own(other)}
+    for symbol in _own(effect):
+        if any(switch.symbol == symbol for switch in shared.intersection(effect.switches)):
+            continue
+        if str(symbol) in taken:
+            yield f"names a symbol {symbol}, which is one {taken[str(symbol)]}: rename it"
+    for entry in effect.parameters:
+        if not entry.lower <= entry.default <= entry.upper:
+            yield (
+                f"has a parameter {entry.name} of default {entry.default:g}, out of its bounds "
+                f"{entry.lower:g} to {entry.upper:g}"
+            )
+    if not 0 <= effect.strengths <= len(effect.parameters) and effect.parameters:
+        yield f"says strengths={effect.strengths}, but has {len(effect.parameters)} parameters"
+    known = {*SIGNALS, *_own(effect), *(entry.symbol for entry in (*CONSTANTS, *TISSUE))}
+    for symbol in sorted(_used(effect) - known, key=str):
+        yield (
+            f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "
+            "from tissue_probe.physics.effects.effect"
+        )
+    names = {entry.name for entry in effect.parameters}
+    for start in effect.starts(USUAL):
+        if unknown := sorted(set(start) - names):
+            yield f"proposes starts for {', '.join(unknown)}, which it has not"
+    if effect.parameters and not effect.switches and changed(effect):
+        yield (
+            f"still acts ({', '.join(changed(effect))}) with its strengths at neutral="
+            f"{effect.neutral:g}: there it must leave the model as it is"
+        )
+    try:
+        Composition(effects=(effect,)).model.state_jacobian  # noqa: B018
+    except (TypeError, ValueError, AttributeError) as error:
+        yield f"cannot be composed: {' '.join(str(error).split())}"
+
+
+def changed(effect: Effect) -> list[str]:
+    """Name what an effect still does with its strengths at ``neutral``; nothing, if it is right."""
+    at = {entry.symbol: effect.neutral for entry in effect.parameters[: effect.strengths]}
+    default = Effect("", "", "")
+    places = ("force", "contact", "drag", "inertia", "stretch", "engaged", "cell", "output",
+              "position", "delay", "rounded")  # fmt: skip
+    return [
+        name
+        for name in places
+        if sp.simplify(sp.sympify(getattr(effect, name)).subs(at) - getattr(default, name)) != 0
+    ]
+
+
+def _own(effect: Effect) -> list[sp.Symbol]:
+    owners = (*effect.parameters, *effect.states, *effect.switches)
+    return [owner.symbol for owner in owners]
+
+
+def _used(effect: Effect) -> set[sp.Symbol]:
+    """Return every symbol in an effect's expressions."""
+    expressions = [
+        *(effect.force, effect.contact, *effect.surface, effect.drag, effect.inertia, *effect.coil),
+        *(effect.stretch, effect.engaged, effect.cell, effect.output, effect.position),
+        *(effect.delay, effect.rounded),
+        *(side for state in effect.states for side in (state.motion, state.start)),
+        *(side for switch in effect.switches for side in (switch.on, switch.off)),
+    ]
+    return set().union(*(sp.sympify(expression).free_symbols for expression in expressions))

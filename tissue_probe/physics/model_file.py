@@ -1,0 +1,350 @@
+"""``model.yaml``: a composed model with its numbers, as the fit, the probe and the filters take it.
+
+What belongs here: the file's fields, and the way between them and a ``Composition``.
+What does not: fitting (``diagnosis``), running (``estimation``, ``devices``).
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect, Parameter
+from tissue_probe.physics.library import EffectError, effects, load_effects
+from tissue_probe.physics.rigs import RIGS
+from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.settings import rule, setting
+
+
+class ModelFileError(ValueError):
+    """A model file that cannot be used; the message says where, why, and what to do."""
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Quantity(_Entry):
+    """One number of the model; a deviation of 0 says that it was held."""
+
+    value: float = setting(..., "", "in the unit told")
+    deviation: float = setting(0.0, "", "standard deviation of its error, same unit", ge=0.0)
+    unit: str = setting(..., "", "SI")
+
+
+class EffectEntry(_Entry):
+    """One effect: its name, its form where there are several, the file of a user's own."""
+
+    name: str = setting(..., "", "as `tissue_probe.physics.effects` or the file has it")
+    form: int = setting(0, "", "0 for the effect itself, n for its n-th other form", ge=0)
+    file: str = setting("", "", "Python file that defines it, from the model file's folder")
+
+
+class DataFile(_Entry):
+    """One file that the model was fitted to."""
+
+    name: str = setting(..., "", "without its folder")
+    sha256: str = setting(..., "", "of the file's bytes, in hexadecimal")
+
+
+class Data(_Entry):
+    """What the numbers came from, and how well they fit it."""
+
+    files: tuple[DataFile, ...] = setting((), "", "fitted together")
+    date: datetime.date = setting(..., "", "day of the fit")
+    noise: float = setting(..., "N", "standard deviation of the force's white noise", gt=0.0)
+    rmse_training: float = setting(..., "N", "error on what was fitted", ge=0.0)
+    rmse_heldout: float = setting(..., "N", "error on what was not", ge=0.0)
+
+    @staticmethod
+    def of(
+        files: Iterable[str | Path], noise: float, rmse_training: float, rmse_heldout: float
+    ) -> Data:
+        """Describe a fit of today to files, whose bytes are read.
+
+        Parameters
+        ----------
+        files : iterable of path
+            What the model was fitted to.
+        noise, rmse_training, rmse_heldout : float
+            White noise of the force, and the fit's errors [N].
+        """
+        told = tuple(
+            DataFile(
+                name=Path(path).name, sha256=hashlib.sha256(Path(path).read_bytes()).hexdigest()
+            )
+            for path in files
+        )
+        return Data(
+            files=told,
+            date=datetime.date.today(),
+            noise=noise,
+            rmse_training=rmse_training,
+            rmse_heldout=rmse_heldout,
+        )
+
+
+class ModelFile(_Entry):
+    """The file, field by field."""
+
+    version: Literal[1] = setting(..., "", "of this layout")
+    rig: Literal[tuple(RIGS)] = setting(..., "", "how the instrument couples to the tissue")
+    tissue: Literal[tuple(TISSUES)] = setting(..., "", "what the tip presses on")
+    effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
+    constants: dict[str, Quantity] = setting(..., "", "the rig's")
+    parameters: dict[str, Quantity] = setting(..., "", "the tissue's and the effects'")
+    data: Data | None = setting(None, "", "where the numbers came from")
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """A composed model with its numbers.
+
+    Attributes
+    ----------
+    composition : Composition
+        Rig, tissue and effects.
+    values, deviations : dict of float
+        Constants and parameters by name (SI), and the standard deviations of their errors.
+    data : Data or None
+        What they came from, where that is told.
+    """
+
+    composition: Composition
+    values: dict[str, float]
+    deviations: dict[str, float]
+    data: Data | None = None
+
+
+def save(
+    path: str | Path,
+    composition: Composition,
+    values: Mapping[str, float],
+    deviations: Mapping[str, float],
+    data: Data | None = None,
+    effect_files: Sequence[str | Path] = (),
+) -> None:
+    """Write a model file; ``load`` gives the same again, to the last digit.
+
+    Parameters
+    ----------
+    path : path
+        Where to; a file that is there is replaced.
+    composition : Composition
+        The model.
+    values, deviations : mapping of float
+        Each constant and parameter by name (SI); what has no deviation was held.
+    data : Data, optional
+        What the numbers came from.
+    effect_files : sequence of path
+        Python files of the effects that are the user's own.
+
+    Raises
+    ------
+    ModelFileError
+        If a value is missing, or an effect is neither in the library nor in the files.
+    """
+    path = Path(path)
+    entries = [_entry(effect, path, effect_files) for effect in composition.effects]
+    constants = {str(symbol) for symbol in composition.model.constants}
+    declared = _declared(composition)
+    missing = [entry.name for entry in declared if entry.name not in values]
+    if missing:
+        raise ModelFileError(f"{path} is not written: no value for {', '.join(missing)}")
+    quantities = {
+        entry.name: {
+            "value": float(values[entry.name]),
+            "deviation": float(deviations.get(entry.name, 0.0)),
+            "unit": entry.unit,
+        }
+        for entry in declared
+    }
+    content = {
+        "version": 1,
+        "rig": composition.rig,
+        "tissue": composition.tissue,
+        "effects": entries,
+        "constants": {name: q for name, q in quantities.items() if name in constants},
+        "parameters": {name: q for name, q in quantities.items() if name not in constants},
+    }
+    if data is not None:
+        content["data"] = data.model_dump(mode="json")
+    _validated(path, content)
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+
+
+def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedModel:
+    """Read a model file.
+
+    Files of effects that it names are run, as Python.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    effect_files : sequence of path
+        Further Python files of effects that it may name.
+
+    Raises
+    ------
+    ModelFileError
+        If it is no model file, or what it says does not go together.
+    OSError
+        If it cannot be read.
+    """
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ModelFileError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
+    file = _validated(path, content)
+    own = [path.parent / entry.file for entry in file.effects if entry.file]
+    try:
+        library = effects([*dict.fromkeys(own), *effect_files])
+    except EffectError as error:
+        raise ModelFileError(f"{path}: {error}") from None
+    chosen = tuple(_effect(path, entry, library) for entry in file.effects)
+    composition = Composition(file.rig, file.tissue, chosen)
+    _consistent(path, file, composition)
+    quantities = file.constants | file.parameters
+    return FittedModel(
+        composition,
+        {name: quantity.value for name, quantity in quantities.items()},
+        {name: quantity.deviation for name, quantity in quantities.items()},
+        file.data,
+    )
+
+
+def _declared(composition: Composition) -> tuple[Parameter, ...]:
+    # Of the symbols: the kernel, which has the names too, may still have to be compiled.
+    return composition.entries(map(str, composition.model.values))
+
+
+def _validated(path: Path, content: object) -> ModelFile:
+    try:
+        return ModelFile.model_validate(content)
+    except ValidationError as error:
+        raise ModelFileError(f"{path}: {_first_complaint(error)}") from None
+
+
+def _entry(effect: Effect, path: Path, effect_files: Sequence[str | Path]) -> dict[str, Any]:
+    """Say where an effect is found again."""
+    folder = path.resolve().parent
+    known = effects(effect_files).get(effect.name)
+    form = None if known is None else _form_of(effect, known)
+    if form is None:
+        raise ModelFileError(
+            f"{path} is not written: the effect {effect.name} is not in the library; say in which "
+            "file it is"
+        )
+    entry: dict[str, Any] = {"name": effect.name}
+    if form:
+        entry["form"] = form
+    for file in effect_files:
+        if any(each.name == effect.name for each in load_effects(file)):
+            entry["file"] = os.path.relpath(Path(file).resolve(), folder)
+    return entry
+
+
+def _form_of(effect: Effect, known: Effect) -> int | None:
+    # By what is written down: functions of a file that was loaded twice are not the same ones.
+    forms = [repr(replace(form, forms=())) for form in (known, *known.forms)]
+    said = repr(replace(effect, forms=()))
+    return forms.index(said) if said in forms else None
+
+
+def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Effect:
+    if entry.name not in library:
+        raise ModelFileError(
+            f"{path}: there is no effect {entry.name!r}; there are {', '.join(library)}"
+        )
+    effect = library[entry.name]
+    forms = (replace(effect, forms=()), *effect.forms)
+    if entry.form >= len(forms):
+        raise ModelFileError(
+            f"{path}: effect {entry.name} has no form {entry.form}: give 0 to {len(forms) - 1}"
+        )
+    return forms[entry.form]
+
+
+def _consistent(path: Path, file: ModelFile, composition: Composition) -> None:
+    """Raise an error for the first thing that does not go with the composition."""
+    names = list(composition.names)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice:
+        raise ModelFileError(f"{path}: effect {twice} is there twice: leave one out")
+    try:
+        constants = {str(symbol) for symbol in composition.model.constants}
+    except ValueError as error:
+        raise ModelFileError(f"{path}: {error}") from None
+    wanted = {entry.name: entry for entry in _declared(composition)}
+    for section in ("constants", "parameters"):
+        given = getattr(file, section)
+        here = {n: e for n, e in wanted.items() if (n in constants) == (section == "constants")}
+        for name in given:
+            if name not in here:
+                raise ModelFileError(
+                    f"{path}: {section}.{name} is nothing that this model has; it has "
+                    f"{', '.join(here)}"
+                )
+        for name, entry in here.items():
+            if name not in given:
+                raise ModelFileError(f"{path}: {section}.{name} is missing: give it [{entry.unit}]")
+            if given[name].unit != entry.unit:
+                raise ModelFileError(
+                    f"{path}: {section}.{name}.unit is {given[name].unit!r}: convert to "
+                    f"{entry.unit!r}"
+                )
+            if not entry.lower <= given[name].value <= entry.upper:
+                raise ModelFileError(
+                    f"{path}: {section}.{name}.value is {given[name].value:g}: give a number from "
+                    f"{entry.lower:g} to {entry.upper:g} [{entry.unit}]"
+                )
+
+
+def _first_complaint(error: ValidationError) -> str:
+    """Say in one clause which field is wrong, and what it takes."""
+    complaint = error.errors()[0]
+    place = complaint["loc"]
+    name = ".".join(map(str, place)) or "the file"
+    model = _model_at(place)
+    if complaint["type"] == "extra_forbidden":
+        return f"there is no {name}; there are {', '.join(model.model_fields)}"
+    found = "missing" if complaint["type"] == "missing" else repr(complaint["input"])[:60]
+    if place and place[-1] in model.model_fields:
+        field = model.model_fields[place[-1]]
+        simple = field.annotation in (int, float, str) or "Literal" in repr(field.annotation)
+        wanted = rule(field) if simple else _WANTED.get(str(place[-1]), "a mapping")
+    else:
+        wanted = f"the fields {', '.join(model.model_fields)}"
+    return f"{name} is {found}: give {wanted}"
+
+
+_WANTED = {
+    "effects": "a list of effects, each with a name",
+    "files": "a list of files, each with name and sha256",
+    "date": "a day such as 2026-11-20",
+}
+
+
+def _model_at(place: tuple[int | str, ...]) -> type[BaseModel]:
+    """Return the class in which the last name of a place is a field, or what lies at the place."""
+    if not place:
+        return ModelFile
+    depth = len(place)
+    if place[0] in ("constants", "parameters") and depth > 1:
+        return Quantity
+    if place[0] == "effects" and depth > 1:
+        return EffectEntry
+    if place[0] == "data" and depth > 1:
+        return DataFile if place[1] == "files" and depth > 2 else Data
+    return ModelFile
