@@ -12,7 +12,17 @@ import pytest
 from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
-COMMANDS = ["demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"]
+COMMANDS = [
+    "demo",
+    "estimate",
+    "estimators",
+    "map",
+    "info",
+    "export",
+    "excitation",
+    "reproduce",
+    "challenge",
+]
 
 
 def in_a_process(*arguments, **environment):

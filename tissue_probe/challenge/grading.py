@@ -198,11 +198,11 @@ def kind_of(answer: Mapping[str, Any]) -> Kind:
     effects = answer["effects"]
     if len(effects) != 1:
         return Kind.two if effects else Kind.none
+    if answer["absorbed"]:
+        return Kind.absorbed
     if effects[0] in OUTSIDE:
         return Kind.outside
-    if effects[0] in SPOILT:
-        return Kind.spoilt
-    return Kind.absorbed if answer["absorbed"] else Kind.one
+    return Kind.spoilt if effects[0] in SPOILT else Kind.one
 
 
 def _mark_one(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:

@@ -87,7 +87,9 @@ def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _adhesion(strength: float, at: Situation, random: Random) -> Change:
-    pull = random.uniform(0.1, 0.5) * at.specimen.stiffness * at.amplitude
+    """Let the contact tear off at a pull; it and the time in the air grow with the strength."""
+    share = random.uniform(0.1, 0.5) * np.sqrt(strength)
+    pull = float(share * at.specimen.stiffness * at.amplitude)
     preload = (1.0 - strength) * _holding(at, pull)
     return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
 

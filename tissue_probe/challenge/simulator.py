@@ -69,7 +69,7 @@ class Answer:
     ratio : float
         The same of all effects together.
     absorbed : tuple of str
-        Effects that a Kelvin-Voigt model absorbs under this excitation; their strength is typical.
+        Effects that a Kelvin-Voigt model absorbs under this excitation, at a typical strength.
     tissue, rig, excitation, second_excitation : dict
         Numbers without the effects; ``rig`` holds the true constants, not the nominal ones.
     seed : int

@@ -19,7 +19,10 @@ SEARCH_RATE = 8_000
 TOLERANCE = 0.02  # of the logarithm of the excess
 TRIALS = 12
 ABSORBED = 1.05
-"""Ratio below which a typical strength counts as absorbed by the Kelvin-Voigt model."""
+"""Ratio below which an effect counts as absorbed by the Kelvin-Voigt model."""
+
+SHOWN = 1.2
+"""Ratio that an effect leaves at least, if any strength does."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Hidden:
         Asked for, and reached: rms left by the best Kelvin-Voigt fit, in units of the noise, with
         this effect alone.
     absorbed : bool
-        Whether the model absorbs it; it then has its typical strength.
+        Whether the model absorbs it, at its typical strength or whatever strength was tried.
     """
 
     change: Change
@@ -63,11 +66,11 @@ def hide(effect: Effect, case: Case, target: float, seed: int) -> Hidden:
         left = min(ratio(float(np.exp(logarithm))), 1e6)
         return 0.5 * float(np.log(max(left**2 - 1.0, 1e-12) / (target**2 - 1.0)))
 
-    usual = ratio(effect.typical)
-    if usual < ABSORBED:
-        return Hidden(change(effect.typical), effect.typical, target, usual, absorbed=True)
-    strength = _reach(ratio, effect, target)
-    return Hidden(change(strength), strength, target, ratio(strength), absorbed=False)
+    strength = effect.typical
+    if ratio(strength) >= ABSORBED:
+        strength = _reach(ratio, effect, target)
+    reached = ratio(strength)
+    return Hidden(change(strength), strength, target, reached, absorbed=reached < ABSORBED)
 
 
 def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> float:
@@ -92,4 +95,7 @@ def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> fl
         errors[following] = excess(following)
         rise = (errors[following] - errors[place]) / (following - place)
         slope, place = float(np.clip(rise, 0.3, 10.0)), following
-    return float(np.exp(min(errors, key=lambda place: abs(errors[place]))))
+    # Some effects set in with a jump: rather one that shows too well than one that does not.
+    faintest = 0.5 * np.log((SHOWN**2 - 1.0) / (target**2 - 1.0))
+    shown = [place for place, error in errors.items() if error >= faintest]
+    return float(np.exp(min(shown or errors, key=lambda place: abs(errors[place]))))

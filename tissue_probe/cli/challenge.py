@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 challenge = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
-    help="Learn how far to trust a diagnosis: hide effects, seek them, count.",
+    help="Hide effects, and count how often a diagnosis finds them.",
 )
 
 

@@ -1,0 +1,72 @@
+"""How much an effect leaves to a Kelvin-Voigt fit, and that it is what was asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tissue_probe.challenge import EFFECTS, make_challenge
+from tissue_probe.challenge.case import Case
+from tissue_probe.challenge.instrument import Instrument
+from tissue_probe.challenge.kelvin_voigt import fit_residual
+from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
+
+PHASES = tuple(np.random.default_rng(3).uniform(0.0, 6.28, 60).tolist())
+
+
+@pytest.mark.parametrize("kind", DURATIONS)
+@pytest.mark.parametrize(("stiffness", "damping"), [(150.0, 15.0), (3000.0, 0.5)])
+def test_a_clean_recording_leaves_less_than_a_fiftieth_of_the_noise(kind, stiffness, damping):
+    truth = Specimen(stiffness=stiffness, damping=damping)
+    coil = Trajectory(kind, 1e-3, DURATIONS[kind], phases=PHASES)
+    case = Case(truth, Instrument(encoder_step=1e-12), coil).pressed(2e-3)
+    position, force = case.measure(np.zeros(case.samples))
+    left = fit_residual(position, force, truth._replace(stiffness=500.0, damping=4.0))
+    assert np.sqrt(np.mean(left**2)) < 1e-4
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_leaves_what_was_asked_for_as_far_as_it_can(name):
+    effect = EFFECTS[name]
+    answer = make_challenge(5, (name,), "sine10", preload=2e-3).answer
+    ratio, strength = answer.ratios[name], answer.strengths[name]
+    at_an_end = np.isclose(strength, [effect.weakest, effect.strongest], rtol=1e-6).any()
+    assert 1.4 <= answer.targets[name] <= 25.0
+    assert not answer.absorbed
+    if name == "amplitude_softening":  # too much softens so far that nothing is left to vary
+        assert 1.1 < ratio < answer.targets[name]
+    elif name == "adhesion":  # sets in with a jump
+        assert ratio >= 0.95 * answer.targets[name]
+    elif not at_an_end:
+        # Samples are stuck by whole numbers of them.
+        rel = 0.15 if name == "stuck_samples" else 0.05
+        assert ratio == pytest.approx(answer.targets[name], rel=rel)
+    assert answer.ratio == pytest.approx(ratio, rel=0.05)
+
+
+def test_an_effect_that_sets_in_with_a_jump_rather_shows_too_well():
+    for seed in range(4):
+        answer = make_challenge(seed, ("hertz_contact",), "sine10", preload=0.0).answer
+        assert answer.ratio > 1.2
+
+
+ABSORBED = (
+    *("standard_linear_solid", "generalized_maxwell", "springpot"),
+    *("added_mass", "force_gain", "load_cell_stiffness_error"),
+)
+
+
+@pytest.mark.parametrize("name", ABSORBED)
+def test_a_steady_sine_without_preload_lets_kelvin_voigt_absorb(name):
+    answer = make_challenge(1, (name,), "sine10ss", preload=0.0).answer
+    assert answer.absorbed == (name,)
+    assert answer.strengths[name] == EFFECTS[name].typical
+    assert answer.ratio < 1.05
+
+
+@pytest.mark.parametrize("name", ABSORBED[:3])
+def test_a_preload_shows_relaxation_by_its_unrelaxed_offset(name):
+    answer = make_challenge(1, (name,), "sine10ss", preload=2e-3).answer
+    assert answer.absorbed == ()
+    assert answer.ratio == pytest.approx(answer.targets[name], rel=0.05)

@@ -1,0 +1,115 @@
+"""Challenges made, sealed and graded by the program."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tissue_probe.challenge import EFFECTS
+from tissue_probe.recording.csv_file import read_csv
+from tissue_probe.recording.reader import read_recording
+
+SERIES = ("--count", 4, "--seed", 3, "--excitation", "sine10")
+
+
+@pytest.fixture
+def series(run, tmp_path):
+    assert run("challenge", "make", *SERIES, "made").status == 0
+    return json.loads((tmp_path / "answers.sealed.json").read_text())["answers"]
+
+
+def diagnose(tmp_path, answers, right):
+    for name, answer in answers.items():
+        first = answer["effects"][0] if answer["effects"] else None
+        diagnosis = {
+            "verdict": "missing" if first else "adequate",
+            "ranking": [{"effect": first if right else "hertz_contact"}] if first else [],
+            "indistinguishable": [],
+            "effects": answer["effects"],
+        }
+        (tmp_path / "made" / f"{name}.json").write_text(json.dumps(diagnosis))
+
+
+def test_a_series_is_made_with_second_recordings(series, tmp_path):
+    names = sorted(path.name for path in (tmp_path / "made").iterdir())
+    assert names == sorted(f"000{n}{end}.csv" for n in range(1, 5) for end in ("", "_second"))
+    recording = read_csv(tmp_path / "made" / "0001.csv")
+    assert len(recording) == 4000
+    assert recording.blocks[0].sample_period == pytest.approx(5e-4)
+    assert np.ptp(recording.position) > 1e-3
+
+
+@pytest.mark.parametrize("ending", ["csv", "mcap"])
+def test_nothing_among_the_recordings_tells_the_answer(run, tmp_path, ending):
+    run("challenge", "make", *SERIES, "made", "--format", ending, "--answers", "sealed.json")
+    words = [name.encode() for name in EFFECTS] + [b"stiffness", b"effect", b"seed", b"sine10"]
+    for path in (tmp_path / "made").rglob("*"):
+        content = path.read_bytes()
+        assert not [word for word in words if word in content + path.name.encode()]
+        if ending == "mcap":
+            assert not read_recording(path).metadata
+    assert set(json.loads((tmp_path / "sealed.json").read_text())["answers"]) == {
+        f"000{n}" for n in range(1, 5)
+    }
+
+
+def test_a_bag_holds_what_the_table_holds(run, tmp_path):
+    run("challenge", "make", *SERIES, "table")
+    run("challenge", "make", *SERIES, "bags", "--format", "mcap", "--answers", "other.json")
+    table = read_csv(tmp_path / "table" / "0002_second.csv")
+    bag = read_recording(tmp_path / "bags" / "0002_second.mcap")
+    np.testing.assert_allclose(bag.position, table.position, atol=1e-12)
+    np.testing.assert_allclose(bag.force, table.force, atol=1e-8)
+
+
+def test_right_diagnoses_are_marked_right(run, tmp_path, series):
+    diagnose(tmp_path, series, right=True)
+    outcome = run("challenge", "grade", "made", "--json", "marks.json")
+    assert outcome.status == 0
+    marks = json.loads((tmp_path / "marks.json").read_text())
+    assert marks["version"] == 1
+    assert marks["undiagnosed"] == []
+    assert marks["first"]["right"] == marks["first"]["total"]
+    assert sum(sum(named.values()) for named in marks["confusion"].values()) == 4
+    assert "one effect hidden: ranked first" in outcome.out
+    assert max(map(len, outcome.out.splitlines())) <= 80
+
+
+def test_a_missing_diagnosis_is_told_and_counts_as_wrong(run, tmp_path):
+    run("challenge", "make", *SERIES, "--hide", "one", "made")
+    answers = json.loads((tmp_path / "answers.sealed.json").read_text())["answers"]
+    diagnose(tmp_path, answers, right=True)
+    (tmp_path / "made" / "0003.json").unlink()
+    outcome = run("challenge", "grade", "made", "--json", "marks.json")
+    assert "Without a diagnosis, and so wrong: 0003." in outcome.out
+    marks = json.loads((tmp_path / "marks.json").read_text())
+    assert marks["first"]["right"] == marks["first"]["total"] - 1
+    assert sum(named.get("no diagnosis", 0) for named in marks["confusion"].values()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["make", "out", "--answers", "out/answers.json"], "lies among the recordings"),
+        (["make", "out", "--excitation", "square"], "there is no excitation 'square'"),
+        (["make", "out", "--rig", "bent"], "there is no rig 'bent'"),
+        (["make", "out", "--hide", "all"], "cannot hide 'all'"),
+        (["make", "out", "--format", "bag"], "recordings are csv or mcap"),
+        (["grade", "nowhere"], "No such file"),
+    ],
+)
+def test_what_cannot_be_done_is_told_in_one_line(fails, arguments, said):
+    assert said in fails("challenge", *arguments)
+
+
+def test_answers_and_recordings_are_never_overwritten(fails, series):
+    assert "never overwritten" in fails("challenge", "make", *SERIES, "elsewhere")
+    assert "exists" in fails("challenge", "make", *SERIES, "made", "--answers", "new.json")
+
+
+def test_a_folder_without_diagnoses_and_a_broken_one_are_told(fails, series, tmp_path):
+    assert "holds none of 0001.json to 0004.json" in fails("challenge", "grade", "made")
+    (tmp_path / "made" / "0001.json").write_text("{")
+    assert "0001.json is not JSON" in fails("challenge", "grade", "made")
