@@ -1,0 +1,309 @@
+"""What is wrong with samples is found and said; of sound samples nothing is said."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.signal import decimate
+from specimen import Specimen, chirp, multisine, sine
+
+from tissue_probe.diagnosis.inspection import inspect
+
+PERIOD = 5e-4
+MOTIONS = {"sine": sine(), "chirp": chirp(), "multisine": multisine(), "slow": sine(1.0)}
+TISSUES = {
+    "free surface": Specimen(),
+    "preload": Specimen(preload=2e-3),
+    "contact loss": Specimen(contact_loss=True),
+    "stiffening": Specimen(cubic=4e8, preload=1e-3),
+    "friction": Specimen(coulomb=0.1),
+    "soft": Specimen(stiffness=150.0, damping=0.5),
+    "stiff": Specimen(stiffness=3000.0, damping=15.0, preload=1e-3),
+}
+
+
+@cache
+def without_noise(tissue, motion):
+    """Return position in steps of 0.1 um and force."""
+    position, _, force, _ = TISSUES[tissue].measure(MOTIONS[motion], 4.0)
+    return np.round(position, 7), force
+
+
+def measure(tissue="free surface", motion="sine", seed=0):
+    """Return position in steps of 0.1 um, and force with 5 mN of noise."""
+    position, force = without_noise(tissue, motion)
+    noise = 5e-3 * np.random.default_rng(seed).standard_normal(force.size)
+    return position.copy(), force + noise
+
+
+def converted(force, bits, reach=10.0):
+    """Return the force as a converter of so many bits gives it, from -reach to reach [N]."""
+    step = 2.0 * reach / 2**bits
+    return step * np.round(force / step)
+
+
+def names(position, force, period=PERIOD, time=None):
+    found = inspect(position, force, period, time).findings
+    for finding in found:
+        assert finding.sentence.endswith(".")
+        assert ":" in finding.sentence or ";" in finding.sentence
+    return {finding.name for finding in found}
+
+
+@pytest.mark.parametrize("bits", [None, 12, 14, 16])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("tissue", TISSUES)
+def test_of_sound_samples_nothing_is_said(tissue, motion, bits):
+    for seed in range(3):
+        position, force = measure(tissue, motion, seed=seed)
+        if bits:
+            force = converted(force, bits)
+        assert names(position, force) == set()
+
+
+@pytest.mark.parametrize("bits", [12, 16])
+@pytest.mark.parametrize("tissue", TISSUES)
+def test_of_sound_samples_without_noise_nothing_is_said(tissue, bits):
+    for motion in MOTIONS:
+        position, force = without_noise(tissue, motion)
+        assert names(position, converted(force, bits)) == set()
+
+
+def test_rest_before_and_after_the_motion_is_no_fault():
+    position, force = (column[:4000] for column in measure())
+    still = np.zeros(600)
+    noise = 5e-3 * np.random.default_rng(1).standard_normal((2, 600))
+    position = np.concatenate([still, position, still + position[-1]])
+    force = np.concatenate([noise[0], force, noise[1] + force[-1]])
+    assert names(position, converted(force, 14)) == set()
+
+
+def test_the_steps_of_encoder_and_converter_are_told():
+    position, force = measure()
+    found = inspect(position, converted(force, 12), PERIOD)
+    assert found.position_step == pytest.approx(1e-7, rel=1e-6)
+    assert found.force_step == pytest.approx(20.0 / 4096, rel=1e-6)
+    assert inspect(position, force, PERIOD).force_step is None
+
+
+@pytest.mark.parametrize(
+    ("motion", "share"),
+    [("sine", 0.02), ("sine", 0.1), ("chirp", 0.05), ("multisine", 0.05), ("multisine", 0.1)],
+)
+@pytest.mark.parametrize("bits", [None, 14, 16])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_force_cut_off_is_no_stiffness_step(sign, motion, bits, share):
+    position, force = measure("preload", motion)
+    if motion == "sine":  # the start from rest reaches higher than all that follows
+        position, force = position[1000:], force[1000:]
+    limit = (sign * force).max() - share * np.ptp(force)
+    cut = sign * np.minimum(sign * force, limit)
+    cut = converted(cut, bits) if bits else cut
+    found = inspect(position, cut, PERIOD)
+    assert found.answer == "adc_saturation"
+    finding = found["adc_saturation"]
+    for first, stop in finding.spans:
+        assert np.ptp(cut[first:stop]) == 0.0
+        assert sign * cut[first] == (sign * cut).max()
+    held = np.count_nonzero(sign * force > limit)
+    assert 0.5 * held < finding.samples < 1.1 * held + 20
+
+
+@pytest.mark.parametrize("channel", ["position", "force"])
+@pytest.mark.parametrize("bits", [None, 12, 16])
+@pytest.mark.parametrize("motion", ["sine", "chirp", "multisine"])
+def test_a_channel_that_sticks_is_no_body_motion(motion, bits, channel):
+    random = np.random.default_rng(4)
+    position, force = measure("preload", motion)
+    force = converted(force, bits) if bits else force
+    values = position if channel == "position" else force
+    stuck = np.zeros(values.size, dtype=bool)
+    for first in range(500, values.size - 100, 700):
+        length = random.integers(5, 51)
+        values[first : first + length] = values[first]
+        stuck[first : first + length] = True
+    found = inspect(position, force, PERIOD)
+    assert found.answer == "stuck_samples"
+    finding = found["stuck_samples"]
+    assert f"The {channel} is stuck" in finding.sentence
+    marked = np.zeros(values.size, dtype=bool)
+    for first, stop in finding.spans:
+        marked[first:stop] = True
+    assert np.count_nonzero(marked & ~stuck) <= 4 * len(finding.spans)
+    assert np.count_nonzero(marked & stuck) > 0.6 * np.count_nonzero(stuck)
+
+
+def test_a_channel_of_a_lower_rate_is_told_by_how_much():
+    position, force = measure()
+    finding = inspect(position, np.repeat(force[::4], 4), PERIOD)["stuck_samples"]
+    assert "repeats each value about 4 times" in finding.sentence
+
+
+@pytest.mark.parametrize("count", [0, 1, 15, 199])
+def test_too_few_samples_are_fatal(count):
+    position, force = measure()
+    found = inspect(position[:count], force[:count], PERIOD)
+    assert found["too_short"].fatal
+    assert f"{count} samples" in found["too_short"].sentence
+
+
+def test_too_short_a_time_is_fatal():
+    position, force = measure()
+    assert inspect(position[:300], force[:300], PERIOD)["too_short"].fatal
+
+
+def test_samples_not_known_are_counted_and_do_not_hide_the_rest():
+    position, force = measure()
+    force[100:140] = np.nan
+    position[700] = np.inf
+    found = inspect(position, force, PERIOD)
+    assert {finding.name for finding in found.findings} == {"missing_samples"}
+    assert found["missing_samples"].spans == ((100, 140), (700, 701))
+    assert "41 of 8000" in found["missing_samples"].sentence
+    assert not found.fatal
+    force[::2] = np.nan
+    assert inspect(position, force, PERIOD)["missing_samples"].fatal
+
+
+@pytest.mark.parametrize("channel", ["position", "force"])
+def test_a_constant_column_is_fatal(channel):
+    columns = dict(zip(("position", "force"), measure(), strict=True))
+    columns[channel] = np.full(8000, 3.25)
+    found = inspect(columns["position"], columns["force"], PERIOD)
+    assert found[f"constant_{channel}"].fatal
+    assert "is 3.25 throughout" in found[f"constant_{channel}"].sentence
+
+
+def test_an_encoder_at_rest_is_no_motion():
+    random = np.random.default_rng(2)
+    force = 5e-3 * random.standard_normal(4000)
+    flickering = 1e-7 * random.integers(0, 2, 4000)
+    assert inspect(flickering, force, PERIOD)["no_motion"].fatal
+    assert inspect(1e-6 * random.standard_normal(4000), force, PERIOD)["no_motion"].fatal
+
+
+@pytest.mark.parametrize("bits", [None, 12])
+def test_force_within_the_noise_is_no_contact(bits):
+    position, _ = measure()
+    force = 5e-3 * np.random.default_rng(2).standard_normal(position.size)
+    force = converted(force, bits) if bits else force
+    assert inspect(position, force, PERIOD)["no_contact"].fatal
+
+
+@pytest.mark.parametrize("motion", [sine(), multisine(range(1, 21))])
+def test_a_tip_in_the_air_is_no_contact(motion):
+    position, _, _, force = Specimen(stiffness=0.0, damping=0.0).measure(motion, 4.0)
+    position, force = np.round(position, 7)[2000:], force[2000:]  # the start has rung down
+    mass = float(inspect(position, force, PERIOD)["no_contact"].sentence.split()[8])
+    assert mass == pytest.approx(0.04, rel=0.1)
+
+
+@pytest.mark.parametrize("tissue", TISSUES)
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("flipped", ["position", "force"])
+def test_a_wrong_sign_is_fatal(tissue, motion, flipped):
+    position, force = measure(tissue, motion)
+    signs = (-1.0, 1.0) if flipped == "position" else (1.0, -1.0)
+    found = inspect(signs[0] * position, signs[1] * force, PERIOD)
+    assert {finding.name for finding in found.findings} == {"wrong_polarity"}
+    assert found.fatal
+    assert "--force-polarity" in found["wrong_polarity"].sentence
+
+
+@pytest.mark.parametrize("late", [-200, -20, 12, 100])
+@pytest.mark.parametrize("motion", ["chirp", "multisine"])
+def test_channels_of_different_clocks_are_told_by_how_much(motion, late):
+    position, force = measure(motion=motion)
+    early, shift = max(0, -late), max(0, late)
+    found = inspect(
+        position[shift : position.size - early], force[early : force.size - shift], PERIOD
+    )
+    said = found["unsynchronised"].sentence
+    assert found["unsynchronised"].fatal
+    assert ("late" if late > 0 else "early") in said
+    assert float(said.split()[3]) == pytest.approx(abs(late) / 2.0, abs=2.0)  # the tip lags too
+
+
+def test_a_delay_that_is_an_effect_is_no_matter_of_clocks():
+    position, force = measure(motion="chirp")
+    assert names(position[4:], force[:-4]) == set()
+
+
+@pytest.mark.parametrize(
+    ("position_size", "force_size"), [(1.0, 1e6), (1e-6, 1.0), (1e4, 1.0), (1e3, 1.0)]
+)
+def test_units_that_no_tissue_has_are_suspicious(position_size, force_size):
+    position, force = measure()
+    assert names(position_size * position, force_size * force) == {"suspicious_units"}
+
+
+def test_jittering_times_and_gaps_are_told():
+    position, force = measure()
+    time = PERIOD * np.arange(position.size)
+    assert names(position, force, time=time) == set()
+    jittering = time + 0.1 * PERIOD * np.random.default_rng(0).uniform(-1.0, 1.0, time.size)
+    assert names(position, force, time=jittering) == {"irregular_sampling"}
+    time[4000:] += 0.3
+    found = inspect(position, force, PERIOD, time)
+    assert found["gaps"].spans == ((3999, 4001),)
+    assert "1 gaps in time, the longest 0.3 s" in found["gaps"].sentence
+
+
+@pytest.mark.parametrize("step", [4e-6, 2e-5])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_coarse_steps_of_the_encoder_are_told(motion, step):
+    position, force = measure(motion=motion)
+    found = inspect(step * np.round(position / step), force, PERIOD)
+    assert {finding.name for finding in found.findings} == {"coarse_encoder"}
+    assert found.position_step == pytest.approx(step, rel=1e-6)
+    assert f"steps of {step:.3g} m" in found["coarse_encoder"].sentence
+
+
+def test_too_few_samples_a_cycle_are_told():
+    position, force = (decimate(column, 10) for column in measure(motion="multisine"))
+    finding = inspect(position, force, 10 * PERIOD)["low_rate"]
+    assert "only 200 samples a second" in finding.sentence
+
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+some = st.sampled_from([0.0, 1.0, -1.0, 5e-324, 1e308, -1e308, 1e-7])
+
+
+@given(
+    columns=st.integers(0, 60).flatmap(
+        lambda size: st.tuples(
+            *(arrays(np.float64, size, elements=finite | some) for _ in range(2))
+        )
+    ),
+    period=st.sampled_from([1e-9, 5e-4, 1.0, 1e9]),
+)
+@settings(max_examples=200, deadline=None)
+def test_no_finite_samples_raise(columns, period):
+    for finding in inspect(*columns, period).findings:
+        assert finding.sentence
+        assert all(0 <= first < stop <= columns[0].size for first, stop in finding.spans)
+
+
+@given(
+    scale=st.sampled_from([1e-300, 1e-12, 1e12, 1e300]),
+    what=st.sampled_from(["position", "force", "both"]),
+)
+@settings(max_examples=12, deadline=None)
+def test_samples_of_any_size_are_judged(scale, what):
+    position, force = measure()
+    found = inspect(
+        position * (scale if what != "force" else 1.0),
+        force * (scale if what != "position" else 1.0),
+        PERIOD,
+    )
+    assert {finding.name for finding in found.findings} <= {"suspicious_units"}
+
+
+def test_arrays_that_do_not_fit_are_refused():
+    with pytest.raises(ValueError, match=r"shapes \(3,\) and \(2,\)"):
+        inspect(np.zeros(3), np.zeros(2), PERIOD)
+    with pytest.raises(ValueError, match="sample_period is 0"):
+        inspect(np.zeros(3), np.zeros(3), 0.0)

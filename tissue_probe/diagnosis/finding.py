@@ -1,0 +1,46 @@
+"""What is wrong with samples: one finding, and stretches of samples that it concerns.
+
+What belongs here: the record of a finding. What does not: finding it (``inspection``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong with the samples.
+
+    Attributes
+    ----------
+    name : str
+        One of those that ``inspection.inspect`` lists.
+    sentence : str
+        What is wrong, and what to do.
+    fatal : bool
+        Whether a fit of any model would be worthless.
+    spans : tuple of (first, stop)
+        Which samples it concerns; empty if all.
+    """
+
+    name: str
+    sentence: str
+    fatal: bool = False
+    spans: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """How many samples it concerns, where it concerns some."""
+        return sum(stop - first for first, stop in self.spans)
+
+
+def spans_of(marked: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Yield (first, stop) of each run of marked samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(np.int8)))
+    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        yield int(first), int(stop)

@@ -1,0 +1,88 @@
+"""Values that no sensor measured: cut off at a limit, or repeated.
+
+What belongs here: what is said of them. What does not: finding them (``repeats``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_probe.diagnosis.channel import Channel
+from tissue_probe.diagnosis.finding import Finding
+from tissue_probe.diagnosis.repeats import Runs, clipped, stuck
+
+_HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
+
+
+def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterator[Finding]:
+    """Yield ``adc_saturation`` of the force and ``stuck_samples`` of either channel.
+
+    Parameters
+    ----------
+    position, force : Channel
+        Moving both.
+    known : array of bool, shape (n,)
+        Which samples were measured, not bridged.
+    """
+    repeated = {
+        channel.name: _known(stuck(channel, other), known)
+        for channel, other in ((position, force), (force, position))
+    }
+    limits = [
+        (limit, there)
+        for limit, there in clipped(force, position)
+        if not _is_one_of_many(there, repeated["force"])
+    ]
+    if limits:
+        yield _saturation(force, limits)
+    at_limits = np.concatenate([np.empty(0), *(there.first for _, there in limits)])
+    for channel in (position, force):
+        found = repeated[channel.name]
+        if channel is force:
+            found = found[~np.isin(found.first, at_limits)]
+        if found.first.size:
+            yield _stuck(channel, found)
+
+
+def _known(found: Runs, known: np.ndarray) -> Runs:
+    """Leave out runs that bridging made."""
+    return found[np.array([known[first:stop].all() for first, stop in found.spans()], dtype=bool)]
+
+
+def _is_one_of_many(there: Runs, repeated: Runs) -> bool:
+    """Whether a limit was held once only, and other values were held too: then it was stuck."""
+    return there.first.size == 1 and not np.isin(repeated.first, there.first).all()
+
+
+def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
+    spans = tuple(sorted(span for _, there in limits for span in there.spans()))
+    samples = sum(stop - first for first, stop in spans)
+    values = " and ".join(f"{limit:.5g}" for limit, _ in limits)
+    share = 100.0 * samples / force.values.size
+    return Finding(
+        "adc_saturation",
+        f"The force stands still at {values} N, its extreme, {len(spans)} times ({share:.2g} % of "
+        "the samples): the converter or amplifier was at its limit; lower the amplitude or choose "
+        "a larger range, and record again.",
+        spans=spans,
+    )
+
+
+def _stuck(channel: Channel, found: Runs) -> Finding:
+    samples = int(found.length.sum())
+    usual = int(np.median(found.length))
+    if samples > _HELD * channel.values.size:
+        said = (
+            f"The {channel.name} repeats each value about {usual} times: it was measured at a "
+            f"lower rate than it was recorded; record it, or resample both channels, at 1/{usual} "
+            "of the rate."
+        )
+    else:
+        said = (
+            f"The {channel.name} is stuck {found.first.size} times, for {found.length.min()} to "
+            f"{found.length.max()} samples, {samples} in all: look for lost samples between sensor "
+            "and recorder, and leave these out."
+        )
+    return Finding("stuck_samples", said, spans=found.spans())
