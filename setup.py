@@ -11,7 +11,7 @@ setup(
     name="tissue_probe",
     version="0.1.0",
     packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
-    package_data={"tissue_probe": ["py.typed"]},
+    package_data={"tissue_probe": ["py.typed"], "tissue_probe.report": ["*.jinja"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/tissue_probe"]),
         ("share/tissue_probe", ["package.xml"]),

@@ -20,7 +20,14 @@ STEP_WIDTH = 2.0  # inches
 LONG = 20  # characters
 
 # Okabe and Ito's colours, told apart by every eye; marks and dashes tell them apart in grey.
-_TRAINING = {"color": "#E69F00", "marker": "s", "linestyle": "--", "markersize": 7}
+_TRAINING = {
+    "color": "#E69F00",
+    "marker": "s",
+    "linestyle": "--",
+    "markersize": 13,
+    "markerfacecolor": "none",
+    "markeredgewidth": 1.8,
+}
 _HELDOUT = {"color": "#0072B2", "marker": "o", "linestyle": "-", "markersize": 9}
 _NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 

@@ -1,0 +1,213 @@
+"""What a report says, as plain data for a caller to fill.
+
+What belongs here: the fields of the page, SI throughout. What does not: their layout (``page``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from tissue_probe.diagnosis.localise import Localisation
+from tissue_probe.diagnosis.residual_test import ResidualTest
+from tissue_probe.signals import FloatArray
+
+Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
+
+
+@dataclass(frozen=True)
+class ReportParameter:
+    """A parameter of a model with its 95 % interval.
+
+    Parameters
+    ----------
+    name : str
+        As in ``model.yaml``.
+    symbol : str
+        In LaTeX.
+    value, low, high : float
+        Estimate and ends of the interval, in ``unit``; NaN ends where it was held fixed.
+    unit : str
+        In words, as ``N s/m``; empty for a pure number.
+    """
+
+    name: str
+    symbol: str
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class ReportStep:
+    """A model on the ladder.
+
+    Parameters
+    ----------
+    model : str
+        What was done, as ``Kelvin-Voigt``, ``+ cubic_stiffening`` or ``− force_bias``.
+    reason : str
+        Why, in a sentence.
+    equations : tuple of str
+        The model's equations in LaTeX, without delimiters.
+    parameters : tuple of ReportParameter
+        As fitted.
+    training_rmse, heldout_rmse : float
+        Error on the fitted data and on data held out [N]; NaN where there is none.
+    """
+
+    model: str
+    reason: str
+    equations: tuple[str, ...]
+    parameters: tuple[ReportParameter, ...]
+    training_rmse: float
+    heldout_rmse: float
+
+
+@dataclass(frozen=True)
+class ReportCandidate:
+    """An effect that was tried beside the base model.
+
+    Parameters
+    ----------
+    effect, family, description : str
+        Its name, its family, and its physics in a line.
+    heldout_rmse : float
+        Error on held-out data with it [N].
+    gain : float
+        By how much it lowers the Bayesian information criterion; above 10 is decisive.
+    parameters : tuple of ReportParameter
+        Its own, as fitted.
+    indistinguishable : bool
+        Whether this data cannot tell it from the first of the ranking.
+    """
+
+    effect: str
+    family: str
+    description: str
+    heldout_rmse: float
+    gain: float
+    parameters: tuple[ReportParameter, ...] = ()
+    indistinguishable: bool = False
+
+
+@dataclass(frozen=True)
+class ReportSignals:
+    """A record with what the first and the last model of the ladder predict of it.
+
+    Parameters
+    ----------
+    name : str
+        Which recording, and whether it was fitted or held out.
+    time : array, shape (N,)
+        Times of the samples [s].
+    measured, base, final : array, shape (N,)
+        Measured force, and the force predicted by the first and by the last model [N].
+    base_localisation, final_localisation : Localisation or None
+        Where these fail.
+    """
+
+    name: str
+    time: FloatArray
+    measured: FloatArray
+    base: FloatArray
+    final: FloatArray
+    base_localisation: Localisation | None = None
+    final_localisation: Localisation | None = None
+
+
+@dataclass(frozen=True)
+class ReportExcitation:
+    """The experiment to do next.
+
+    Parameters
+    ----------
+    reason : str
+        What it would tell, in a sentence.
+    command : str
+        The command line that runs it; empty for a calibration done by hand.
+    settings : mapping of str to str
+        Its settings with units.
+    """
+
+    reason: str
+    command: str = ""
+    settings: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ReportSource:
+    """A recording that went into the report.
+
+    Parameters
+    ----------
+    name : str
+        Its file.
+    role : str
+        What it served for, as ``fitted`` or ``held out``.
+    description : str
+        Duration, rate, units and polarity as read, and whatever else was assumed.
+    """
+
+    name: str
+    role: str
+    description: str
+
+
+@dataclass(frozen=True)
+class Report:
+    """All that a report says.
+
+    Parameters
+    ----------
+    title : str
+        Heading of the page.
+    verdict : {'adequate', 'missing', 'ambiguous', 'unexplained'}
+        The decision.
+    summary : tuple of str
+        The verdict in words, a paragraph each.
+    noise_floor : float
+        Standard deviation of the force's white noise [N].
+    steps : tuple of ReportStep
+        The ladder from the base model on; at least one.
+    ranking : tuple of ReportCandidate
+        Best first.
+    signals : tuple of ReportSignals
+        Records to be drawn.
+    findings : tuple of str
+        What the inspection of the data found, a sentence each.
+    base_tests, final_tests : tuple of ResidualTest
+        Of the residual of the first and of the last model; the latter empty if they are one.
+    excitations : tuple of ReportExcitation
+        Experiments to do next.
+    sources : tuple of ReportSource
+        The recordings.
+    versions : mapping of str to str
+        Versions of the programs that were used.
+    created : str
+        Date and time of the report.
+    seconds : float
+        Time that the analysis took [s].
+    """
+
+    title: str
+    verdict: Verdict
+    summary: tuple[str, ...]
+    noise_floor: float
+    steps: tuple[ReportStep, ...]
+    ranking: tuple[ReportCandidate, ...] = ()
+    signals: tuple[ReportSignals, ...] = ()
+    findings: tuple[str, ...] = ()
+    base_tests: tuple[ResidualTest, ...] = ()
+    final_tests: tuple[ResidualTest, ...] = ()
+    excitations: tuple[ReportExcitation, ...] = ()
+    sources: tuple[ReportSource, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    created: str = ""
+    seconds: float = float("nan")
+
+    def __post_init__(self) -> None:
+        if not self.steps:
+            raise ValueError("a report needs the base model at least; give its step")

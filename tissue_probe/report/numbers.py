@@ -1,0 +1,56 @@
+"""Numbers as a reader wants them: as many digits as are known.
+
+What belongs here: text made of values. What does not: units of the screen (``page`` converts).
+"""
+
+from __future__ import annotations
+
+import math
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_SMALLEST, _LARGEST = 1e-3, 1e5  # written without a power of ten
+
+
+def significant(value: float, digits: int = 3) -> str:
+    """Return a value with so many significant digits; a dash for NaN."""
+    if not math.isfinite(value):
+        return "–"
+    if value != 0.0 and not _SMALLEST <= abs(value) < _LARGEST:
+        power = math.floor(math.log10(abs(value)))
+        return f"{value / 10.0**power:.{digits - 1}f} × 10{_superscript(power)}"
+    return _fixed(value, digits - 1 - _magnitude(value))
+
+
+def interval(value: float, low: float, high: float) -> tuple[str, str]:
+    """Return a value and its interval, to two digits of the interval's half width.
+
+    Parameters
+    ----------
+    value, low, high : float
+        In one unit; without an interval (NaN) the second text is empty.
+    """
+    half = 0.5 * abs(high - low)
+    if not math.isfinite(half) or half == 0.0:
+        return significant(value, 4), ""
+    large = max(abs(value), abs(low), abs(high))
+    scaled = not _SMALLEST <= large < _LARGEST
+    power = math.floor(math.log10(large)) if scaled else 0
+    decimals = 1 - (_magnitude(half) - power)
+    value, low, high = (_fixed(each / 10.0**power, decimals) for each in (value, low, high))
+    if scaled:
+        factor = f" × 10{_superscript(power)}"
+        return f"{value}{factor}", f"({low} … {high}){factor}"
+    return value, f"{low} … {high}"
+
+
+def _magnitude(value: float) -> int:
+    return math.floor(math.log10(abs(value))) if value else 0
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(_SUPERSCRIPTS)
+
+
+def _fixed(value: float, decimals: int) -> str:
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.replace("-", "−")
