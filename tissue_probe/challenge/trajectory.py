@@ -114,10 +114,13 @@ def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]
     """
     cycles, frequency = STEPS[0] * time, np.full_like(time, STEPS[0])
     for number, rise in enumerate(np.diff(STEPS), start=1):
-        late = np.maximum(time / STEP_WIDTH - number * duration / len(STEPS) / STEP_WIDTH, 0.0)
-        s = np.minimum(late, 1.0)
-        cycles += rise * STEP_WIDTH * (s**4 * (2.5 - 3.0 * s + s**2) + late - s)
-        frequency += rise * _smooth(s)[0]
+        begin = number * duration / len(STEPS)
+        first, last = np.searchsorted(time, (begin, begin + STEP_WIDTH))
+        s = (time[first:last] - begin) / STEP_WIDTH
+        cycles[first:last] += rise * STEP_WIDTH * s**4 * (2.5 - 3.0 * s + s**2)
+        cycles[last:] += rise * (time[last:] - begin - 0.5 * STEP_WIDTH)
+        frequency[first:last] += rise * _smooth(s)[0]
+        frequency[last:] += rise
     return 2.0 * np.pi * cycles, 2.0 * np.pi * frequency
 
 
