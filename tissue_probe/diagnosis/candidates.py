@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from tissue_probe.diagnosis.fit import Fit, Problem, promise, search
+from tissue_probe.diagnosis.fit import Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Extent
@@ -22,6 +22,8 @@ from tissue_probe.signals import FloatArray
 
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
 FOLLOWED, WORSE = 3, 2.0
+#: Where even the promise is this many times the best cost, one start is enough.
+FAR = 3.0
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -52,60 +54,92 @@ def fit_base(
     return min(found, key=lambda fit: fit.cost)
 
 
-def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument) -> list[Fit]:
-    """Fit the model with each effect added; effects that cannot be fitted are left out."""
-    wanted = [effect for effect in effects if effect.name not in base.composition.names]
-    with ThreadPoolExecutor(THREADS) as pool:
-        fits = list(pool.map(lambda effect: fit_candidate(base, effect, instrument), wanted))
-    return [fit for fit in fits if fit is not None]
+def refit(fit: Fit, composition: Composition, instrument: Instrument) -> Fit | None:
+    """Fit another composition from the values of a fit, as far as they are its own."""
+    problem = Problem(composition, fit.measurements, instrument)
+    known = fit.named()
+    values = np.array([known.get(e.name, e.default) for e in composition.values])
+    return search(problem, values, _starts(problem, fit, values))
 
 
-def fit_candidate(base: Fit, effect: Effect, instrument: Instrument) -> Fit | None:
-    """Fit the model with one effect added, in the form of it that fits best."""
-    fits = []
-    for form in (replace(effect, forms=()), *effect.forms):
-        fits.extend(_fit_form(base, form, instrument))
-    return min(fits, key=lambda fit: fit.cost, default=None)
+def fit_candidates(
+    base: Fit, effects: Iterable[Effect], instrument: Instrument, followed: int | None = None
+) -> list[Fit]:
+    """Fit the model with each effect added, in the form of it that fits best.
 
-
-def _fit_form(base: Fit, effect: Effect, instrument: Instrument) -> list[Fit]:
-    problem = Problem(base.composition.plus(effect), base.measurements, instrument)
-    proposals = []
-    begin = [base.named()]
-    if effect.contact != TISSUE_FORCE:
-        begin += _pressed(base, instrument)
-    for known, proposed in product(begin, effect.starts(extent(base.measurements))):
-        values = _values(problem, known, effect, proposed)
-        starts = _starts(problem, base, values)
-        promised, after, begun = promise(problem, values, starts)
-        # A strength that was proposed stands for a nonlinear effect: one step may lead astray.
-        direct = effect.parameters and effect.parameters[0].name in proposed
-        proposals.append((promised, values if direct else after, starts if direct else begun))
-    proposals.sort(key=lambda proposal: proposal[0])
-    best = proposals[0][0]
-    fits = [
-        search(problem, values, starts)
-        for promised, values, starts in proposals[:FOLLOWED]
-        if promised <= WORSE * best
+    Parameters
+    ----------
+    base : Fit
+        The model as it is.
+    effects : iterable of Effect
+        What may be added; what cannot be fitted is left out.
+    instrument : Instrument
+        What is known of the rig.
+    followed : int, optional
+        How many of the effects are fitted, in the order of what one step promises; all by default.
+    """
+    forms = [
+        form
+        for effect in effects
+        if effect.name not in base.composition.names
+        for form in (replace(effect, forms=()), *effect.forms)
     ]
-    found = [fit for fit in fits if fit is not None]
-    if effect.near and found:
-        best = min(found, key=lambda fit: fit.cost)
-        found += _around(problem, best, effect)
-    return found
+    with ThreadPoolExecutor(THREADS) as pool:
+        proposed = list(pool.map(lambda form: _Proposals(base, form, instrument), forms))
+        proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
+        if followed is not None:
+            names = list(dict.fromkeys(each.effect.name for each in proposed))[:followed]
+            proposed = [each for each in proposed if each.effect.name in names]
+        bar = Bar(base.cost)
+        fits = [fit for found in pool.map(lambda each: each.fits(bar), proposed) for fit in found]
+    best: dict[str, Fit] = {}
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        best.setdefault(fit.composition.names[-1], fit)
+    return list(best.values())
 
 
-def _around(problem: Problem, best: Fit, effect: Effect) -> list[Fit]:
-    """Search again from the most promising of the values near those found."""
-    own = {p.name for p in effect.parameters}
-    proposals = []
-    for proposed in effect.near(extent(best.measurements), best.named()):
-        known = best.named() | {name: value for name, value in proposed.items() if name in own}
-        values = np.clip(np.array(list(known.values())), problem.lower, problem.upper)
-        proposals.append((promise(problem, values, best.starts)[0], values))
-    proposals.sort(key=lambda proposal: proposal[0])
-    fits = [search(problem, values, best.starts) for _, values in proposals[:2]]
-    return [fit for fit in fits if fit is not None]
+class _Proposals:
+    """Where the search for one effect may begin, the most promising first."""
+
+    def __init__(self, base: Fit, effect: Effect, instrument: Instrument) -> None:
+        self.effect = effect
+        self.problem = Problem(base.composition.plus(effect), base.measurements, instrument)
+        begin = [base.named()]
+        if effect.contact != TISSUE_FORCE:
+            begin += _pressed(base, instrument)
+        proposals = []
+        for known, proposed in product(begin, effect.starts(extent(base.measurements))):
+            values = _values(self.problem, known, effect, proposed)
+            starts = _starts(self.problem, base, values)
+            promised, after, begun = promise(self.problem, values, starts)
+            # A strength that was proposed stands for a nonlinear effect: a step may lead astray.
+            direct = effect.parameters and effect.parameters[0].name in proposed
+            proposals.append(
+                (promised, values if direct else after, starts if direct else begun)
+            )
+        proposals.sort(key=lambda proposal: proposal[0])
+        self.promise = proposals[0][0] if proposals else np.inf
+        self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
+
+    def fits(self, bar: Bar) -> list[Fit]:
+        """Search from the best proposals, and again near what was found."""
+        best = self.best if self.promise < FAR * bar.cost else self.best[:1]
+        tried = [search(self.problem, values, starts, bar) for _, values, starts in best]
+        found = [fit for fit in tried if fit is not None]
+        if self.effect.near and found:
+            found += self._around(min(found, key=lambda fit: fit.cost), bar)
+        return found
+
+    def _around(self, best: Fit, bar: Bar) -> list[Fit]:
+        """Search again from the most promising of the values near those found."""
+        proposals = []
+        for proposed in self.effect.near(extent(best.measurements), best.named()):
+            known = best.named() | dict(proposed)
+            values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
+            proposals.append((promise(self.problem, values, best.starts)[0], values))
+        proposals.sort(key=lambda proposal: proposal[0])
+        fits = [search(self.problem, values, best.starts, bar) for _, values in proposals[:2]]
+        return [fit for fit in fits if fit is not None]
 
 
 def extent(measurements: Sequence[Measurement]) -> Extent:

@@ -20,7 +20,9 @@ from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
-SETTLED_SHARE, SETTLED = 1e-6, 0.02
+SETTLED_SHARE, SETTLED = 1e-5, 0.02
+#: A search is given up where ten more steps like the last leave more than this times the best.
+HOPELESS = 1.5
 BLOCKS = 8
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
@@ -306,13 +308,35 @@ def promise(
     return promised, after, begun
 
 
+@dataclass
+class Bar:
+    """The lowest cost that any search of a comparison has reached so far."""
+
+    cost: float = np.inf
+
+    def out_of_reach(self, cost: float, gain: float) -> bool:
+        """Whether a search at a cost, which a step lowered by a gain, will not come near."""
+        return cost - 10.0 * gain > HOPELESS * self.cost
+
+
 def search(
     problem: Problem,
     values: FloatArray,
     starts: Sequence[FloatArray],
-    most_steps: int = MOST_STEPS,
+    bar: Bar | None = None,
 ) -> Fit | None:
     """Minimise the cost from a starting point (Levenberg 1944, Marquardt 1963).
+
+    Parameters
+    ----------
+    problem : Problem
+        What is searched.
+    values : array, shape (q,)
+        Where to begin.
+    starts : sequence of array
+        The states at the first sample of each measurement.
+    bar : Bar, optional
+        Of a comparison: searches that will not come near the best are given up.
 
     Returns
     -------
@@ -320,17 +344,13 @@ def search(
         None where the model cannot be simulated at the starting point.
     """
     with np.errstate(all="ignore"):
-        return _search(problem, values, starts, most_steps)
+        point = _point(problem, values, starts)
+        return None if point is None else _descend(problem, point, bar or Bar())
 
 
-def _search(
-    problem: Problem, values: FloatArray, starts: Sequence[FloatArray], most_steps: int
-) -> Fit | None:
-    point = _point(problem, values, starts)
-    if point is None:
-        return None
+def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
     damping, settled = 1e-3, False
-    for _ in range(most_steps):
+    for _ in range(MOST_STEPS):
         values, starts, _ = _solve(problem, point, damping)
         trial = _point(problem, values, starts)
         if trial is None or trial.cost > point.cost:
@@ -342,8 +362,9 @@ def _search(
         gain = point.cost - trial.cost
         settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
         point, damping = trial, damping * 0.1
-        if settled:
+        if settled or bar.out_of_reach(point.cost, gain):
             break
+    bar.cost = min(bar.cost, point.cost)
     return _finish(problem, point, settled)
 
 

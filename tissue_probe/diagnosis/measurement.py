@@ -100,4 +100,16 @@ class Measurement:
             speed=float(np.quantile(rate, 0.99)) + 1e-9,
             force=float(np.std(self.force)) + 1e-9,
             pull=max(-float(np.min(self.force)), 0.0),
+            step=_step(self.position),
         )
+
+
+def _step(position: FloatArray) -> float:
+    """Return the step of which all differences of position are multiples; 0 if there is none."""
+    moves = np.abs(np.diff(position))
+    moves = moves[moves > 1e-9]
+    if not moves.size:
+        return 0.0
+    step = float(np.median(moves[moves < 1.5 * np.min(moves)]))
+    off = np.abs(moves / step - np.rint(moves / step))
+    return step if np.max(off * step) < 0.05 * step + 1e-12 else 0.0

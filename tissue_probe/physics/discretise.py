@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
+
+# The time at which a step begins [s]: whoever steps a model that moves with time assigns it.
+BEGUN = sp.Symbol("begun", real=True)
 
 # Of the Taylor series of the motion (exact to 1e-10) and of its derivatives (to 1e-7), while
 # Fujiwara's bound on the eigenvalues of A dt stays below LONGEST.
@@ -57,7 +61,7 @@ def exact_step(
     program : Program
         Receives the assignments.
     model : Model
-        Linear in its states.
+        Linear in its states, and the same at any time.
     period : Symbol
         Time between two samples dt [s].
     inputs : list of Symbol
@@ -65,8 +69,8 @@ def exact_step(
     derivatives : bool
         Whether the Jacobian is wanted too (a filter on sigma points does without).
     """
-    if not model.is_linear:
-        raise ValueError("the exact step needs a model that is linear in its states")
+    if not _is_steady(model):
+        raise ValueError("the exact step needs a steady model that is linear in its states")
     share = _share(program, model, period, LONGEST)
     dt = program.let("dt", period * share)
     system = _system(program, model, model.motion, dt)
@@ -147,6 +151,8 @@ def runge_kutta_step(
         du = program.let("du", sum(i * w[i] * at ** (i - 1) for i in range(1, 4)) / dt)
         signals = [*model.states, model.input, model.input_rate]
         now = dict(zip(signals, [*z_at, u, du], strict=True))
+        if model.motion.has(TIME):
+            now[TIME] = program.let("time", BEGUN + period * (elapsed[0] + at * share))
         k = program.let_matrix("k", dt * model.motion.subs(now, simultaneous=True))
         if not derivatives:
             return k, t
@@ -169,9 +175,13 @@ def runge_kutta_step(
 def accurate_step(
     program: Program, model: Model, period: sp.Symbol, inputs: list[sp.Symbol], derivatives: bool
 ) -> Step:
-    """Advance a model exactly where it is linear in its states, else by Runge and Kutta's rule."""
-    step = exact_step if model.is_linear else runge_kutta_step
+    """Advance a model exactly where it is linear and steady, else by Runge and Kutta's rule."""
+    step = exact_step if _is_steady(model) else runge_kutta_step
     return step(program, model, period, inputs, derivatives)
+
+
+def _is_steady(model: Model) -> bool:
+    return model.is_linear and not model.motion.has(TIME)
 
 
 def euler_step(
@@ -183,7 +193,8 @@ def euler_step(
     unstable unless beta0 + beta > dt (k0 + k), and biases k by w^2 (beta0 + beta) dt / 2 and beta
     by m w^2 dt. Parameters as for ``exact_step``.
     """
-    now = {model.input: inputs[1], model.input_rate: (inputs[1] - inputs[2]) / period}
+    rate = (inputs[1] - inputs[2]) / period
+    now = {model.input: inputs[1], model.input_rate: rate, TIME: BEGUN}
     states = program.let_matrix("next", model.states + period * model.motion.subs(now))
     if not derivatives:
         return Step(states, sp.zeros(len(states), 0))

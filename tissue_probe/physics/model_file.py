@@ -22,10 +22,10 @@ from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.library import EffectError, effects, load_effects
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.physics.tissues import TISSUES
-from tissue_probe.settings import rule, setting
+from tissue_probe.settings import SettingsError, rule, setting
 
 
-class ModelFileError(ValueError):
+class ModelFileError(SettingsError):
     """A model file that cannot be used; the message says where, why, and what to do."""
 
 

@@ -32,10 +32,12 @@ STATES = {states}
 VALUES = {values}
 FIRST = {first}
 SPREADS = {spreads}
+LINEAR = {linear}
 COURSE_COLUMNS = {columns}
 MOVES_POSITION = {moves}
 DELAYS = {delays}
 DELAY = {delay}
+ROUNDED = {rounded}
 '''
 COMPILE = '\n\n@njit({signature}, cache=True, nogil=True, error_model="numpy")\n{source}\n'
 ARGUMENTS = "t, z, p, u, mode, T, dU"
@@ -52,10 +54,12 @@ def source(model: Model) -> str:
         values=[str(value) for value in values],
         first=[float(switch.first) for switch in model.switches],
         spreads=[state.spread for state in model.begin],
+        linear=_is_steady(model),
         columns=columns,
         moves=model.position != POSITION,
         delays=delays,
         delay=values.index(model.delay) if delays else -1,
+        rounded=values.index(model.rounded) if model.rounded != 0 else -1,
     )
     functions = {
         "RATE": _Function(model, bool(columns)).rate(),
@@ -68,6 +72,15 @@ def source(model: Model) -> str:
     if model.position != POSITION:
         text += COMPILE.format(signature="TRUE_POSITION", source=_position(model, moves))
     return text
+
+
+def _is_steady(model: Model) -> bool:
+    """Whether the motion is affine in states and coil, with constant coefficients."""
+    if model.switches or not len(model.states):
+        return False
+    signals = [*model.states, *COIL[:2]]
+    coefficients = model.motion.jacobian(signals).free_symbols
+    return coefficients.isdisjoint({*signals, TIME}) and not model.motion.has(TIME, COIL[2])
 
 
 class _Function:

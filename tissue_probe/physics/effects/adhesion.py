@@ -18,8 +18,8 @@ ATTACHED = sp.Symbol("attached", nonnegative=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose pull-off forces up to the largest tension, a twentieth of it apart."""
-    return [{"pull_off_force": extent.pull * i / 20} for i in range(1, 21)]
+    """Propose pull-off forces up to twice the tension read: the tip's inertia hides a part."""
+    return [{"pull_off_force": extent.pull * i / 20} for i in range(1, 41)]
 
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:

@@ -73,7 +73,8 @@ class Extent:
     """How far a recording reaches: what an effect needs to know to propose where a search begins.
 
     ``duration`` [s]; ``indentation`` [m] (half the coil's travel) and ``speed`` [m/s] (largest);
-    ``force`` [N] (standard deviation); ``pull`` [N] (largest force in tension).
+    ``force`` [N] (standard deviation); ``pull`` [N] (largest force in tension); ``step`` [m]
+    (smallest difference between two positions, 0 where there is no common one).
     """
 
     duration: float
@@ -81,6 +82,7 @@ class Extent:
     speed: float
     force: float
     pull: float
+    step: float
 
 
 Starts = Callable[[Extent], Iterable[Mapping[str, float]]]

@@ -2,9 +2,16 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
 
 STEP = sp.Symbol("encoder_step", positive=True)
+# Finer steps are an encoder's own, and smaller than what the force can tell.
+COARSE = 3e-7
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose the step seen in the positions, where it is coarse."""
+    return [{"encoder_step": extent.step}] if extent.step > COARSE else []
+
 
 ENCODER_QUANTIZATION = Effect(
     name="encoder_quantization",
@@ -12,6 +19,7 @@ ENCODER_QUANTIZATION = Effect(
     physics="The position is rounded to coarse steps; the true one is smooth between them",
     parameters=(Parameter(STEP, "m", default=5e-6, lower=0.0, upper=1e-3),),
     rounded=STEP,
+    starts=starts,
     assumptions="The motion is smooth: its smoothest course within the steps is the true one",
     reference="Widrow and Kollar, Quantization Noise (2008), chapter 5",
 )

@@ -1,0 +1,131 @@
+"""Adding effect after effect until the residual is noise.
+
+What belongs here: the ladder from the base model to the one that is left, and its verdict.
+What does not: fitting one model (``fit``), comparing models (``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking import EXPLAINED, added, ranked, significant, ties
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+
+Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
+#: A further effect must remove this share of what exceeds the noise.
+SHARE = 0.7
+#: How many first effects a second is tried on, how many second ones are followed, how many in all.
+BEAM, FOLLOWED, MOST = 3, 6, 3
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The models from the base to the best, and the candidates for the first step.
+
+    Attributes
+    ----------
+    base : Fit
+        The model that was asked about.
+    ranking : tuple of Fit
+        The base with each effect of the library, the best first.
+    steps : tuple of Fit
+        Models that were accepted one after the other; none where the base is adequate.
+    tied : tuple of str
+        Effects that explain the measurement as well as the first step's.
+    verdict : str
+        "adequate", "missing", "ambiguous" or "unexplained".
+    """
+
+    base: Fit
+    ranking: tuple[Fit, ...]
+    steps: tuple[Fit, ...]
+    tied: tuple[str, ...]
+    verdict: Verdict
+
+    @property
+    def final(self) -> Fit:
+        """The model of the last step."""
+        return self.steps[-1] if self.steps else self.base
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that were added."""
+        return self.final.composition.names[len(self.base.composition.names) :]
+
+
+def climb(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+) -> Ladder:
+    """Fit a model, and add to it what is missing.
+
+    Parameters
+    ----------
+    composition : Composition
+        The model to begin with.
+    measurements : sequence of Measurement
+        All of one specimen.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        What may be added.
+    """
+    base = fit_base(composition, measurements, instrument)
+    ranking = ranked(fit_candidates(base, library.values(), instrument))
+    if not ranking or not significant(base, ranking[0]):
+        verdict: Verdict = "adequate" if base.ratio < EXPLAINED else "unexplained"
+        return Ladder(base, tuple(ranking), (), (), verdict)
+    paths = [(fit,) for fit in ranking[:BEAM] if significant(base, fit)]
+    best = paths[0]
+    while best[-1].ratio > EXPLAINED and len(best) < MOST:
+        longer = _longer(paths, instrument, library)
+        if not longer or not _removes(best[-1], longer[0][-1]):
+            break
+        paths, best = longer[:BEAM], longer[0]
+    steps = _needed(base, best, instrument)
+    first = steps[0]
+    tied = ties(ranking) if added(first) is added(ranking[0]) and len(steps) == 1 else [first]
+    names = tuple(added(fit).name for fit in tied)
+    verdict = "unexplained" if steps[-1].ratio > EXPLAINED else "missing"
+    if verdict == "missing" and len(names) > 1:
+        verdict = "ambiguous"
+    return Ladder(base, tuple(ranking), tuple(steps), names, verdict)
+
+
+def _longer(
+    paths: Sequence[tuple[Fit, ...]], instrument: Instrument, library: Mapping[str, Effect]
+) -> list[tuple[Fit, ...]]:
+    """Return every path with one effect more, the best first, each set of effects once."""
+    longer: dict[frozenset[str], tuple[Fit, ...]] = {}
+    for path in paths:
+        fits = fit_candidates(path[-1], library.values(), instrument, FOLLOWED)
+        for fit in ranked(fits):
+            names = frozenset(fit.composition.names)
+            if names not in longer or fit.bic < longer[names][-1].bic:
+                longer[names] = (*path, fit)
+    return sorted(longer.values(), key=lambda path: path[-1].bic)
+
+
+def _removes(fit: Fit, better: Fit) -> bool:
+    """Whether a further effect removes most of what exceeds the noise."""
+    excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
+    return significant(fit, better) and left < (1.0 - SHARE) * excess
+
+
+def _needed(base: Fit, path: Sequence[Fit], instrument: Instrument) -> list[Fit]:
+    """Drop what became superfluous: an earlier effect that the last model does without."""
+    steps = list(path)
+    for fit in path[:-1]:
+        without = refit(steps[-1], steps[-1].composition.without(added(fit).name), instrument)
+        if without is not None and not significant(without, steps[-1]):
+            steps = [step for step in steps[:-1] if step is not fit]
+            steps = [*steps, without]
+    return steps

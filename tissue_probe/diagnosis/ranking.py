@@ -1,0 +1,58 @@
+"""Which effect is missing: the candidates in order, and what may be said of them.
+
+What belongs here: the rules by which fits are compared, and the verdict.
+What does not: fitting (``fit``, ``candidates``), further effects (``improvement``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from tissue_probe.diagnosis.fit import Fit
+
+#: A better fit is real where the BIC falls by more than this and the residual by this share.
+LEAST_GAIN, LEAST_SHARE = 14.0, 0.004
+#: Fits whose BIC is within this of the best are not distinguished from it.
+TIE = 10.0
+#: An effect that contains a simpler one stands back where its BIC gains less than this.
+SIMPLER = 30.0
+#: Residual over noise up to which nothing is left to explain.
+EXPLAINED = 1.06
+
+
+def significant(simple: Fit, better: Fit) -> bool:
+    """Whether the second fit explains more than noise would let it."""
+    return (
+        simple.bic - better.bic > LEAST_GAIN
+        and better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
+    )
+
+
+def ranked(fits: Sequence[Fit]) -> list[Fit]:
+    """Order fits with one effect more by BIC, a simpler effect before one that contains it."""
+    order = sorted(fits, key=lambda fit: fit.bic)
+    for fit in list(order):
+        for name in added(fit).simpler:
+            simpler = next((each for each in order if added(each).name == name), None)
+            if simpler is None or simpler.bic - fit.bic > SIMPLER:
+                continue
+            if order.index(simpler) > order.index(fit):
+                order.remove(simpler)
+                order.insert(order.index(fit), simpler)
+    return order
+
+
+def ties(order: Sequence[Fit]) -> list[Fit]:
+    """Return the fits that cannot be told from the first: as good, and not containing it."""
+    first = order[0]
+    return [
+        fit
+        for fit in order
+        if fit is first
+        or (abs(fit.bic - first.bic) < TIE and added(first).name not in added(fit).simpler)
+    ]
+
+
+def added(fit: Fit):
+    """The effect that a fit has more than the model it was added to."""
+    return fit.composition.effects[-1]
