@@ -142,6 +142,14 @@ def test_a_channel_of_a_lower_rate_is_told_by_how_much():
     assert "repeats each value about 4 times" in finding.sentence
 
 
+def test_values_written_with_few_digits_and_resampled_in_part_are_no_fault():
+    position, force = measure(motion="slow")
+    force = np.round(force / 5e-3 * 2e-4, 4)  # noise of two digits' last place
+    later = slice(5000, None)
+    force[later] = 0.5 * (force[later] + np.roll(force, 1)[later])
+    assert names(position, force) == set()
+
+
 @pytest.mark.parametrize("count", [0, 1, 15, 199])
 def test_too_few_samples_are_fatal(count):
     position, force = measure()
@@ -266,6 +274,13 @@ def test_too_few_samples_a_cycle_are_told():
     position, force = (decimate(column, 10) for column in measure(motion="multisine"))
     finding = inspect(position, force, 10 * PERIOD)["low_rate"]
     assert "only 200 samples a second" in finding.sentence
+
+
+def test_a_quasistatic_staircase_is_motion():
+    depth = np.tile(np.linspace(0.0, 3e-3, 10), 100) + 1e-5 * np.random.default_rng(0).normal(
+        size=1000
+    )
+    assert names(np.round(depth, 7), 300.0 * depth, 0.1) == {"low_rate"}
 
 
 finite = st.floats(allow_nan=False, allow_infinity=False)

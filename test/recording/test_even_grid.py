@@ -49,6 +49,15 @@ def test_jittering_times_are_resampled_and_it_is_said(jitter):
     assert "x.csv" in note
 
 
+def test_a_few_odd_steps_leave_the_period_as_it_is():
+    time = np.cumsum([0.0, *[0.02] * 400, 0.001, 0.019, *[0.02] * 300, 0.011, *[0.02] * 300])
+    grid = even_grid(time, "x.csv")
+    assert grid.period == pytest.approx(0.02, rel=1e-9)
+    ((at, values),) = resampled(grid, time, sine(time, 1.0))
+    assert_allclose(values, sine(at, 1.0), atol=1e-5)
+    assert "at 50 Hz" in grid.notes[0]
+
+
 def test_gaps_split_the_samples_and_count_what_is_missing():
     time = np.delete(np.arange(1000) * 1e-3, [*range(300, 400), 700])
     grid = even_grid(time, "x.csv")

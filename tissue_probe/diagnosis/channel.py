@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tissue_probe.diagnosis.levels import step_size
+from tissue_probe.diagnosis.levels import decimal_grain, step_size
 from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.signals import FloatArray
 
@@ -34,6 +34,11 @@ class Channel:
         return step_size(self.values) or 0.0
 
     @cached_property
+    def grain(self) -> float:
+        """How far apart values are that rounding does not make equal; 0 where it makes none."""
+        return self.step or decimal_grain(self.values)
+
+    @cached_property
     def noise(self) -> float:
         """Standard deviation of the white noise, that of rounding included."""
         return noise_floor(self.values)
@@ -46,4 +51,4 @@ class Channel:
         sample to sample also at rest. Without steps, a millionth of the span is what simulations
         without noise have by their arithmetic.
         """
-        return self.noise > 0.6 * self.step and self.noise > 1e-6 * self.span
+        return self.noise > 0.6 * self.grain and self.noise > 1e-6 * self.span

@@ -35,16 +35,35 @@ def step_size(values: FloatArray) -> float | None:
     divisors = np.arange(1, 10 if differences.size > _MANY else 2)
     candidates = [*(differences.min() / divisors), np.quantile(differences, 0.05)]
     steps = (_refined(differences, step) for step in candidates)
-    return next((step for step in steps if _fits(differences, step, largest)), None)
+    return next((step for step in steps if step > 0.0 and _fits(differences, step, largest)), None)
+
+
+def decimal_grain(values: FloatArray) -> float:
+    """Return the power of ten that a tenth of the values are multiples of, 0 where there is none.
+
+    Values written with few digits, and then resampled in part, come in no step throughout; equal
+    neighbours are common among them all the same.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        Finite values in any unit, which the grain then has too.
+    """
+    values = values[values != 0.0]
+    for digits in range(1, 10):
+        scaled = values * 10.0**digits
+        if values.size and np.mean(np.abs(scaled - np.rint(scaled)) < 1e-6) >= 0.1:
+            return 10.0**-digits
+    return 0.0
 
 
 def _refined(differences: FloatArray, step: float) -> float:
     small = differences[differences < max(10.0 * step, 1.5 * differences.min())]
-    return float(small.sum() / np.rint(small / step).sum())
+    return float(small.sum() / max(np.rint(small / step).sum(), 1.0))
 
 
 def _fits(differences: FloatArray, step: float, largest: float) -> bool:
     multiples = differences / step
-    tolerance = 0.05 + _FUZZ * np.spacing(largest) / step
+    tolerance = 0.01 + _FUZZ * np.spacing(largest) / step
     whole = np.abs(multiples - np.rint(multiples)) < tolerance
-    return bool(tolerance < 0.2 and whole.mean() >= _SHARE)
+    return bool(tolerance < 0.05 and whole.mean() >= _SHARE)

@@ -71,9 +71,10 @@ def clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
     equal = runs(channel.values)
     for limit in (channel.values.max(), channel.values.min()):
         there = equal[channel.values[equal.first] == limit]
-        if there.first.size and (
-            _rare_pairs(channel, limit, there) if channel.noisy else _corners(channel, other, there)
-        ):
+        once_nothing = limit == 0.0 and there.first.size == 1  # a lost reading, not a limit
+        if there.first.size == 0 or once_nothing:
+            continue
+        if _rare_pairs(channel, limit, there) if channel.noisy else _corners(channel, other, there):
             found.append((float(limit), there))
     return found
 
@@ -96,7 +97,7 @@ def stuck(channel: Channel, other: Channel) -> Runs:
 
 
 def _equal_neighbours(channel: Channel) -> float:
-    return float(erf(channel.step / (2.0 * np.sqrt(2.0) * channel.noise)))
+    return float(erf(channel.grain / (2.0 * np.sqrt(2.0) * channel.noise)))
 
 
 def _rare_pairs(channel: Channel, limit: float, there: Runs) -> bool:

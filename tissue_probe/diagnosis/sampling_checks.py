@@ -28,6 +28,10 @@ On the paper's rig 2 um of 2 mm shake the force by 9700 N/m * 2 um / sqrt(12) = 
 """
 
 
+SEEN = 0.3
+"""Correlation with the force from which what looks like noise of the position is motion."""
+
+
 def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
     """Check when samples were taken [s]; yields ``irregular_sampling`` and ``gaps``."""
     steps = np.diff(time) / sample_period
@@ -66,10 +70,7 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
             )
     if position.span == 0.0:
         return
-    if (
-        np.std(position.values / position.span) * position.span < 2.0 * position.noise
-        or position.span <= 2.0 * position.step
-    ):
+    if _stands_still(position, force):
         yield Finding(
             "no_motion",
             f"The position moves by {position.span:.3g} m in all, no more than its noise and "
@@ -79,6 +80,18 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
         return
     yield from _check_rate(position, sample_period)
     yield from _check_encoder(position)
+
+
+def _stands_still(position: Channel, force: Channel) -> bool:
+    """Whether the position moves within its resolution, or as noise that the force does not see.
+
+    A motion sampled too slowly looks like noise in the position alone.
+    """
+    if position.span <= 2.0 * position.step:
+        return True
+    spread = np.std(position.values / position.span) * position.span
+    likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
+    return bool(spread < 2.0 * position.noise and abs(likeness) < SEEN)
 
 
 def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:

@@ -23,6 +23,9 @@ GAP = 1.5
 IRREGULAR = 0.05
 """Share of steps in time off by more than half a period that makes a recording no regular one."""
 
+ODD, FEW = 0.02, 0.01
+"""Steps off by more than so many periods do not count in the period where they are so few."""
+
 NEGLIGIBLE = 1e-3
 """Jitter that is not worth resampling [periods]."""
 
@@ -87,13 +90,15 @@ def even_grid(time: FloatArray, where: str) -> EvenGrid:
     inside = steps <= GAP * usual
     bounds = [0, *(np.flatnonzero(~inside) + 1), time.size]
     rows = [slice(first, stop) for first, stop in pairwise(bounds)]
-    period = _period(time, rows)
+    odd = np.abs(steps / usual - 1.0)[inside] > ODD
+    few = 0.0 < odd.mean() < FEW
+    period = float(np.mean(steps[inside][~odd])) if few else _period(time, rows)
     jitter = max(_jitter(time[part], period) for part in rows)
     even = jitter <= max(_rounding(time), NEGLIGIBLE * period)
     notes = []
     if not even:
         notes.append(
-            f"{where}: times deviate by up to {1e6 * jitter:.3g} us from even spacing; "
+            f"{where}: times deviate by up to {1e3 * jitter:.3g} ms from even spacing; "
             f"resampled by a cubic spline at {1.0 / period:.6g} Hz"
         )
     gaps = steps[~inside]

@@ -61,13 +61,9 @@ def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, .
 
 
 def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
+    period = block.sample_period * NANOSECONDS
     first, stop = (
-        int(
-            np.clip(
-                np.ceil((time - block.stamp) / NANOSECONDS / block.sample_period), 0, len(block)
-            )
-        )
-        for time in (begin, end)
+        int(np.clip(np.ceil((time - block.stamp) / period), 0, len(block))) for time in (begin, end)
     )
     return block[first:stop] if first < stop else None
 
