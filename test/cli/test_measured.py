@@ -1,5 +1,8 @@
 """Files of any kind become segments that can be fitted; the options say what they hold."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 import typer
@@ -8,6 +11,7 @@ from typer.testing import CliRunner
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.measured import Starts, layout, read_measured
+from tissue_probe.diagnosis.inspection import inspect
 
 PERIOD = 5e-4
 
@@ -122,3 +126,48 @@ def test_nothing_known_is_refused(tmp_path, options):
     (tmp_path / "x.csv").write_text("t,u,F\n0,1,\n1,1,\n2,1,\n")
     with pytest.raises(ValueError, match="no sample whose position and force are both known"):
         options(tmp_path / "x.csv")
+
+
+@pytest.fixture
+def foreign():
+    """The folder of measured data that others made; it is not part of the repository."""
+    beside = Path(__file__).parents[2].parent / "shared" / "data"
+    folder = Path(os.environ.get("TISSUE_PROBE_SHARED_DATA", beside))
+    if not (folder / "emps").is_dir():
+        pytest.skip("no measured data: set TISSUE_PROBE_SHARED_DATA to their folder")
+    return folder
+
+
+def test_volts_of_a_positioning_system_are_read_in_newtons(foreign, options):
+    named = (
+        "--position",
+        "qm",
+        "--position-unit",
+        "m",
+        "--force",
+        "vir",
+        "--force-unit",
+        "35.1507",
+    )
+    path = foreign / "emps" / "DATA_EMPS.mat"
+    (segment,) = options(path, *named, "--force-polarity", "compression")
+    assert segment.sample_period == pytest.approx(1e-3)
+    assert segment.position.size == 24841
+    assert 100.0 < segment.force.max() < 351.507
+    assert not inspect(segment.position, segment.force, segment.sample_period).findings
+
+
+def test_a_tensile_test_is_read_in_the_units_its_columns_name(foreign, options):
+    path = foreign / "vhb4910_elastomer" / "cyc_0d01_2d0.csv"
+    (segment,) = options(path, "--position", "disp_mm", "--force-polarity", "compression")
+    assert segment.sample_period == pytest.approx(0.02)
+    assert 0.079 < segment.position.max() < 0.081
+    assert "resampled by a cubic spline at 50 Hz" in segment.notes[0]
+
+
+def test_probing_in_steps_is_read_by_its_number_of_steps(foreign, options):
+    path = foreign / "pig_liver_probing" / "pig_liver_20150826_region1.csv"
+    named = ("--position", "depth_mm", "--force", "fn_N", "--force-polarity", "compression")
+    (segment,) = options(path, *named, "--sample-rate", "10")
+    assert 1e-3 < segment.position.max() < 3e-3
+    assert segment.force.max() < 1.0
