@@ -106,6 +106,14 @@ def test_a_tolerant_rig_is_off_by_its_tolerances(tolerant):
     assert zeros.std() == pytest.approx(30e-6, rel=0.35)
 
 
+def test_the_rigs_tolerances_do_not_count_as_the_effects_strength():
+    for seed in range(4):
+        answer = make_challenge(seed, ("force_drift",), "sine10", "tolerant").answer
+        assert answer.ratio == pytest.approx(answer.targets["force_drift"], rel=0.03)
+        clean = make_challenge(seed, (), "sine10", "tolerant")
+        assert clean.answer.ratio < 1.01
+
+
 def test_two_effects_each_leave_at_least_twice_the_noise_alone():
     for challenge in make_series("two", 6, 1, "sine10", "exact"):
         answer = challenge.answer

@@ -77,7 +77,8 @@ class Case:
     def ratio(self, rig: Specimen, rate: int = RATE) -> float:
         """Return the rms that the best Kelvin-Voigt fit leaves, in units of the noise.
 
-        The noise is counted as if it were there: 1 means that nothing else is left.
+        The noise is counted as if it were there: 1 means that nothing else is left. The position
+        counts from the surface, as the fit would know it on an exact rig.
 
         Parameters
         ----------
@@ -89,5 +90,5 @@ class Case:
         position, force = self.measure(np.zeros(self.samples), rate)
         if not np.isfinite(force).all():
             return np.inf
-        left = fit_residual(position, force, rig)
+        left = fit_residual(position - self.instrument.contact_zero, force, rig)
         return float(np.hypot(1.0, np.sqrt(np.mean(left**2)) / FORCE_NOISE))

@@ -75,7 +75,7 @@ INSTRUMENTAL: dict[str, Effect] = {
 """Effects of the library that lie in the channels, by name."""
 
 SPOILT: dict[str, Effect] = {
-    "adc_saturation": Effect("converter", _adc_saturation, 5e-3, 0.05, 0.3),
+    "adc_saturation": Effect("converter", _adc_saturation, 5e-3, 0.15, 0.4),
     "stuck_samples": Effect("converter", _stuck_samples, 5.0, 20.0, 50.0),
 }
 """Faults of the converter by name: answers of a diagnosis that are no models."""

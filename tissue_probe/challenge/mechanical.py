@@ -68,7 +68,7 @@ def _hertz_contact(strength: float, at: Situation, random: Random) -> Change:
 
     Without a preload the loss of contact would hide the exponent.
     """
-    light = random.uniform(0.6, 1.1) * _holding(at, 0.0)
+    light = random.uniform(1.0, 1.4) * _holding(at, 0.0)
     return Change(
         {"hertz_exponent": 1.0 + strength, "hertz_depth": at.depth, "unilateral": 1.0},
         preload=at.preload or light,
@@ -191,7 +191,7 @@ MECHANICAL: dict[str, Effect] = {
     "coulomb_friction": Effect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": Effect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": Effect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),
-    "backlash": Effect("lost motion", _backlash, 1e-6, 3e-5, 3e-4, sets_preload=True),
+    "backlash": Effect("lost motion", _backlash, 1e-7, 3e-5, 3e-4, sets_preload=True),
     "added_mass": Effect("inertia", _added_mass, 3e-3, 0.3, 3.0),
     "structural_mode": Effect("inertia", _structural_mode, 3e-3, 0.2, 2.0),
     "load_cell_stiffness_error": Effect("scale", _load_cell_stiffness_error, 2e-3, 0.1, 0.4),

@@ -61,7 +61,7 @@ OUTSIDE: dict[str, Effect] = {
     "prandtl_tomlinson": Effect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
     "exponential_drift": Effect("outside", _exponential_drift, 2e-3, 0.05, 1.0),
     "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
-    "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 0.5, 10.0),
+    "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
     "quadratic_drag": Effect("outside", _quadratic_drag, 1e-3, 0.3, 10.0),
     "saturating_spring": Effect("outside", _saturating_spring, 0.03, 0.7, 6.0),
     "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
