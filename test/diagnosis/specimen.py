@@ -59,12 +59,16 @@ class Specimen:
     noise: float = 5e-3
     sample_period: float = 5e-4
 
+    def steps(self, duration):
+        """Return the times at which the integrator looks at the motion [s]."""
+        count = round(duration / self.sample_period)
+        return self.sample_period / STEPS / 2 * np.arange(2 * STEPS * (count - 1) + 1)
+
     def measure(self, motion, duration=2.0, seed=0):
         """Return position, tip position, force without noise and measured force, each (N,)."""
         half = self.sample_period / STEPS / 2
         count = round(duration / self.sample_period)
-        fine = half * np.arange(2 * STEPS * (count - 1) + 1)
-        u = motion(fine) + self.preload
+        u = motion(self.steps(duration)) + self.preload
         tissue = (self.stiffness, self.damping, self.cubic, self.coulomb, self.contact_loss)
         start = self.preload * 9700.0 / (9700.0 + self.stiffness)
         tip = _tip(u, np.gradient(u, half), 2 * half, tissue, start)[::STEPS]
@@ -99,12 +103,15 @@ def multisine(lines=range(1, 61), amplitude=1e-3, seed=0):
 
 def kelvin_voigt_residual(specimen, motion, duration=2.0, seed=0):
     """Return position, tip position, predicted force and residual of the best Kelvin-Voigt fit."""
-    position, _, _, measured = specimen.measure(motion, duration, seed)
+    coil = motion(specimen.steps(duration))
+    position, _, _, measured = specimen.measure(lambda _: coil, duration, seed)
 
     def model(parameters):
         stiffness, damping = parameters
         plain = Specimen(stiffness, damping, preload=specimen.preload, noise=0.0)
-        return replace(plain, sample_period=specimen.sample_period).measure(motion, duration)
+        return replace(plain, sample_period=specimen.sample_period).measure(
+            lambda _: coil, duration
+        )
 
     fit = least_squares(
         lambda p: model(p)[2] - measured, (specimen.stiffness, specimen.damping), x_scale=(100, 1)

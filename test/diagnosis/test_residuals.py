@@ -73,11 +73,11 @@ def test_stiffening_leaves_odd_harmonics():
     assert "cubic_stiffening" in tests["harmonics"].hint
 
 
-def test_lost_contact_leaves_even_harmonics_an_offset_and_impacts():
+def test_lost_contact_leaves_even_harmonics_and_an_offset():
     tests = judge_fit(Specimen(contact_loss=True), sine(), 2.0)
-    assert {"offset", "harmonics", "outliers"} <= failed(tests)
+    assert {"offset", "harmonics"} <= failed(tests)
     assert "even" in tests["harmonics"].hint
-    for name in ("offset", "harmonics", "outliers"):
+    for name in ("offset", "harmonics"):
         assert "contact_loss" in tests[name].hint
 
 
@@ -119,7 +119,9 @@ def test_hum_on_a_driven_frequency_cannot_be_told():
     assert test.finding.startswith("cannot be told")
 
 
-@pytest.mark.parametrize(("frequency", "hint"), [(1.3, "breathing"), (133.3, "vibration")])
+@pytest.mark.parametrize(
+    ("frequency", "hint"), [(0.3, "breathing"), (1.3, "breathing"), (133.3, "vibration")]
+)
 def test_lines_that_are_not_the_drives_are_told_by_their_frequency(frequency, hint):
     tests = judge(white() + sine(frequency, 2e-3)(TIME), sine()(TIME))
     assert "other lines" in failed(tests)
@@ -143,10 +145,15 @@ def test_a_harmonic_does_not_correlate_with_the_motion():
 
 def test_single_spikes_are_counted():
     spikes = np.zeros(TIME.size)
-    spikes[[500, 1700, 4000, 7999]] = 0.1
+    spikes[[500, 1700, 4000, 7990]] = 0.1
     tests = judge(white() + spikes, sine()(TIME))
     assert tests["outliers"].statistic == 4
     assert "outliers" in failed(tests)
+
+
+def test_a_transient_is_no_outlier():
+    ringing = 0.2 * np.exp(-TIME / 0.02) * np.sin(2 * np.pi * 78.0 * TIME)
+    assert judge(white() + ringing, sine()(TIME))["outliers"].passed
 
 
 def test_a_constant_is_an_offset():

@@ -45,7 +45,7 @@ def speed_correlation(
         "what takes energy is not the model's damper alone: relaxation (standard_linear_solid, "
         "generalized_maxwell, springpot), friction (coulomb_friction, stribeck_friction, "
         "bouc_wen_hysteresis), damping that grows with depth (hunt_crossley) or timing "
-        "(force_lag, channel_delay)",
+        "(force_lag, channel_delay; encoder_quantization looks alike)",
     )
 
 

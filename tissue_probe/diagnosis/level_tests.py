@@ -6,7 +6,7 @@ What belongs here: tests for which the order of the samples in time hardly matte
 from __future__ import annotations
 
 import numpy as np
-from scipy import optimize, signal, stats
+from scipy import ndimage, optimize, signal, stats
 
 from tissue_probe.diagnosis.drive import dominant_period
 from tissue_probe.diagnosis.residual_test import SIGNIFICANCE, ResidualTest, judged, untold
@@ -18,7 +18,7 @@ NOISE_UNCERTAINTY = 0.02
 AMPLITUDE_RANGE = 1.5
 BATCHES = 8  # windows at least, where the residual is judged by windows
 TERMS = 4  # constant, position, speed, acceleration
-NEIGHBOURS = 4  # samples to either side, with whose median a single outlier is compared
+NEIGHBOURS = 4  # samples to either side that count with an outlier
 
 
 def level(residual: FloatArray, noise: float) -> ResidualTest:
@@ -53,9 +53,10 @@ def offset(residual: FloatArray, position: FloatArray, sample_period: float) -> 
         stats.ttest_1samp(means, 0.0).pvalue if means.any() else 1.0,
         f"mean is {1e3 * mean:.3g} mN",
         "a force that is off by a constant (force_bias) or wanders (force_drift), tissue that "
-        "relaxes under the preload (standard_linear_solid, generalized_maxwell, springpot), or a "
+        "relaxes under the preload (standard_linear_solid, generalized_maxwell, springpot), a "
         "force that is not symmetrical in the motion (hertz_contact, exponential_stiffening, "
-        "contact_loss)",
+        "contact_loss, adhesion), or a preload that is read wrongly (force_gain, "
+        "load_cell_stiffness_error)",
     )
 
 
@@ -137,29 +138,23 @@ def _meaning_of_power(power: float) -> str:
 
 
 def outliers(residual: FloatArray) -> ResidualTest:
-    """Count samples that stand alone, far from the median of their neighbours.
+    """Count samples that stand out of their neighbours, whatever moves smoothly left aside.
 
-    Far: what one sample in a record of white noise reaches with `SIGNIFICANCE`, for a deviation
-    of the size told by the median of all deviations.
+    By the fourth difference, r[n-2] - 4 r[n-1] + 6 r[n] - 4 r[n+1] + r[n+2], in which a single
+    sample stands highest; far is what one in a record of white noise reaches with `SIGNIFICANCE`,
+    for differences of the size told by the median of them all.
     """
-    deviation = residual - _among_neighbours(residual)
-    scale = stats.median_abs_deviation(deviation, scale="normal")
-    scores = np.abs(deviation) / (scale or 1.0)
-    count = int(np.sum(scores > stats.norm.isf(0.5 * SIGNIFICANCE / residual.size)))
-    chance = min(1.0, 2.0 * residual.size * stats.norm.sf(scores.max()))
+    rough = np.abs(np.diff(residual, 4))
+    scores = rough / (stats.median_abs_deviation(np.diff(residual, 4), scale="normal") or 1.0)
+    peaks = scores == ndimage.maximum_filter1d(scores, 2 * NEIGHBOURS + 1)
+    far = stats.norm.isf(0.5 * SIGNIFICANCE / residual.size)
+    count = int(np.sum(peaks & (scores > far)))
     return judged(
         "outliers",
         count,
-        chance,
+        min(1.0, 2.0 * residual.size * stats.norm.sf(scores.max())),
         f"{count} of {residual.size} samples stand alone",
         "disturbed or lost samples, a force at its limit (adc_saturation), a channel that repeats "
-        "values (stuck_samples), or impacts where contact is lost and regained (contact_loss, "
-        "backlash)",
+        "values (stuck_samples), or impacts (backlash, or contact lost and regained: contact_loss, "
+        "adhesion)",
     )
-
-
-def _among_neighbours(values: FloatArray) -> FloatArray:
-    """Return the median of each sample's neighbours, itself left out."""
-    padded = np.pad(values, NEIGHBOURS, mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
-    return np.median(np.delete(windows, NEIGHBOURS, axis=1), axis=1)

@@ -64,7 +64,7 @@ def _lines_of(
     residual: FloatArray, position: FloatArray, sample_period: float, noise: float
 ) -> _Lines:
     frequencies, power = spectrum(residual, sample_period)
-    beside = ndimage.median_filter(power, BESIDE, mode="nearest") / np.log(2.0)
+    beside = ndimage.median_filter(power, BESIDE, mode="mirror") / np.log(2.0)
     height = power / np.maximum(beside, noise**2)
     drive = drive_of(position, sample_period)
     return _Lines(frequencies, power, height, residual.size, drive)
@@ -106,7 +106,8 @@ def _harmonics(lines: _Lines) -> ResidualTest:
         chance,
         f"strongest where the drive is silent: {1e3 * amplitude:.3g} mN at {frequency:.4g} Hz, "
         f"{round(frequency / repetition)} times the {repetition:.4g} Hz at which the drive repeats",
-        "the tissue or the instrument is not linear" + _parity(lines, among),
+        "the tissue or the instrument is not linear: stiffening, friction, contact, backlash, or "
+        "the encoder (encoder_quantization, encoder_interpolation)" + _parity(lines, among),
     )
 
 
