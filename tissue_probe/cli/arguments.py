@@ -9,7 +9,9 @@ import typer
 
 Bag = Annotated[
     Path,
-    typer.Argument(help="Recording: an .mcap, .db3 or ROS 1 .bag file, or a bag folder.", metavar="BAG"),
+    typer.Argument(
+        help="Recording: an .mcap, .db3 or ROS 1 .bag file, or a bag folder.", metavar="BAG"
+    ),
 ]
 
 Samples = Annotated[
