@@ -29,8 +29,9 @@ def noise_floor(force: FloatArray) -> float:
 
         sigma^2 = median over windows of RSS / median of chi^2(n - p - 1)
 
-    The median passes over windows with an impact, an outlier or a slip in them. Noise of
-    quantisation counts; a force that comes in steps has at least step / sqrt(12).
+    The median passes over windows with an impact, an outlier or a slip in them, as long as most
+    have none: where contact or play rattles at 60 Hz, too much is found. Noise of quantisation
+    counts; a force that comes in steps has at least step / sqrt(12).
 
     Parameters
     ----------
