@@ -6,7 +6,7 @@ What does not: comparing the candidates (``ranking``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import product
@@ -54,12 +54,34 @@ def fit_base(
     return min(found, key=lambda fit: fit.cost)
 
 
-def refit(fit: Fit, composition: Composition, instrument: Instrument) -> Fit | None:
-    """Fit another composition from the values of a fit, as far as they are its own."""
-    problem = Problem(composition, fit.measurements, instrument)
+def refit(
+    fit: Fit,
+    composition: Composition,
+    instrument: Instrument,
+    measurements: Sequence[Measurement] | None = None,
+    held: Mapping[str, float] | None = None,
+) -> Fit | None:
+    """Fit again from the values of a fit, as far as they are the composition's own.
+
+    Parameters
+    ----------
+    fit : Fit
+        Where to begin.
+    composition : Composition
+        What to fit.
+    instrument : Instrument
+        What is known of the rig.
+    measurements : sequence of Measurement, optional
+        What to fit to; those of ``fit`` by default.
+    held : mapping of str to float, optional
+        Values that are not fitted.
+    """
+    problem = Problem(composition, measurements or fit.measurements, instrument, held)
     known = fit.named()
     values = np.array([known.get(e.name, e.default) for e in composition.values])
-    return search(problem, values, _starts(problem, fit, values))
+    if measurements is None:
+        return search(problem, values, begin_states(problem, fit, values))
+    return search(problem, values, [z for z, _ in problem.begin(values)])
 
 
 def fit_candidates(
@@ -110,7 +132,7 @@ class _Proposals:
         proposals = []
         for known, proposed in product(begin, effect.starts(extent(base.measurements))):
             values = _values(self.problem, known, effect, proposed)
-            starts = _starts(self.problem, base, values)
+            starts = begin_states(self.problem, base, values)
             promised, after, begun = promise(self.problem, values, starts)
             # A strength that was proposed stands for a nonlinear effect: a step may lead astray.
             direct = effect.parameters and effect.parameters[0].name in proposed
@@ -167,7 +189,8 @@ def _values(
     return np.clip(values, problem.lower, problem.upper)
 
 
-def _starts(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:
+def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:
+    """Start where a fit does, and states that it has not where a probe at rest has them."""
     known = [dict(zip(base.composition.kernel.STATES, start, strict=True)) for start in base.starts]
     return [
         np.array([of.get(name, at) for name, at in zip(problem.kernel.STATES, rest, strict=True)])

@@ -71,25 +71,35 @@ class Fit:
     @property
     def samples(self) -> int:
         """How many samples were fitted."""
-        return sum(residual.size for residual in self.residuals)
+        return sum(int(np.sum(measurement.used)) for measurement in self.measurements)
 
     @cached_property
     def rmse(self) -> float:
         """Root mean square of the residual [N]."""
-        return _rms(self.residuals)
+        return self._rms(self.residuals)
 
     @cached_property
     def heldout_rmse(self) -> float:
         """Root mean square of the residual of what was left out of the fit [N]."""
-        return _rms(self.heldout)
+        return self._rms(self.heldout)
+
+    def _rms(self, parts: Sequence[FloatArray]) -> float:
+        used = [part[m.used] for part, m in zip(parts, self.measurements, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(used) ** 2)))
 
     @cached_property
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            np.sum(residual**2) / measurement.noise**2
+            np.sum(residual[measurement.used] ** 2) / measurement.noise**2
             for residual, measurement in zip(self.residuals, self.measurements, strict=True)
         ]
+        return float(np.sqrt(sum(squares) / self.samples))
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the force's white noise over all measurements [N]."""
+        squares = [m.noise**2 * m.force.size for m in self.measurements]
         return float(np.sqrt(sum(squares) / self.samples))
 
     @property
@@ -113,10 +123,6 @@ class Fit:
         """Standard deviations of the values by name."""
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return dict(zip(self.composition.kernel.VALUES, map(float, deviations), strict=True))
-
-
-def _rms(parts: Sequence[FloatArray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 class Problem:
@@ -308,6 +314,15 @@ def promise(
     return promised, after, begun
 
 
+def normal_matrix(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray]
+) -> FloatArray | None:
+    """Return the normal matrix of the cost by values and starts; None where it diverges."""
+    with np.errstate(all="ignore"):
+        point = _point(problem, values, starts)
+    return None if point is None else point.normal
+
+
 @dataclass
 class Bar:
     """The lowest cost that any search of a comparison has reached so far."""
@@ -379,7 +394,8 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
     own = free < q
     scale = _scale(problem, point.values)[free[own]]
     covariance[np.ix_(free[own], free[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
-    excess = max(1.0, point.cost / sum(r.size for r, _ in point.simulated))
+    samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
+    excess = max(1.0, point.cost / samples)
     return Fit(
         composition=problem.composition,
         measurements=problem.measurements,
@@ -410,6 +426,7 @@ def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
         problem.measurements, point.simulated, strict=True
     ):
         J = (sensitivity[:, n:] * scale)[:, own] / measurement.noise
+        J *= measurement.used[:, None]
         out = residual.copy()
         for block in np.array_split(np.arange(residual.size), BLOCKS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)

@@ -19,7 +19,10 @@ from types import ModuleType
 PACKAGE = Path(__file__).parent.parent
 
 
-def module(name: str, write: Callable[[], str]) -> ModuleType:
+ALL = ("physics/**/*.py", "estimation/**/*.py")
+
+
+def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) -> ModuleType:
     """Import a generated module, generating it first where no earlier process has.
 
     Numba finds a compiled function again only by its module's name and file, so both are the same
@@ -33,8 +36,10 @@ def module(name: str, write: Callable[[], str]) -> ModuleType:
         Letters, digits and underscores; stands for everything the code depends on.
     write : callable
         Returns the module's source text; called only where the module is not on disk.
+    sources : tuple of str
+        Which sources, as patterns below the package, take part in the generation.
     """
-    full_name = f"tissue_probe_{name}_{fingerprint()}"
+    full_name = f"tissue_probe_{name}_{fingerprint(sources)}"
     if full_name not in sys.modules:
         path = _folder() / f"{full_name}.py"
         if not path.exists():
@@ -50,11 +55,11 @@ def module(name: str, write: Callable[[], str]) -> ModuleType:
 
 
 @cache
-def fingerprint() -> str:
+def fingerprint(sources: tuple[str, ...] = ALL) -> str:
     """Twelve hexadecimal digits that change with any source that takes part in the generation."""
     digest = hashlib.sha256()
-    for folder in ("physics", "estimation"):
-        for path in sorted((PACKAGE / folder).rglob("*.py")):
+    for pattern in sources:
+        for path in sorted(PACKAGE.glob(pattern)):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

@@ -20,6 +20,14 @@ from tissue_probe.physics.response_code import source
 from tissue_probe.physics.rigs import CELL_DAMPING, CELL_STIFFNESS, CONTACT, MASS, RIGS
 from tissue_probe.physics.tissues import TISSUES
 
+#: What a kernel depends on besides its effects, whose text is part of its name.
+SOURCES = (
+    "physics/effects/effect.py",
+    "physics/program.py",
+    "physics/response_code.py",
+    "physics/rigs.py",
+    "physics/tissues.py",
+)
 CONSTANTS = (
     Parameter(MASS, "kg", default=0.04, lower=0.0, upper=1e4),
     Parameter(CELL_STIFFNESS, "N/m", default=9700.0, lower=1.0, upper=1e8),
@@ -78,7 +86,7 @@ class Composition:
         """The compiled code, made where no earlier process has."""
         said = repr((self.rig, self.tissue, self.effects))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
-        return compiled.module(f"response_{digest}", lambda: source(self.model))
+        return compiled.module(f"response_{digest}", lambda: source(self.model), SOURCES)
 
     @cached_property
     def values(self) -> tuple[Parameter, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
@@ -213,7 +214,9 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     Fujiwara bounds the eigenvalues of A by twice the largest |c_i|^(1/i), the c_i being the
     coefficients of the characteristic polynomial. It is compared squared, to save the root.
     """
-    coefficients = model.state_jacobian.charpoly().all_coeffs()[1:]
+    # Entries by name, in polynomials: ten states would take sums of products minutes.
+    entries = DomainMatrix.from_Matrix(program.let_matrix("a", model.state_jacobian))
+    coefficients = [entries.domain.to_sympy(c) for c in entries.charpoly()][1:]
     squares = [sp.Abs(c) ** sp.Rational(2, i) for i, c in enumerate(coefficients, 1)]
     square = program.let("speed", (2 * period / longest) ** 2 * sp.Max(*squares))
     share = program.variables("share", [1.0])[0]

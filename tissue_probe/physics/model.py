@@ -42,6 +42,8 @@ class Model:
         Time by which the force channel is late [s].
     rounded : Expr
         Step to which the measured position is rounded [m].
+    reaction : Expr
+        Force of the tip and all behind it on the coil [N], against ``position_rate``.
     """
 
     states: sp.Matrix
@@ -56,6 +58,7 @@ class Model:
     position: sp.Expr = field(default=POSITION)
     delay: sp.Expr = field(default=sp.Integer(0))
     rounded: sp.Expr = field(default=sp.Integer(0))
+    reaction: sp.Expr = field(default=sp.Integer(0))
 
     @cached_property
     def values(self) -> tuple[sp.Symbol, ...]:

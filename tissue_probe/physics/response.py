@@ -202,6 +202,8 @@ def _parts(rate, p, z, u, mode, dU, period):
     for i in range(n):
         T[i, i] = 1.0
     rate(0.0, z, p, u, mode, T, np.zeros((3, q)), f, slope)
+    if not np.isfinite(slope).all():
+        return MOST
     fastest = np.abs(np.linalg.eigvals(slope[:, :n].copy().astype(np.complex128))).max()
     if not fastest * period / LONGEST < MOST:
         return MOST

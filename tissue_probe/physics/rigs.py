@@ -72,7 +72,10 @@ def compliant_probe(
     grip = beta0 * (du - v) * sp.prod(e.engaged for e in effects)
     pressed = _Pressed(effects, tissue, x, v)
     acceleration = (load + grip - pressed.force - pressed.drag) / (m + pressed.inertia)
-    states = [State(x, v, start=POSITION - zero - FORCE / k0, spread="free"), State(v, acceleration, spread="speed")]
+    states = [
+        State(x, v, start=POSITION - zero - FORCE / k0, spread="free"),
+        State(v, acceleration, spread="speed"),
+    ]
     return _compose(
         effects,
         force_offset,
@@ -81,6 +84,8 @@ def compliant_probe(
         pressed=pressed,
         stretch=stretch,
         load=load,
+        # The coil feels what it moves: nothing, while play is between it and the load cell.
+        reaction=(load + grip) * sp.diff(du, POSITION_RATE),
     )
 
 
@@ -120,6 +125,7 @@ def rigid_probe(
         pressed=pressed,
         stretch=sp.Integer(0),
         load=load,
+        reaction=load,
     )
 
 
@@ -155,6 +161,7 @@ def _compose(
     pressed: _Pressed,
     stretch: sp.Expr,
     load: sp.Expr,
+    reaction: sp.Expr,
 ) -> Model:
     """Pass the load through the effects' outputs, gather their states, switches, parameters."""
     begin = [*states, *(_placed(state, pressed) for state in pressed.tissue.states)]
@@ -184,6 +191,7 @@ def _compose(
         position=reduce(lambda p, e: e.position.subs(POSITION, p), effects, POSITION),
         delay=sum((effect.delay for effect in effects), sp.Integer(0)),
         rounded=sum((effect.rounded for effect in effects), sp.Integer(0)),
+        reaction=reaction,
     )
 
 

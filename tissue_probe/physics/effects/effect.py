@@ -146,6 +146,8 @@ class Effect:
         The same physics as others write it; the best of them stands for the effect.
     simpler : tuple of str
         Effects that this one contains, and which are preferred where they fit as well.
+    of_run : tuple of str
+        Parameters that belong to a run and not to specimen or instrument, such as a phase.
     assumptions, reference : str
         Where it holds, and where it comes from.
     """
@@ -177,5 +179,6 @@ class Effect:
     )
     forms: tuple[Effect, ...] = ()
     simpler: tuple[str, ...] = ()
+    of_run: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""

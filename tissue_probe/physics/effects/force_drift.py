@@ -16,6 +16,7 @@ FORCE_DRIFT = Effect(
     ),
     output=FORCE + BIAS + DRIFT * TIME,
     strengths=2,
+    of_run=("drift_start",),
     simpler=("force_bias",),
     assumptions="Linear over the record: a part of a slow exponential",
     reference="Doebelin, Measurement Systems (2004), section 3.2, on zero drift",

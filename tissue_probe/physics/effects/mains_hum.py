@@ -25,6 +25,7 @@ MAINS_HUM = Effect(
     ),
     output=FORCE + SINE * sp.sin(_ANGLE) + COSINE * sp.cos(_ANGLE),
     strengths=2,
+    of_run=("hum_sine", "hum_cosine"),
     starts=starts,
     assumptions="The fundamental only, its amplitude constant",
     reference="Horowitz and Hill, The Art of Electronics (2015), section 8.13",

@@ -32,6 +32,7 @@ STIFFNESS_RAMP = Effect(
     * sp.Piecewise(
         (0, TIME < BEGIN), (1, TIME > BEGIN + LENGTH), ((TIME - BEGIN) / LENGTH, True)
     ),
+    of_run=("ramp_begin", "ramp_duration"),
     starts=starts,
     simpler=("stiffness_step",),
     assumptions="One ramp; the damping stays",

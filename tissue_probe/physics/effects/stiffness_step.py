@@ -39,6 +39,7 @@ STIFFNESS_STEP = Effect(
     ),
     force=CHANGE * AFTER * INDENTATION,
     switches=(Switch(AFTER, sp.Integer(1), INSTANT - TIME, first=False),),
+    of_run=("step_time",),
     starts=starts,
     near=near,
     assumptions="One step; the damping stays",

@@ -27,6 +27,7 @@ TISSUE_MOTION = Effect(
     ),
     surface=(_SURFACE, _SURFACE.diff(TIME)),
     strengths=2,
+    of_run=("motion_sine", "motion_cosine"),
     starts=starts,
     simpler=("force_bias", "force_drift"),
     assumptions="Sinusoidal; the probe's base stands still",

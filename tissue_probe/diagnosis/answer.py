@@ -1,0 +1,168 @@
+"""What a diagnosis tells other programs: the layout of ``--json``.
+
+What belongs here: names, types and meanings, version-numbered. What does not: how it is found.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.ranking import added
+
+Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
+#: A number, or null where there is none (JSON knows neither NaN nor infinity).
+Number = Annotated[
+    float | None, BeforeValidator(lambda v: v if v is None or math.isfinite(v) else None)
+]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class ParameterValue(_Entry):
+    """A fitted value."""
+
+    value: Number
+    deviation: Number = Field(description="standard deviation of its error, same unit")
+    unit: str
+
+
+class Candidate(_Entry):
+    """The base model with one effect more."""
+
+    effect: str
+    family: str
+    heldout_rmse: Number = Field(description="error on held-out data [N]")
+    rmse: Number = Field(description="error on the data it was fitted to [N]")
+    gain: Number = Field(description="fall of the Bayesian information criterion")
+    parameters: dict[str, ParameterValue]
+    converged: bool = Field(description="whether the fit settled")
+
+
+class ErrorPair(_Entry):
+    """Error of the model asked about and of the improved one [N]."""
+
+    base: Number
+    final: Number
+
+
+class Rmse(_Entry):
+    """Errors on the data of the fit, and on data held out from it."""
+
+    training: ErrorPair
+    heldout: ErrorPair
+
+
+class Experiment(_Entry):
+    """What to record next."""
+
+    excitation: dict[str, Any] = Field(description="parameters of the driver's excitation, by name")
+    preload: float = Field(description="mean displacement of the coil [m]")
+    duration: float = Field(description="time to record, from rest [s]")
+    separation: Number = Field(description="residual over noise of the wrong model, predicted")
+    calibration: str = Field(description="what tells where no excitation does")
+
+
+class Step(_Entry):
+    """One model of the ladder."""
+
+    effects: list[str]
+    parameters: dict[str, ParameterValue]
+    rmse_training: Number
+    rmse_heldout: Number
+    converged: bool
+
+
+class Answer(_Entry):
+    """What ``compare``, ``diagnose`` and ``improve`` say."""
+
+    version: Literal[1] = 1
+    verdict: Verdict
+    ranking: list[Candidate] = Field(description="best first")
+    indistinguishable: list[str] = Field(description="effects that this excitation cannot tell")
+    unseen: list[str] = Field(description="effects that this excitation could not have shown")
+    effects: list[str] = Field(description="what improve would add, in order")
+    rmse: Rmse
+    noise_floor: Number = Field(description="standard deviation of the force's white noise [N]")
+    ladder: list[Step]
+    suggested_excitation: Experiment | None
+    findings: list[str] = Field(description="what is wrong with the samples, in sentences")
+    seconds: float = Field(description="time that the analysis took")
+
+
+def answer(diagnosis: Diagnosis) -> Answer:
+    """Put a diagnosis into the layout for programs."""
+    ladder = diagnosis.ladder
+    spoilt = [
+        Candidate(
+            effect=name, family="data", heldout_rmse=None, rmse=None, gain=None, parameters={},
+            converged=True,
+        )
+        for name in diagnosis.spoilt
+    ]  # fmt: skip
+    suggestion = diagnosis.suggestion
+    base, final = ladder.base, ladder.final
+    return Answer(
+        verdict=diagnosis.verdict,
+        ranking=[*spoilt, *(_candidate(diagnosis, fit) for fit in ladder.ranking)],
+        indistinguishable=list(diagnosis.indistinguishable),
+        unseen=list(diagnosis.unseen),
+        effects=list(diagnosis.effects),
+        rmse=Rmse(
+            training=ErrorPair(base=base.rmse, final=final.rmse),
+            heldout=ErrorPair(base=diagnosis.heldout(base), final=diagnosis.heldout(final)),
+        ),
+        noise_floor=base.noise,
+        ladder=[
+            Step(
+                effects=list(fit.composition.names),
+                parameters=parameters(fit),
+                rmse_training=fit.rmse,
+                rmse_heldout=diagnosis.heldout(fit),
+                converged=fit.converged,
+            )
+            for fit in (base, *ladder.steps)
+        ],
+        suggested_excitation=suggestion
+        and Experiment(
+            excitation=dict(suggestion.excitation),
+            preload=suggestion.preload,
+            duration=suggestion.duration,
+            separation=suggestion.separation,
+            calibration=suggestion.calibration,
+        ),
+        findings=[finding.sentence for finding in diagnosis.findings],
+        seconds=diagnosis.seconds,
+    )
+
+
+def parameters(fit: Fit) -> dict[str, ParameterValue]:
+    """Fitted values by name."""
+    deviations = fit.deviations()
+    return {
+        entry.name: ParameterValue(
+            value=fit.named()[entry.name], deviation=deviations[entry.name], unit=entry.unit
+        )
+        for entry in fit.composition.values
+    }
+
+
+def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
+    own = {entry.name for entry in added(fit).parameters}
+    values = parameters(fit)
+    kept = own | {"stiffness", "damping"}
+    return Candidate(
+        effect=added(fit).name,
+        family=added(fit).family,
+        heldout_rmse=diagnosis.heldout(fit),
+        rmse=fit.rmse,
+        gain=diagnosis.ladder.base.bic - fit.bic,
+        parameters={name: value for name, value in values.items() if name in kept},
+        converged=fit.converged,
+    )

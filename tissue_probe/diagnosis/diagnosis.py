@@ -1,0 +1,158 @@
+"""From measurements to a verdict: inspect, climb the ladder, prove on held-out data, advise.
+
+What belongs here: the order of the steps. What does not: the steps.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.candidates import refit
+from tissue_probe.diagnosis.finding import Finding
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb
+from tissue_probe.diagnosis.inspection import inspect
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.separation import Suggestion, suggest
+from tissue_probe.diagnosis.visibility import unseen
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+
+#: Answers that are no models: what spoilt the samples.
+SPOILT = ("adc_saturation", "stuck_samples")
+#: How many of the ranking are tried on a second recording.
+VALIDATED = 8
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is missing in a model, and how sure that is.
+
+    Attributes
+    ----------
+    verdict : str
+        "adequate", "missing", "ambiguous" or "unexplained".
+    ladder : Ladder
+        The models that were tried, and those accepted.
+    spoilt : tuple of str
+        ``adc_saturation``, ``stuck_samples``: what is wrong with samples, which were left out.
+    findings : tuple of Finding
+        Of the inspection, on all measurements.
+    indistinguishable : tuple of str
+        Effects that explain the measurement equally well; empty where one is alone.
+    unseen : tuple of str
+        Effects of typical strength that this measurement could not have shown.
+    suggestion : Suggestion or None
+        What would separate the indistinguishable, or show the unseen.
+    validated : mapping of tuple of str to float
+        Error [N] on the validating recordings by the names of a model's effects.
+    seconds : float
+        Time that it took.
+    """
+
+    verdict: Verdict
+    ladder: Ladder
+    spoilt: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    indistinguishable: tuple[str, ...]
+    unseen: tuple[str, ...]
+    suggestion: Suggestion | None
+    validated: Mapping[tuple[str, ...], float]
+    seconds: float
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What is missing, in the order in which it is added."""
+        return (*self.spoilt, *self.ladder.effects)
+
+    def heldout(self, fit: Fit) -> float:
+        """Error of a model on what it was not fitted to [N]: a second recording, or blocks."""
+        return self.validated.get(fit.composition.names, fit.heldout_rmse)
+
+
+def diagnose(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    validation: Sequence[Measurement] = (),
+) -> Diagnosis:
+    """Say what a model misses.
+
+    Parameters
+    ----------
+    composition : Composition
+        The model that is asked about.
+    measurements : sequence of Measurement
+        Of one specimen; fitted together.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        What may be missing.
+    validation : sequence of Measurement
+        Other recordings of the same specimen, on which models are tried and not fitted.
+
+    Raises
+    ------
+    ValueError
+        If the samples are such that any fit would be worthless; says why and what to do.
+    """
+    begun = time.perf_counter()
+    findings = [finding for each in measurements for finding in _inspected(each)]
+    fatal = next((finding for finding in findings if finding.fatal), None)
+    if fatal:
+        raise ValueError(fatal.sentence)
+    spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
+    clean = [_without_spoilt(each) for each in measurements]
+    ladder = climb(composition, clean, instrument, library)
+    tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
+    indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
+    hidden = unseen(ladder.final, library, instrument) if ladder.verdict == "adequate" else ()
+    rivals = tied if indistinguishable else [ladder.final]
+    suggestion = suggest(rivals, instrument, library, hidden)
+    models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
+    validated = {
+        fit.composition.names: error(fit, validation, instrument) for fit in models if validation
+    }
+    verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
+    return Diagnosis(
+        verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
+        validated, time.perf_counter() - begun,
+    )  # fmt: skip
+
+
+def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
+    """Error [N] of a fitted model on other recordings of the specimen; its values are held.
+
+    Only what belongs to a run is fitted anew: the state at its start, and the phases of what has
+    a phase (``Effect.of_run``).
+    """
+    of_run = {name for effect in fit.composition.effects for name in effect.of_run}
+    held = {name: value for name, value in fit.named().items() if name not in of_run}
+    squares, count = 0.0, 0
+    for measurement in measurements:
+        moved = refit(fit, fit.composition, instrument, [measurement], held)
+        if moved is None:
+            return float("inf")
+        squares += float(np.sum(moved.residuals[0] ** 2))
+        count += moved.samples
+    return float(np.sqrt(squares / count))
+
+
+def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
+    return inspect(measurement.position, measurement.force, measurement.sample_period).findings
+
+
+def _without_spoilt(measurement: Measurement) -> Measurement:
+    """Leave the clipped and the repeated samples out of the fit."""
+    used = np.ones(measurement.force.size, dtype=bool)
+    for finding in _inspected(measurement):
+        if finding.name in SPOILT:
+            for first, stop in finding.spans:
+                used[first:stop] = False
+    return replace(measurement, used=used & measurement.used)

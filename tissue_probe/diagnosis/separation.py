@@ -1,0 +1,166 @@
+"""The experiment that would separate effects which this one cannot.
+
+What belongs here: simulated experiments with fitted models, and calibrations that help where no
+excitation does. What does not: judging the experiment that was made (``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.diagnosis.candidates import refit
+from tissue_probe.diagnosis.fit import Fit, Problem
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.visibility import SEEN, visibility
+from tissue_probe.excitation import parse_excitation
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.response import course, respond
+from tissue_probe.signals import FloatArray
+
+#: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
+EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
+    ({"kind": "sine", "frequency": 10.0}, 0.0, 2.0),
+    ({"kind": "sine", "frequency": 10.0}, 2e-3, 2.0),
+    ({"kind": "multisine", "start": 1.0, "stop": 60.0, "spacing": 1.0}, 0.0, 2.0),
+    ({"kind": "multisine", "start": 1.0, "stop": 60.0, "spacing": 1.0}, 2e-3, 2.0),
+    ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 0.0, 4.0),
+    ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
+)
+AMPLITUDE = 1e-3
+
+#: What tells an effect that hides within the rig's tolerances.
+CALIBRATIONS = {
+    "force_bias": "record the force in free air, and tare (tissue_probe calibrate)",
+    "force_gain": "hang a known weight on the load cell",
+    "load_cell_stiffness_error": "press the tip on a rigid stop: the force against the coil's way "
+    "is the load cell's stiffness",
+    "added_mass": "let the tip ring down in free air: its frequency gives its mass",
+    "structural_mode": "let the tip ring down in free air: a second resonance shows as a beat",
+    "force_drift": "record the force for a minute with the coil standing still",
+    "tissue_motion": "record the force with the tip on the tissue and the coil standing still",
+    "mains_hum": "record the force with the coil standing still",
+    "force_lag": "let the tip ring down in free air, and compare force with position",
+    "channel_delay": "tap the tip on a rigid stop: force and position must break off together",
+    "contact_loss": "touch off: go down slowly until the force rises, and set the zero there",
+    "adhesion": "touch off and pull back slowly: the force at which the tip comes off",
+}
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """What to do next.
+
+    Attributes
+    ----------
+    excitation : mapping
+        As the driver takes it (kind, amplitude [m] at the coil, frequencies); empty where no
+        excitation would help.
+    preload : float
+        Mean displacement of the coil [m].
+    duration : float
+        Time to record, from rest [s].
+    separation : float
+        Predicted residual of the wrong model over the noise; 1 tells nothing.
+    calibration : str
+        What would tell where no excitation does.
+    """
+
+    excitation: Mapping[str, object]
+    preload: float
+    duration: float
+    separation: float
+    calibration: str = ""
+
+
+def suggest(
+    rivals: Sequence[Fit],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    unseen: Sequence[str] = (),
+) -> Suggestion | None:
+    """Choose the experiment under which rival models differ most, or unseen effects show.
+
+    Parameters
+    ----------
+    rivals : sequence of Fit
+        Models that explain the measurement equally well, the best first; or one alone.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        All effects.
+    unseen : sequence of str
+        Effects that the measurement could not have shown.
+    """
+    if len(rivals) < 2 and not unseen:
+        return None
+    tried = []
+    for excitation, preload, duration in EXPERIMENTS:
+        measurement = _made(rivals[0], excitation, preload, duration)
+        if measurement is None:
+            continue
+        if len(rivals) > 1:
+            apart = min(_misfit(rival, measurement, instrument) for rival in rivals[1:3])
+        else:
+            apart = _shown(rivals[0], measurement, instrument, library, unseen)
+        tried.append((apart, excitation, preload, duration))
+    if not tried:
+        return None
+    apart, excitation, preload, duration = max(tried, key=lambda each: each[0])
+    names = [rival.composition.names[-1] for rival in rivals if rival.composition.names]
+    helps = [CALIBRATIONS[name] for name in names if name in CALIBRATIONS]
+    told = {**excitation, "amplitude": AMPLITUDE}
+    if len(rivals) > 1 and apart < 1.02:
+        return Suggestion({}, 0.0, 0.0, apart, "; ".join(helps) or "calibrate the rig")
+    return Suggestion(told, preload, duration, apart, "; ".join(helps) if apart < 1.1 else "")
+
+
+def _made(
+    fit: Fit, excitation: Mapping[str, object], preload: float, duration: float
+) -> Measurement | None:
+    """Simulate an experiment with a fitted model, from rest, with the noise it was fitted to."""
+    first = fit.measurements[0]
+    count = round(duration / first.sample_period)
+    times = np.arange(count) * first.sample_period
+    position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
+    problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
+    start = np.zeros(problem.states)
+    problem.kernel.begin(fit.values, position[0], _static(fit, position[0]), start)
+    coil = course(problem.kernel, position, first.sample_period, fit.values)
+    force = respond(problem.kernel, fit.values, start, coil).force
+    if not np.isfinite(force).all():
+        return None
+    noisy = force + first.noise * np.random.default_rng(0).standard_normal(count)
+    return Measurement(position, noisy, first.sample_period, True, first.noise)
+
+
+def _static(fit: Fit, position: float) -> float:
+    """Force of a coil that has stood at a position for long [N]."""
+    known = fit.named()
+    k, zero = known["stiffness"], known["contact_position"]
+    k0 = known.get("load_cell_stiffness", np.inf)
+    series = k if not np.isfinite(k0) else k * k0 / (k + k0)
+    return series * (position - zero)
+
+
+def _misfit(rival: Fit, measurement: Measurement, instrument: Instrument) -> float:
+    """Residual over noise that a rival leaves of another model's simulated measurement."""
+    moved = refit(rival, rival.composition, instrument, [measurement])
+    return np.inf if moved is None else moved.ratio
+
+
+def _shown(
+    base: Fit,
+    measurement: Measurement,
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    unseen: Sequence[str],
+) -> float:
+    """How many of the unseen effects an experiment would show, and how clearly the faintest."""
+    fit = refit(base, base.composition, instrument, [measurement])
+    if fit is None:
+        return 0.0
+    seen: FloatArray = np.array([visibility(fit, library[name], instrument) for name in unseen])
+    return float(np.sum(seen > SEEN) + 0.5 * np.tanh(np.min(seen) / SEEN))
