@@ -59,7 +59,7 @@ MISTAKES = {
     "a symbol that nothing tells": (
         ("drag=DRAG", 'drag=sp.Symbol("viscosity")'), "uses the symbol viscosity"
     ),
-    "an effect at no strength": (("drag=DRAG *", "drag=(1 + DRAG) *"), "must leave the model as it"),
+    "an effect at no strength": (("drag=DRAG *", "drag=(1 + DRAG) *"), "must leave the model as"),
     "starts for what is not there": (
         ("    drag=", '    starts=lambda extent: [{"width": 1.0}],\n    drag='), "starts for width"
     ),

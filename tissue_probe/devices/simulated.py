@@ -11,7 +11,8 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
 
 It is integrated by the classical Runge-Kutta scheme, which shares nothing with the discretisation
 of the estimators, in steps short for the fastest motion of the probe. The encoder shows u in whole
-steps, the load cell k0 (u - x) with white noise.
+steps, the load cell k0 (u - x) with white noise. With a model file, load cell, tip and tissue
+follow the composed model in it instead (``composed``).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 from threading import Lock
+from typing import TYPE_CHECKING
 
 import numba
 import numpy as np
@@ -32,6 +34,9 @@ from tissue_probe.excitation import Excitation
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.devices.composed import ComposedProbe
 
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
@@ -82,6 +87,12 @@ class SimulatedProbeSettings(BaseModel):
     )
     seed: int = setting(0, "", "seed of the noise", ge=0)
     phantom: str = setting("", "", "YAML file of the phantom; empty for the stock one")
+    model: str = setting(
+        "",
+        "",
+        "model file (model.yaml) of tool and tissue; the phantom then tells only how much stiffer "
+        "a place is than the background; empty for Kelvin-Voigt tissue",
+    )
 
 
 class SimulatedProbe:
@@ -113,7 +124,8 @@ class SimulatedProbe:
         self._excitation: Excitation | None = None
         self._lock = Lock()  # so that no command follows a stop, whichever thread it comes from
         self.place(0.0, 0.0, 1.0)  # no tissue in reach
-        self._substeps = self._needed_substeps()
+        self._composed = self._compose() if settings.model else None
+        self._substeps = self._needed_substeps() if self._composed is None else 1
         # Compiled, or loaded from the cache, before the clock runs.
         _simulate(
             np.zeros(6), np.zeros(1, bool), np.zeros(1), self._constants(), self.sample_period, 1
@@ -131,6 +143,8 @@ class SimulatedProbe:
         self._state = np.zeros(6)
         self._state[5] = self._tissue[2]
         self._attached = np.array([self._tissue[2] >= 0.0])
+        if self._composed is not None:
+            self._composed.start(self._tissue[2])
         self._taken = 0
         self._simulated = 0
         self._commands = np.empty(0)
@@ -169,24 +183,50 @@ class SimulatedProbe:
         """Add ``count`` samples to those that are ready to be handed out."""
         settings = self._settings
         command = self._next_commands(count)
-        position, force = _simulate(
-            self._state,
-            self._attached,
-            command,
-            self._constants(),
-            self.sample_period,
-            self._substeps,
-        )
-        if settings.encoder_resolution > 0.0:
-            position = np.round(position / settings.encoder_resolution)
-            position *= settings.encoder_resolution
+        position, force = self._moved(command)
+        step = settings.encoder_resolution
+        if self._composed is not None:
+            step = max(step, self._composed.rounding)
+        if step > 0.0:
+            position = np.round(position / step) * step
         force += settings.force_noise * self._noise.standard_normal(count)
         self._ahead = np.concatenate([self._ahead, [position, force, command]], axis=1)
 
+    def _moved(self, command: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return true position and force at each sample, and move on."""
+        if self._composed is None:
+            return _simulate(
+                self._state,
+                self._attached,
+                command,
+                self._constants(),
+                self.sample_period,
+                self._substeps,
+            )
+        stiffness, damping, depth = self._tissue
+        phantom = self._phantom
+        damping /= phantom.background_damping or 1.0
+        relative = (stiffness / phantom.background_stiffness, damping)
+        return self._composed.advance(command, relative, depth)
+
+    def _compose(self) -> ComposedProbe:
+        # Symbols are imported only where there is a model: they take half a second.
+        from tissue_probe.devices.composed import ComposedProbe
+
+        coil = self._constants()[:6]
+        stiffest = self._stiffest()
+        return ComposedProbe(
+            self._settings.model, coil, STAGE_TIME_CONSTANT, SUCTION_REACH, self.sample_period,
+            stiffest,
+        )  # fmt: skip
+
     @property
     def description(self) -> str:
-        """The phantom, in YAML."""
-        return yaml.safe_dump({"phantom": self._phantom.model_dump(mode="json")})
+        """The phantom, and the model where there is one, in YAML."""
+        told: dict[str, object] = {"phantom": self._phantom.model_dump(mode="json")}
+        if self._settings.model:
+            told["model"] = yaml.safe_load(Path(self._settings.model).read_text(encoding="utf-8"))
+        return yaml.safe_dump(told)
 
     @property
     def worst_lateness(self) -> float:
@@ -221,8 +261,7 @@ class SimulatedProbe:
 
     def _needed_substeps(self) -> int:
         """Return the Runge-Kutta steps in a sample that resolve the fastest motion anywhere."""
-        nodules = self._phantom.nodules
-        relative = 1.0 + sum(float(nodule.excess(nodule.x, nodule.y)) for nodule in nodules)
+        relative = self._stiffest()
         stiffest = (
             relative * self._phantom.background_stiffness,
             relative * self._phantom.background_damping,
@@ -241,6 +280,11 @@ class SimulatedProbe:
                 f"or resistance, so that it is {1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS):.1g} s"
             )
         return math.ceil(self.sample_period / step * (1.0 - 1e-9))
+
+    def _stiffest(self) -> float:
+        """Return the largest stiffness anywhere, over the background's."""
+        nodules = self._phantom.nodules
+        return 1.0 + sum(float(nodule.excess(nodule.x, nodule.y)) for nodule in nodules)
 
     def _constants(self, tissue: tuple[float, float, float] | None = None) -> tuple[float, ...]:
         s = self._settings

@@ -9,7 +9,8 @@ from __future__ import annotations
 import sympy as sp
 
 from tissue_probe.estimation.layout import Layout
-from tissue_probe.physics.discretise import DISCRETISATIONS, Step
+from tissue_probe.physics.discretise import BEGUN, DISCRETISATIONS, Step
+from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
@@ -43,7 +44,7 @@ class Filter:
         names = layout.states
         count = len(names)
         upper = [(i, j) for i in range(count) for j in range(i, count)]
-        self.X = sp.Matrix(sp.symbols(names, real=True))
+        self.X = sp.Matrix([*model.states, *model.parameters])
         if not given:
             self.program.load("memory", 0, names)
         covariance = self.program.load("memory", count, [f"P{i}_{j}" for i, j in upper])
@@ -56,6 +57,8 @@ class Filter:
         self.Q = sp.diag(*self.per_state("process_variance"))
         self.S, self.R = sp.symbols("S R", real=True)
         self.H = sp.Matrix([model.output]).jacobian(self.X)
+        if not given:
+            self._tell_signals(self.H)
         self.innovation = sp.Symbol("innovation", real=True)
 
     def constant(self, name: str) -> sp.Symbol:
@@ -75,8 +78,21 @@ class Filter:
     @property
     def force(self) -> sp.Expr:
         """h(X) [N], the predicted force (eq. 10)."""
-        position = self.program.load("memory", self.layout.history, ["position"])[0]
-        return self.model.output.subs(self.model.input, position)
+        self._tell_signals(sp.Matrix([self.model.output]))
+        return self.model.output
+
+    @property
+    def time(self) -> sp.Expr:
+        """Time of the present sample since the start [s]."""
+        count = self.program.load("memory", self.layout.carried("SAMPLES"), ["samples"])[0]
+        return count * self.constant("sample_period")
+
+    def _tell_signals(self, expressions: sp.Matrix) -> None:
+        """Assign the coil's position and the time, as far as expressions of the output need."""
+        if expressions.has(self.model.input):
+            self.program.load("memory", self.layout.history, [str(self.model.input)])
+        if expressions.has(TIME):
+            self.program.set(str(TIME), self.time)
 
     @property
     def force_variance(self) -> sp.Expr:
@@ -139,4 +155,6 @@ class Filter:
     def motion(self, derivatives: bool) -> Step:
         """Advance the model's states by one sample."""
         period = self.constant("sample_period")
+        if self.model.motion.has(TIME):
+            self.program.set(str(BEGUN), self.time - period)
         return self._discretise(self.program, self.model, period, self.inputs, derivatives)

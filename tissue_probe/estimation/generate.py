@@ -60,6 +60,8 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         function("cap(constants, memory)", _cap),
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
+        function("true_position(constants, memory, position)", _true_position, given=True),
+        function("tick(constants, memory)", _tick, given=True),
         function("predict(constants, memory)", equations.predict),
         function("update(constants, memory, innovation, S, R)", equations.update),
         function("inflate(constants, memory, factor, offset_factor)", _inflate),
@@ -119,9 +121,12 @@ def _start(filter: Filter) -> None:
 
 def _reopen(filter: Filter) -> None:
     """Keep what is known of the tissue, forget the motion and the input's history."""
-    moving = len(filter.model.states)
-    motion = sp.diag(*filter.per_state("prior_variance")[:moving])
-    filter.assign(filter.X, sp.diag(motion, filter.P[moving:, moving:]))
+    names = filter.layout.states
+    walks = {name for name, prior in filter.layout.priors.items() if prior.walk > 0.0}
+    kept = [i >= len(filter.model.states) and name not in walks for i, name in enumerate(names)]
+    prior = sp.diag(*filter.per_state("prior_variance"))
+    P = sp.Matrix(*prior.shape, lambda i, j: filter.P[i, j] if kept[i] and kept[j] else prior[i, j])
+    filter.assign(filter.X, P)
     filter.program.store("memory", filter.layout.primed, [0.0])
 
 
@@ -145,6 +150,20 @@ def _output(filter: Filter) -> list[sp.Symbol]:
     """Predict the force and its variance."""
     program = filter.program
     return [program.let("force", filter.force), program.let("S", filter.force_variance)]
+
+
+def _true_position(filter: Filter) -> list[sp.Symbol]:
+    """Return where the coil is, of what the encoder says."""
+    return [filter.program.let("true", filter.model.position)]
+
+
+def _tick(filter: Filter) -> None:
+    """Count the samples, for a model that knows the time."""
+    if "SAMPLES" in filter.layout.extra:
+        place = filter.layout.carried("SAMPLES")
+        (samples,) = filter.program.load("memory", place, ["samples"])
+        filter.program.store("memory", place, [samples + 1])
+    filter.program.line("return")
 
 
 def _step(filter: Filter) -> list[sp.Symbol]:

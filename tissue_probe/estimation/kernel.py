@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import compiled
+from tissue_probe.settings import SettingsError
 
 FloatArray = NDArray[np.float64]
 
@@ -68,12 +69,34 @@ class KalmanFilter:
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
         """Return the compiled kernel, generated the first time that it is wanted."""
-        name = self.equations.__name__.rpartition(".")[2]
+        if settings.model:
+            return self._composed(settings)
         module = compiled.module(
-            f"{name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
+            f"{self._name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
         )
         layout = Layout(module.STATE_NAMES, module.EXTRA)
         return Kernel(layout.size, layout.constants, module.start, module.reopen, module.run)
+
+    def _composed(self, settings: EstimatorSettings) -> Kernel:
+        """Return the kernel for the model in a file."""
+        from tissue_probe.estimation.generate import source
+        from tissue_probe.estimation.live_model import live_model
+
+        live = live_model(settings, self.force_offset)
+        layout = live.layout(self.equations.EXTRA)
+        module = compiled.module(
+            f"{self._name}_{settings.discretisation}_{live.digest}",
+            lambda: source(live.model, settings.discretisation, layout, self.equations),
+        )
+
+        def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
+            return layout.constants(live.with_tool(settings), sample_period)
+
+        return Kernel(layout.size, constants, module.start, module.reopen, module.run)
+
+    @property
+    def _name(self) -> str:
+        return self.equations.__name__.rpartition(".")[2]
 
     def _source(self, discretisation: str) -> str:
         # SymPy is imported only where a kernel has to be generated: it takes half a second.
@@ -104,8 +127,18 @@ class ByHand:
         return ast.get_docstring(ast.parse(self.path.read_text())).splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
-        """Return the compiled kernel; how steps are discretised makes no difference to it."""
-        del settings
+        """Return the compiled kernel; how steps are discretised makes no difference to it.
+
+        Raises
+        ------
+        SettingsError
+            If a model file is set: the equations in the file are Kelvin-Voigt's.
+        """
+        if settings.model:
+            raise SettingsError(
+                f"model is {settings.model!r}, but {self.path.stem} knows Kelvin-Voigt tissue "
+                "only: choose a Kalman filter such as robust_ekf, or leave model empty"
+            )
         layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
         module = compiled.module(self.path.stem, lambda: self._source(layout))
         return Kernel(module.MEMORY, layout.constants, module.start, module.reopen, module.run)

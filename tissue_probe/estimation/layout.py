@@ -16,6 +16,22 @@ from numpy.typing import NDArray
 
 from tissue_probe.estimation.settings import EstimatorSettings
 
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of one state beforehand, where no setting tells it.
+
+    ``mean``, ``deviation`` and the bounds are in the state's unit; ``walk`` is the variance that it
+    gains in each second. A state that walks is begun anew after a gap.
+    """
+
+    mean: float
+    deviation: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    walk: float = 0.0
+
+
 SETTINGS = tuple(
     name
     for name, entry in EstimatorSettings.model_fields.items()
@@ -38,13 +54,21 @@ class Layout:
         Names of the filter's states: the model's, then its parameters.
     extra : mapping
         Further numbers that the estimator carries along: names, and values at the start.
+    known : mapping
+        Constants of the model that are no settings: names and values.
+    priors : mapping
+        Of the states that the settings do not know.
     """
 
     states: tuple[str, ...]
     extra: Mapping[str, float] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
+    priors: Mapping[str, Prior] = field(default_factory=dict)
 
     def constant(self, name: str) -> int:
-        """Place in ``constants`` of a setting or a derived number."""
+        """Place in ``constants`` of a setting, a derived number, or a constant of the model."""
+        if name in self.known:
+            return self.per_state(PER_STATE[-1]) + len(self.states) + list(self.known).index(name)
         return (*SETTINGS, *DERIVED).index(name)
 
     def per_state(self, name: str) -> int:
@@ -96,8 +120,14 @@ class Layout:
         values = [float(getattr(settings, name)) for name in SETTINGS]
         values += [sample_period, force_variance(settings)]
         for name in PER_STATE:
-            values += [_per_state(settings, name, state) for state in self.states]
-        return np.array(values)
+            for state in self.states:
+                prior = self.priors.get(state)
+                values.append(
+                    _per_state(settings, name, state)
+                    if prior is None
+                    else _of_prior(prior, name, sample_period)
+                )
+        return np.array([*values, *self.known.values()])
 
 
 def force_variance(settings: EstimatorSettings) -> float:
@@ -108,6 +138,17 @@ def force_variance(settings: EstimatorSettings) -> float:
     """
     rounding = settings.load_cell_stiffness * settings.encoder_resolution / math.sqrt(12.0)
     return settings.force_noise**2 + rounding**2
+
+
+def _of_prior(prior: Prior, name: str, sample_period: float) -> float:
+    return {
+        "prior": prior.mean,
+        "prior_variance": prior.deviation**2,
+        "largest_variance": prior.deviation**2,
+        "process_variance": prior.walk * sample_period,
+        "lower": prior.lower,
+        "upper": prior.upper,
+    }[name]
 
 
 def _per_state(settings: EstimatorSettings, name: str, state: str) -> float:

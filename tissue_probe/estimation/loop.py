@@ -2,10 +2,10 @@
 """The loop around every Kalman filter: input history, missing samples, bounds, status.
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
-``reopen``, ``predict``, ``output``, ``update`` and ``cap``, all from symbols, the estimator's
-``weigh``, and the names in capitals: places in ``constants`` and in ``memory``. All that a filter
-knows is in ``memory``, so that cutting the stream into blocks of any size cannot change a bit of
-the estimates.
+``reopen``, ``predict``, ``output``, ``update``, ``cap``, ``true_position`` and ``tick``, all from
+symbols, the estimator's ``weigh``, and the names in capitals: places in ``constants`` and in
+``memory``. All that a filter knows is in ``memory``, so that cutting the stream into blocks of any
+size cannot change a bit of the estimates.
 """
 
 
@@ -106,7 +106,7 @@ def run(constants, memory, position, force, estimates, begin, end):
     for sample in range(begin, end):
         innovation = normalized = math.nan
         if abs(position[sample]) < LARGEST:
-            advance(constants, memory, position[sample])
+            advance(constants, memory, true_position(constants, memory, position[sample]))
             predicted, variance = output(constants, memory)
             memory[PREDICTED] = predicted
             innovation = force[sample] - predicted
@@ -122,6 +122,7 @@ def run(constants, memory, position, force, estimates, begin, end):
             innovation = normalized = math.nan
             missing += 1
         keep_sound(constants, memory)
+        tick(constants, memory)
         record(constants, memory, estimates, sample)
         estimates[8, sample] = innovation
         estimates[9, sample] = normalized

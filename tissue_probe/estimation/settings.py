@@ -88,6 +88,15 @@ class EstimatorSettings(BaseModel):
     contact_stiffness: float = _setting(
         20.0, "N/m", "A stiffness certainly below this means that there is no contact", ge=0, le=1e5
     )
+    model: str = _setting(
+        "",
+        "",
+        "Model file (model.yaml) whose effects and tool the Kalman filters take; empty for "
+        "Kelvin-Voigt tissue and the tool's constants above",
+    )
+    estimate_effects: bool = _setting(
+        False, "", "Whether the strengths of the model's effects are estimated too, not held"
+    )
     drive_frequency: float = _setting(
         10.0, "Hz", "Frequency at which the coil is driven (lock_in only)", gt=0, le=1000
     )

@@ -217,6 +217,7 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     # Entries by name, in polynomials: ten states would take sums of products minutes.
     entries = DomainMatrix.from_Matrix(program.let_matrix("a", model.state_jacobian))
     coefficients = [entries.domain.to_sympy(c) for c in entries.charpoly()][1:]
+    coefficients = program.let_matrix("c", sp.Matrix(coefficients))
     squares = [sp.Abs(c) ** sp.Rational(2, i) for i, c in enumerate(coefficients, 1)]
     square = program.let("speed", (2 * period / longest) ** 2 * sp.Max(*squares))
     share = program.variables("share", [1.0])[0]

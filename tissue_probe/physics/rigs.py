@@ -179,12 +179,13 @@ def _compose(
     offset = [OFFSET] if force_offset else []
     own = [entry.symbol for effect in effects for entry in effect.parameters]
     return Model(
-        states=sp.Matrix([state.symbol for state in begin]),
+        # With its shape, which an empty list (a rigid probe moves by itself nothing) does not tell.
+        states=sp.Matrix(len(begin), 1, [state.symbol for state in begin]),
         parameters=sp.Matrix([STIFFNESS, DAMPING, *offset, *own]),
         constants=constants,
         input=POSITION,
         input_rate=POSITION_RATE,
-        motion=sp.Matrix([state.motion for state in begin]),
+        motion=sp.Matrix(len(begin), 1, [state.motion for state in begin]),
         output=output + sum(offset),
         begin=tuple(begin),
         switches=tuple(switches.values()),

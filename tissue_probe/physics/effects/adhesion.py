@@ -46,7 +46,9 @@ def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Eff
     )
 
 
+# It sticks where it is in the tissue and pushed back: pulled off by damping while still inside, it
+# would otherwise stick again at once.
 ADHESION = _form(
-    Switch(ATTACHED, TISSUE_FORCE + PULL_OFF, -INDENTATION),
+    Switch(ATTACHED, TISSUE_FORCE + PULL_OFF, sp.Max(-INDENTATION, -TISSUE_FORCE)),
     "The tip stays in contact until it is pulled at with the pull-off force",
 )

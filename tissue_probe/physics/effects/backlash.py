@@ -45,9 +45,20 @@ BACKLASH = Effect(
     # The follower moves with the coil while one flank or the other is in touch.
     coil=(FOLLOWER, POSITION_RATE * (PUSHES + PULLS)),
     states=(State(FOLLOWER, POSITION_RATE * (PUSHES + PULLS), start=POSITION),),
+    # A flank touches only while the coil moves towards it, so that no play is no effect.
     switches=(
-        Switch(PUSHES, POSITION_RATE, FOLLOWER + WIDTH / 2 - POSITION, first=False),
-        Switch(PULLS, -POSITION_RATE, POSITION - FOLLOWER + WIDTH / 2, first=False),
+        Switch(
+            PUSHES,
+            POSITION_RATE,
+            sp.Max(FOLLOWER + WIDTH / 2 - POSITION, -POSITION_RATE),
+            first=False,
+        ),
+        Switch(
+            PULLS,
+            -POSITION_RATE,
+            sp.Max(POSITION - FOLLOWER + WIDTH / 2, POSITION_RATE),
+            first=False,
+        ),
     ),
     starts=starts,
     forms=(_COUPLING,),

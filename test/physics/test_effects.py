@@ -1,0 +1,113 @@
+"""One battery over every effect in every form: what it declares, that it is neutral, its force."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, values_of, vibrating
+
+from tissue_probe.physics import effects
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS, Extent
+from tissue_probe.physics.response import course, respond
+
+FILES = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__", "effect"}
+FAMILIES = {
+    "relaxation", "stiffening", "contact", "friction", "lost motion", "inertia", "scale", "offset",
+    "body motion", "mains hum", "timing", "encoder", "time-varying",
+}  # fmt: skip
+EXTENT = Extent(duration=2.0, indentation=1e-3, speed=0.06, force=0.3, pull=0.2, step=1e-6)
+
+
+def test_every_file_is_an_effect_of_its_name():
+    assert set(EFFECTS) == FILES
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_an_effect_says_what_it_is(effect):
+    assert effect.family in FAMILIES
+    for text in (effect.physics, effect.assumptions, effect.reference):
+        assert text
+    assert set(effect.simpler) <= set(EFFECTS) - {effect.name}
+    for form in effect.forms:
+        assert (form.name, form.family) == (effect.name, effect.family)
+
+
+@pytest.mark.parametrize("effect", FORMS.values(), ids=FORMS)
+def test_parameters_and_starts_lie_within_their_bounds(effect):
+    bounds = {entry.name: (entry.lower, entry.upper) for entry in effect.parameters}
+    for entry in effect.parameters:
+        assert entry.lower <= entry.default <= entry.upper
+        assert entry.unit
+    for entry in effect.parameters[: effect.strengths]:
+        assert entry.lower <= effect.neutral <= entry.upper
+    for start in effect.starts(EXTENT):
+        for name, value in start.items():
+            assert bounds[name][0] <= value <= bounds[name][1], name
+    if effect.near:
+        found = {entry.name: entry.default for entry in effect.parameters}
+        assert all(set(start) <= set(bounds) for start in effect.near(EXTENT, found))
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_at_neutral_strength_the_force_is_that_without_the_effect(name):
+    """In steps so short that no model errs by more; pressed only, where something switches."""
+    effect = FORMS[name]
+    times = np.arange(1500) * PERIOD / 10
+    position = pressing(times) if effect.switches else vibrating(times)
+    composition = Composition(effects=(effect,))
+    neutral = {p.name: effect.neutral for p in effect.parameters[: effect.strengths]}
+    with_it = force_of(composition, values_of(composition, **neutral), position, PERIOD / 10).force
+    without = force_of(BASE, values_of(BASE), position, PERIOD / 10).force
+    assert np.abs(without).max() > 0.2
+    np.testing.assert_allclose(with_it, without, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_sensitivities_are_the_derivatives_of_the_force(name):
+    """By every value and every start, against central differences."""
+    composition = Composition(effects=(FORMS[name],))
+    kernel = composition.kernel
+    position = 3e-4 + vibrating(np.arange(1200) * PERIOD)
+    values = values_of(composition)
+    start = np.zeros(len(kernel.STATES))
+    kernel.begin(values, position[0], 0.13, start)
+    unknowns = np.concatenate([start, values])
+    labels = [*kernel.STATES, *kernel.VALUES]
+    exact = force_of(composition, values, position, start=start).sensitivity
+    assert np.isfinite(exact).all()
+    wrong = {}
+    for index, label in enumerate(labels):
+        change = np.zeros(unknowns.size)
+        change[index] = 1e-7 if unknowns[index] == 0 else 1e-5 * abs(unknowns[index])
+        up, down = unknowns + change, unknowns - change
+        difference = (
+            force_of(composition, up[start.size :], position, start=up[: start.size]).force
+            - force_of(composition, down[start.size :], position, start=down[: start.size]).force
+        ) / (2 * change[index])
+        size = max(np.linalg.norm(difference), np.linalg.norm(exact[:, index]))
+        error = np.linalg.norm(difference - exact[:, index]) / max(size, 1e-9)
+        if not error < 5e-3:
+            wrong[label] = float(error)
+    assert not wrong
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_steps_converge(name):
+    """The usual steps err by less than a tenth of the noise; shorter ones by next to nothing."""
+    composition = Composition(effects=(FORMS[name],))
+    values = values_of(composition)
+    position = vibrating(np.arange(2000) * PERIOD)
+    kernel = composition.kernel
+    coil = course(kernel, position, PERIOD, values)
+    start = np.zeros(len(kernel.STATES))
+    forces = []
+    for stride in (1, 2, 4, 8):
+        forces.append(respond(kernel, values, start, coil).force[::stride][: position.size - 1])
+        coil = halved(coil)
+    rms = np.sqrt(np.mean(forces[-1] ** 2))
+    changes = [np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(forces)]
+    print(name, [f"{change / rms:.1e}" for change in changes])
+    assert changes[0] < 5e-4
+    assert changes[-1] < 1e-5 * rms

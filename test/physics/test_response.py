@@ -1,0 +1,143 @@
+"""Answers of composed models against closed forms, and events against SciPy's."""
+
+import numpy as np
+import pytest
+from composed import PERIOD, force_of, halved, values_of, vibrating
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.response import course, respond
+from tissue_probe.physics.tissues import TISSUES
+
+M, K0, B0 = 0.04, 9700.0, 0.8
+K, B = 450.0, 5.0
+
+
+def branch(s, stiffness, rate):
+    return stiffness * s / (s + rate)
+
+
+#: Dynamic stiffness [N/m] of the paper's Table I, at s = i w.
+TABLE_I = {
+    "kelvin_voigt": lambda s: K + B * s,
+    "maxwell": lambda s: K * B * s / (K + B * s),
+    "standard_linear_solid": lambda s: K + B * s + branch(s, 300.0, 50.0),
+    "generalized_maxwell": lambda s: K + B * s + branch(s, 200.0, 5.0) + branch(s, 200.0, 100.0),
+}
+
+
+def phasor(signal, times, frequency):
+    """Amplitude and phase of a sine in a signal that may have an offset."""
+    angle = 2 * np.pi * frequency * times
+    waves = np.stack([np.cos(angle), np.sin(angle), np.ones_like(angle)], axis=1)
+    cosine, sine, _ = np.linalg.lstsq(waves, signal, rcond=None)[0]
+    return cosine - 1j * sine
+
+
+def transfer(composition, frequency=10.0):
+    """Force over position of the coil in steady state [N/m]."""
+    times = np.arange(8000) * PERIOD
+    position = 1e-3 * np.sin(2 * np.pi * frequency * times)
+    force = force_of(composition, values_of(composition), position).force
+    last = times > 3.0
+    return phasor(force[last], times[last], frequency) / phasor(
+        position[last], times[last], frequency
+    )
+
+
+def test_table_i_is_whole():
+    assert set(TABLE_I) == set(TISSUES)
+
+
+@pytest.mark.parametrize("tissue", TABLE_I)
+def test_a_tissue_has_the_dynamic_stiffness_of_table_i(tissue):
+    s = 2j * np.pi * 10.0
+    tip = K0 + B0 * s
+    moved = tip / (tip + TABLE_I[tissue](s) + M * s**2)
+    assert transfer(Composition(tissue=tissue)) == pytest.approx(K0 * (1 - moved), rel=1e-6)
+
+
+@pytest.mark.parametrize("tissue", TABLE_I)
+def test_a_rigid_probe_feels_tissue_and_tip(tissue):
+    s = 2j * np.pi * 10.0
+    expected = TABLE_I[tissue](s) + M * s**2
+    # The acceleration is that of the interpolated motion, which errs by (w dt)^2 / 12.
+    error = M * abs(s) ** 2 * (abs(s) * PERIOD) ** 2 / 12
+    assert abs(transfer(Composition("rigid_probe", tissue)) - expected) < 1.1 * error
+
+
+def test_the_force_of_a_rigid_probe_is_that_of_the_interpolated_motion():
+    composition = Composition("rigid_probe")
+    times = np.arange(500) * PERIOD
+    position = vibrating(times)
+    spline = CubicSpline(times, position)
+    expected = M * spline(times, 2) + B * spline(times, 1) + K * position
+    force = force_of(composition, values_of(composition), position).force
+    np.testing.assert_allclose(force, expected, atol=1e-10)
+
+
+def lifted(attached_until, position, times):
+    """Force of a tip on Kelvin-Voigt tissue that lets go, by SciPy with its own search for events.
+
+    ``attached_until`` says of (x, v) what turns negative as the contact is lost; it is regained at
+    the free surface, where the tissue pushes.
+    """
+    coil = CubicSpline(times, position)
+    rate = coil.derivative()
+
+    def moving(attached):
+        def slope(t, z):
+            load = K0 * (coil(t) - z[0]) + B0 * (rate(t) - z[1])
+            return [z[1], (load - attached * (K * z[0] + B * z[1])) / M]
+
+        return slope
+
+    def turns(attached):
+        def event(t, z):
+            return attached_until(*z) if attached else max(-z[0], -K * z[0] - B * z[1])
+
+        event.terminal, event.direction = True, -1
+        return event
+
+    t, z, attached, force, events = times[0], np.zeros(2), True, np.zeros(times.size), 0
+    while t < times[-1]:
+        ahead = times[times >= t]
+        solution = solve_ivp(
+            moving(attached), (t, times[-1]), z, "DOP853", dense_output=True, rtol=1e-11,
+            atol=1e-14, max_step=2e-4, events=turns(attached),
+        )  # fmt: skip
+        t, z = solution.t[-1], solution.y[:, -1]
+        done = ahead[ahead <= t]
+        first = times.size - ahead.size
+        force[first : first + done.size] = K0 * (coil(done) - solution.sol(done)[0])
+        if solution.status == 1:
+            attached, events = not attached, events + 1
+    return force, events
+
+
+LOSSES = {
+    "contact_loss": ({}, lambda x, v: x),
+    "adhesion": ({"pull_off_force": 0.05}, lambda x, v: K * x + B * v + 0.05),
+}
+
+
+@pytest.mark.parametrize("name", LOSSES)
+def test_contact_is_lost_and_regained_at_the_right_instants(name):
+    values, attached_until = LOSSES[name]
+    composition = Composition(effects=(EFFECTS[name],))
+    times = np.arange(1600) * PERIOD
+    position = 2e-4 + vibrating(times) * 0.8
+    position -= 2e-4 * np.exp(-times / 0.02)
+    truth, events = lifted(attached_until, position, times)
+    values = values_of(composition, **values)
+    force = force_of(composition, values, position).force
+    assert events >= 10
+    rms = np.sqrt(np.mean(truth**2))
+    assert np.sqrt(np.mean((force - truth) ** 2)) < 1e-3 * rms
+    # In shorter steps the events themselves err by next to nothing.
+    coil = halved(halved(course(composition.kernel, position, PERIOD, values)))
+    start = np.zeros(len(composition.kernel.STATES))
+    finer = respond(composition.kernel, values, start, coil).force[::4]
+    assert np.sqrt(np.mean((finer - truth[: finer.size]) ** 2)) < 1e-5 * rms

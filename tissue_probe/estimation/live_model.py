@@ -1,0 +1,187 @@
+"""A model file as a filter can run it: without memory of switches, its further numbers held.
+
+What belongs here: which of a model's numbers a filter estimates, which it holds, what it assumes of
+them beforehand, and what cannot run live.
+What does not: the file (``physics.model_file``), the filter's equations (``equations``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import sympy as sp
+
+from tissue_probe.estimation.layout import Layout, Prior
+from tissue_probe.estimation.settings import EstimatorSettings
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects.effect import POSITION, POSITION_RATE, TIME, State
+from tissue_probe.physics.model import Model
+from tissue_probe.physics.model_file import FittedModel, load
+from tissue_probe.physics.rigs import compliant_probe
+from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.settings import SettingsError
+
+#: A phase is forgotten in this time [s]: mains and heart keep no exact frequency.
+PHASE_TIME = 30.0
+TOOL = ("tip_mass", "load_cell_stiffness", "load_cell_damping")
+
+
+@dataclass(frozen=True)
+class LiveModel:
+    """What a filter needs of a model file.
+
+    Attributes
+    ----------
+    model : Model
+        Its parameters are what is estimated; everything else is among its constants.
+    values : mapping of float
+        Every constant and parameter of the file (SI).
+    priors : mapping of Prior
+        Of the states that the filter's settings do not know.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    priors: Mapping[str, Prior]
+
+    @cached_property
+    def digest(self) -> str:
+        """Sixteen hexadecimal digits that stand for the equations."""
+        walks = [name for name, prior in self.priors.items() if prior.walk > 0.0]
+        return hashlib.sha256(repr((self.model, walks)).encode()).hexdigest()[:16]
+
+    def layout(self, extra: Mapping[str, float]) -> Layout:
+        """Return where the filter's numbers live; ``extra`` are the estimator's own."""
+        model = self.model
+        states = tuple(map(str, [*model.states, *model.parameters]))
+        if any(expression.has(TIME) for expression in [*model.motion, model.output]):
+            extra = {**extra, "SAMPLES": 0.0}
+        names = [str(symbol) for symbol in model.constants]
+        known = {name: self.values[name] for name in names if name not in TOOL}
+        return Layout(states, extra, known, self.priors)
+
+    def with_tool(self, settings: EstimatorSettings) -> EstimatorSettings:
+        """Return the settings with the file's tool, and its encoder's steps where it tells them."""
+        tool = {name: self.values[name] for name in TOOL}
+        step = sp.sympify(self.model.rounded)
+        rounded = float(step.subs({s: self.values[str(s)] for s in step.free_symbols}))
+        tool["encoder_resolution"] = max(settings.encoder_resolution, rounded)
+        return settings.model_copy(update=tool)
+
+
+def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
+    """Read the model file that the settings name, and make of it what a filter can run.
+
+    Stiffness, damping and (with ``force_offset``) a constant force are estimated. The effects'
+    parameters are held at the file's values; with ``estimate_effects`` their strengths are
+    estimated, from the file's value give or take half of it. What follows the clock (hum, drift,
+    breathing) began at another phase in the file's recording: its strengths are always estimated.
+
+    A switch, such as contact, remembers nothing live: it is on where it would come on. So adhesion
+    holds the tip only while it is in the tissue, as without it.
+
+    Parameters
+    ----------
+    settings : EstimatorSettings
+        ``model`` names the file.
+    force_offset : bool
+        Whether a constant force is estimated.
+
+    Raises
+    ------
+    SettingsError
+        If the file cannot be used, or holds something that cannot run live.
+    """
+    path = Path(settings.model)
+    fitted = load(path)
+    composition = fitted.composition
+    for reason in _refusals(fitted):
+        raise SettingsError(f"{path}: {reason}")
+    model = compliant_probe(
+        composition.all_effects, force_offset, TISSUES[composition.tissue], contact_position=True
+    )
+    priors = {str(state.symbol): _of_state(state, settings) for state in model.begin[2:]}
+    for effect in composition.all_effects:
+        priors |= _strengths(effect, fitted.values, settings.estimate_effects)
+    return LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
+
+
+def _refusals(fitted: FittedModel) -> list[str]:
+    """Say what cannot run live, and why."""
+    composition = fitted.composition
+    if composition.rig != "compliant_probe":
+        return [f"the rig {composition.rig} cannot run live: the filters know compliant_probe only"]
+    if composition.tissue == "maxwell":
+        return ["the tissue maxwell cannot run live: a damping of 0, where filters begin, ends it"]
+    said = {
+        "its force is that of an earlier position: set the channels' delay right where they are "
+        "sampled": lambda effect: effect.delay != 0,
+        "it remembers which way the play was taken up": lambda effect: (
+            effect.coil != (POSITION, POSITION_RATE)
+        ),
+        "it happens at a time of the recording that it was fitted to": lambda effect: any(
+            sp.sympify(expression).has(TIME)
+            for expression in (
+                *(effect.force, effect.contact, effect.drag, effect.inertia, effect.position),
+                *(state.motion for state in effect.states),
+                *(side for switch in effect.switches for side in (switch.on, switch.off)),
+            )
+        ),
+    }
+    return [
+        f"{effect.name} cannot run live: {why}; fit the model without it"
+        for effect in composition.all_effects
+        for why, applies in said.items()
+        if applies(effect)
+    ]
+
+
+def _estimating(model: Model, priors: Mapping[str, Prior]) -> Model:
+    """Move every parameter that has no prior of its own among the constants, but the tissue's."""
+    tissue = {"stiffness", "damping", "force_offset"}
+    estimated = [p for p in model.parameters if str(p) in priors or str(p) in tissue]
+    held = tuple(p for p in model.parameters if p not in estimated)
+    return replace(model, parameters=sp.Matrix(estimated), constants=(*model.constants, *held))
+
+
+def _memoryless(model: Model) -> Model:
+    on = {s.symbol: sp.Piecewise((1, s.off < 0), (0, True)) for s in model.switches}
+    return replace(model, motion=model.motion.subs(on), output=model.output.subs(on), switches=())
+
+
+def _of_state(state: State, settings: EstimatorSettings) -> Prior:
+    """Return how far an effect's state may be from 0, of where and how fast the tip may be."""
+    length = settings.tip_position_prior_sd
+    deviation = {
+        "speed": settings.tip_velocity_prior_sd,
+        # A state that starts at the measured force.
+        "none": settings.load_cell_stiffness * length,
+    }.get(state.spread, length)
+    return Prior(0.0, deviation)
+
+
+def _strengths(effect: Effect, values: Mapping[str, float], wanted: bool) -> dict[str, Prior]:
+    """Return priors of those of an effect's strengths that are estimated."""
+    clocked = [sp.sympify(e) for e in (effect.output, *effect.surface)]
+    clocked = [expression for expression in clocked if expression.has(TIME)]
+    if not (wanted or clocked):
+        return {}
+    periodic = any(angle.has(TIME) for e in clocked for angle in e.atoms(sp.sin, sp.cos))
+    priors = {}
+    fixed = {*effect.position.free_symbols, *sp.sympify(effect.rounded).free_symbols}
+    strengths = [p for p in effect.parameters[: effect.strengths] if p.symbol not in fixed]
+    for entry in strengths:
+        own = values[entry.name]
+        if clocked:
+            alike = [values[p.name] for p in strengths if p.unit == entry.unit]
+            deviation = sum(value**2 for value in alike) ** 0.5 or abs(entry.default)
+            walk = deviation**2 / PHASE_TIME if periodic else 0.0
+            priors[entry.name] = Prior(0.0, deviation, entry.lower, entry.upper, walk)
+        else:
+            deviation = abs(own or entry.default) / 2
+            priors[entry.name] = Prior(own, deviation, entry.lower, entry.upper)
+    return priors
