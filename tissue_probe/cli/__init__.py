@@ -13,11 +13,14 @@ import typer
 
 from tissue_probe import __version__
 from tissue_probe.cli.challenge import challenge
+from tissue_probe.cli.compare import compare
 from tissue_probe.cli.demo import demo
+from tissue_probe.cli.diagnose import diagnose
 from tissue_probe.cli.estimate import estimate
 from tissue_probe.cli.estimators import estimators
 from tissue_probe.cli.excitation import excitation
 from tissue_probe.cli.export import export
+from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.reproduce import reproduce
@@ -40,6 +43,9 @@ app.command()(info)
 app.command()(export)
 app.command()(excitation)
 app.command()(reproduce)
+app.command()(compare)
+app.command()(diagnose)
+app.command()(improve)
 app.add_typer(challenge, name="challenge")
 
 

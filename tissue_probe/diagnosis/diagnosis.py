@@ -14,7 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import refit
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb
+from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by
 from tissue_probe.diagnosis.inspection import inspect
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added
@@ -81,6 +81,7 @@ def diagnose(
     instrument: Instrument,
     library: Mapping[str, Effect],
     validation: Sequence[Measurement] = (),
+    wanted: Sequence[str] = (),
 ) -> Diagnosis:
     """Say what a model misses.
 
@@ -96,6 +97,8 @@ def diagnose(
         What may be missing.
     validation : sequence of Measurement
         Other recordings of the same specimen, on which models are tried and not fitted.
+    wanted : sequence of str
+        Effects to be added in this order, whether they are missing or not.
 
     Raises
     ------
@@ -109,7 +112,10 @@ def diagnose(
         raise ValueError(fatal.sentence)
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     clean = [_without_spoilt(each) for each in measurements]
-    ladder = climb(composition, clean, instrument, library)
+    if wanted:
+        ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
+    else:
+        ladder = climb(composition, clean, instrument, library)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
     hidden = unseen(ladder.final, library, instrument) if ladder.verdict == "adequate" else ()

@@ -100,6 +100,32 @@ def climb(
     return Ladder(base, tuple(ranking), tuple(steps), names, verdict)
 
 
+def climb_by(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    wanted: Sequence[Effect],
+) -> Ladder:
+    """Fit a model, and add the effects that are asked for, one by one.
+
+    Raises
+    ------
+    ValueError
+        If one of them cannot be fitted.
+    """
+    base = fit_base(composition, measurements, instrument)
+    steps: list[Fit] = []
+    for effect in wanted:
+        found = fit_candidates([base, *steps][-1], [effect], instrument)
+        if not found:
+            raise ValueError(f"{effect.name} cannot be fitted to these measurements")
+        steps += found
+    verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
+    if steps[-1].ratio > EXPLAINED:
+        verdict = "unexplained"
+    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
+
+
 def _longer(
     paths: Sequence[tuple[Fit, ...]], instrument: Instrument, library: Mapping[str, Effect]
 ) -> list[tuple[Fit, ...]]:

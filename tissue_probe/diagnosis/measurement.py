@@ -25,6 +25,8 @@ PAPER_RIG = {
     "load_cell_damping": (0.8, 0.16),
     "contact_position": (0.0, 3e-5),
 }
+#: A rig without spring: the mass between load cell and tissue is not known.
+RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,71 @@
+"""``tissue_probe diagnose``: which physical effect a model misses."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from tissue_probe.cli import diagnosing as asked
+from tissue_probe.cli import measured
+
+SHOWN = 8
+
+
+def diagnose(
+    files: measured.Measurements,
+    position: measured.Position = None,
+    force: measured.Force = None,
+    time: measured.Time = None,
+    sample_rate: measured.SampleRate = None,
+    position_unit: measured.PositionUnit = None,
+    force_unit: measured.ForceUnit = None,
+    force_polarity: measured.ForcePolarity = None,
+    position_polarity: measured.PositionPolarity = measured.Direction.into,
+    topic: measured.SamplesTopic = None,
+    site: measured.Site = None,
+    starts: measured.StartsOption = measured.Starts.auto,
+    rig: asked.Rig = asked.RigName.compliant_probe,
+    tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
+    known_rig: asked.KnownRig = False,
+    constant: asked.Constants = None,
+    effects: asked.EffectFiles = None,
+    validate: asked.Validate = None,
+    json: asked.Json = None,
+) -> None:
+    """Say which physical effect a model misses, or that none is, or that it cannot be told.
+
+    Every effect of the library is added to the model, fitted, and judged by what it does to the
+    error on data it was not fitted to. Further effects follow while the error falls.
+    """
+    from tissue_probe.diagnosis.answer import answer
+
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, force_polarity,
+        position_polarity, topic,
+    )  # fmt: skip
+    diagnosis = asked.diagnosis(
+        measured.read_measured(files, layout, starts, site),
+        measured.read_measured(validate or [], layout, starts, site),
+        asked.composition(rig, tissue),
+        asked.instrument(rig, known_rig, constant or []),
+        effects or [],
+    )
+    for finding in diagnosis.findings:
+        print(f"note: {finding.sentence}")
+    told = answer(diagnosis)
+    table = Table(title="The model with one effect more, the best first", title_justify="left")
+    for name in ("effect", "family", "error [mN]", "held out [mN]", "BIC gain"):
+        table.add_column(name, justify="left" if name in ("effect", "family") else "right")
+    base = diagnosis.ladder.base
+    table.add_row("none", "", f"{1e3 * base.rmse:.4g}", f"{1e3 * diagnosis.heldout(base):.4g}", "")
+    for each in told.ranking[:SHOWN]:
+        errors = [
+            "" if value is None else f"{1e3 * value:.4g}" for value in (each.rmse, each.heldout_rmse)
+        ]
+        gain = "" if each.gain is None else f"{each.gain:.0f}"
+        table.add_row(each.effect, each.family, *errors, gain)
+    Console().print(table)
+    for sentence in asked.verdict(diagnosis):
+        print(sentence)
+    if json:
+        json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")

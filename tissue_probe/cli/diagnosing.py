@@ -1,0 +1,266 @@
+"""What ``compare``, ``diagnose`` and ``improve`` have in common: the model asked about, the verdict.
+
+What belongs here: options on the instrument, and from files to a diagnosis.
+What does not: options on measured data (``measured``), what one command prints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tissue_probe.cli.measured import Segment, Starts
+
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.diagnosis import Diagnosis
+    from tissue_probe.diagnosis.fit import Fit
+    from tissue_probe.diagnosis.measurement import Instrument, Measurement
+    from tissue_probe.physics.composition import Composition
+
+
+class RigName(str, Enum):
+    """How the instrument couples to the tissue."""
+
+    compliant_probe = "compliant_probe"
+    rigid_probe = "rigid_probe"
+
+
+class TissueName(str, Enum):
+    """Table I of the paper."""
+
+    kelvin_voigt = "kelvin_voigt"
+    maxwell = "maxwell"
+    standard_linear_solid = "standard_linear_solid"
+    generalized_maxwell = "generalized_maxwell"
+
+
+Rig = Annotated[RigName, typer.Option(help="How the instrument couples to the tissue.")]
+TissueOption = Annotated[TissueName, typer.Option("--tissue", help="The model to begin with.")]
+KnownRig = Annotated[
+    bool, typer.Option("--known-rig", help="Take the rig's constants as exactly known.")
+]
+Constants = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--constant",
+        metavar="NAME=VALUE[+-SD]",
+        help="A constant of the rig and its standard deviation, SI units, such as "
+        "tip_mass=0.04+-0.001; may be given several times.",
+    ),
+]
+EffectFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--effects", metavar="FILE", help="Python file with effects of your own."),
+]
+Validate = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--validate",
+        metavar="FILE",
+        help="Another recording of the same specimen: models are tried on it, not fitted.",
+    ),
+]
+Json = Annotated[
+    Path | None,
+    typer.Option("--json", metavar="FILE", help="Write the answer for programs."),
+]
+
+
+def composition(rig: RigName, tissue: TissueName) -> Composition:
+    """Return the model to begin with."""
+    from tissue_probe.physics.composition import Composition
+    from tissue_probe.physics.effects import EFFECTS
+    from tissue_probe.physics.tissues import TISSUES
+
+    effects = tuple(EFFECTS[name] for name in TISSUES[tissue.value].effects)
+    return Composition(rig.value, tissue.value, effects)
+
+
+def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrument:
+    """Return the rig's constants, those of the paper unless others are given.
+
+    Raises
+    ------
+    ValueError
+        If a constant is not one of the rig's, or is not a number.
+    """
+    from tissue_probe.diagnosis.measurement import PAPER_RIG, RIGID, Instrument
+
+    values = dict(PAPER_RIG if rig is RigName.compliant_probe else RIGID)
+    for text in constants:
+        name, _, number = text.partition("=")
+        value, _, deviation = number.partition("+-")
+        if name not in values:
+            raise ValueError(
+                f"--constant {text}: {name} is no constant of {rig.value}; "
+                f"give one of {', '.join(values)}"
+            )
+        try:
+            values[name] = (float(value), float(deviation or 0.0))
+        except ValueError:
+            raise ValueError(
+                f"--constant {text}: give NAME=VALUE or NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
+            ) from None
+    chosen = Instrument(rig.value, values)
+    return chosen.exact() if known else chosen
+
+
+def measurements(segments: Sequence[Segment]) -> list[Measurement]:
+    """Make of what was read what is fitted; prints what was done to read it.
+
+    Raises
+    ------
+    ValueError
+        If the samples are such that any fit would be worthless.
+    """
+    from tissue_probe.diagnosis.inspection import inspect
+    from tissue_probe.diagnosis.measurement import Measurement
+
+    found = []
+    for each in segments:
+        for note in each.notes:
+            print(f"note: {note}")
+        fatal = [
+            f for f in inspect(each.position, each.force, each.sample_period).findings if f.fatal
+        ]
+        if fatal:
+            raise ValueError(f"{each.source}: {fatal[0].sentence}")
+        rested = each.starts is Starts.at_rest
+        found.append(Measurement(each.position, each.force, each.sample_period, rested))
+    return found
+
+
+def verdict(diagnosis: Diagnosis) -> list[str]:
+    """Say the verdict in words, a sentence or more each."""
+    said = {
+        "adequate": _adequate,
+        "missing": _missing,
+        "ambiguous": _ambiguous,
+        "unexplained": _unexplained,
+    }[diagnosis.verdict](diagnosis)
+    suggestion = diagnosis.suggestion
+    if suggestion and suggestion.excitation:
+        settings = ", ".join(f"{name} {value}" for name, value in suggestion.excitation.items())
+        said.append(
+            f"Next experiment: {settings}; {1e3 * suggestion.preload:g} mm preload, "
+            f"{suggestion.duration:g} s from rest."
+        )
+    if suggestion and suggestion.calibration:
+        said.append(f"Calibration that would tell: {suggestion.calibration}.")
+    return said
+
+
+def _adequate(diagnosis: Diagnosis) -> list[str]:
+    said = [
+        "Adequate: nothing is missing that this recording could show; the error is "
+        f"{diagnosis.ladder.final.ratio:.2f} times the noise."
+    ]
+    if diagnosis.unseen:
+        said.append(f"This excitation could not have shown: {', '.join(diagnosis.unseen)}.")
+    return said
+
+
+def _missing(diagnosis: Diagnosis) -> list[str]:
+    return [f"Missing: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"]
+
+
+def _ambiguous(diagnosis: Diagnosis) -> list[str]:
+    return [
+        f"One of {', '.join(diagnosis.indistinguishable)}: this recording cannot tell which. "
+        f"{_fall(diagnosis)}"
+    ]
+
+
+def _unexplained(diagnosis: Diagnosis) -> list[str]:
+    said = "Unexplained: no effect of the library brings the error down to the noise. "
+    if diagnosis.effects:
+        said += f"Nearest: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
+    return [said.strip()]
+
+
+def _fall(diagnosis: Diagnosis) -> str:
+    base, final = diagnosis.ladder.base, diagnosis.ladder.final
+    return (
+        f"The held-out error goes from {1e3 * diagnosis.heldout(base):.3g} mN to "
+        f"{1e3 * diagnosis.heldout(final):.3g} mN; the noise is {1e3 * base.noise:.3g} mN."
+    )
+
+
+def title(fit: Fit) -> str:
+    """Name a model by what it consists of."""
+    names = {"kelvin_voigt": "Kelvin-Voigt", "maxwell": "Maxwell"}
+    tissue = names.get(fit.composition.tissue, "Kelvin-Voigt")
+    return " + ".join([tissue, *fit.composition.names])
+
+
+def table(fit: Fit) -> list[tuple[str, str]]:
+    """Name every fitted value, with its 95 % interval and unit."""
+    deviations, values = fit.deviations(), fit.named()
+    return [
+        (entry.name, f"{values[entry.name]:.5g} +- {1.96 * deviations[entry.name]:.2g} {entry.unit}")
+        for entry in fit.composition.values
+        if deviations[entry.name] > 0
+    ]
+
+
+def held(model: Path, taken: Sequence[Measurement]) -> Fit:
+    """Return a model file's model on measurements: only the state at their start is fitted.
+
+    Raises
+    ------
+    ValueError
+        If the file is no model, or it cannot be simulated on these measurements.
+    """
+    from tissue_probe.diagnosis.fit import Problem, search
+    from tissue_probe.diagnosis.measurement import Instrument
+    from tissue_probe.physics.model_file import load
+
+    file = load(model)
+    problem = Problem(file.composition, taken, Instrument(file.composition.rig, {}), file.values)
+    fit = search(problem, problem.nominal, [z for z, _ in problem.begin(problem.nominal)])
+    if fit is None:
+        raise ValueError(f"{model} diverges on these measurements; was it fitted to other units?")
+    return fit
+
+
+def diagnosis(
+    segments: Sequence[Segment],
+    validation: Sequence[Segment],
+    model: Composition,
+    known: Instrument,
+    effect_files: Sequence[Path],
+    add: Sequence[str] = (),
+) -> Diagnosis:
+    """Diagnose what was read, with effects of the library and of the user's files.
+
+    Raises
+    ------
+    ValueError
+        If the samples are worthless, or an effect is not known.
+    """
+    from tissue_probe.diagnosis.diagnosis import diagnose
+    from tissue_probe.physics.library import effects
+
+    library = effects(effect_files)
+    for name in add:
+        if name not in library:
+            raise ValueError(f"--add {name}: no such effect; known are {', '.join(library)}")
+    return diagnose(
+        model, measurements(segments), known, library, measurements(validation), tuple(add)
+    )
+
+
+def write_answer(
+    path: Path, model: Composition, taken: Sequence[Measurement], known: Instrument
+) -> None:
+    """Diagnose measurements, and write the answer for programs."""
+    from tissue_probe.diagnosis.answer import answer
+    from tissue_probe.diagnosis.diagnosis import diagnose
+    from tissue_probe.physics.library import effects
+
+    told = answer(diagnose(model, taken, known, effects()))
+    path.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,216 @@
+"""What ``improve`` leaves: the model file, the pictures, the report.
+
+What belongs here: from a diagnosis to files. What does not: their layout (``report``, ``figures``).
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import platform
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from tissue_probe.cli import diagnosing as asked
+from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.localise import Localisation, localise
+from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.residuals import residual_tests
+from tissue_probe.figures.compare import draw_comparison
+from tissue_probe.figures.ladder import draw_ladder
+from tissue_probe.physics.model_file import Data, DataFile, save
+from tissue_probe.report.contents import (
+    Report,
+    ReportCandidate,
+    ReportExcitation,
+    ReportParameter,
+    ReportSignals,
+    ReportSource,
+    ReportStep,
+)
+from tissue_probe.report.page import render
+
+#: Samples of a record that the report carries; a longer one is shown from its beginning.
+DRAWN = 8000
+
+
+def write(
+    folder: Path,
+    diagnosis: Diagnosis,
+    files: Sequence[Path],
+    validation: Sequence[Path],
+    effect_files: Sequence[Path],
+) -> None:
+    """Write model.yaml, ladder.png, compare.png and report.html into a folder."""
+    ladder = diagnosis.ladder
+    final = ladder.final
+    data = Data(
+        files=tuple(DataFile(name=path.name, sha256=_digest(path)) for path in files),
+        date=datetime.date.today(),
+        noise=final.noise,
+        rmse_training=final.rmse,
+        rmse_heldout=diagnosis.heldout(final),
+    )
+    values, deviations = final.named(), final.deviations()
+    save(folder / "model.yaml", final.composition, values, deviations, data, effect_files)
+    steps = (ladder.base, *ladder.steps)
+    draw_ladder(
+        [_rung(fit, before) for fit, before in zip(steps, (None, *steps), strict=False)],
+        [fit.rmse for fit in steps],
+        [diagnosis.heldout(fit) for fit in steps],
+        final.noise,
+    ).savefig(folder / "ladder.png", dpi=100)
+    first = ladder.base.measurements[0]
+    draw_comparison(
+        first.times, first.force, ladder.base.predicted[0], where(ladder.base), first.noise
+    ).savefig(folder / "compare.png", dpi=100)
+    (folder / "report.html").write_text(
+        render(report(diagnosis, files, validation)), encoding="utf-8"
+    )
+
+
+def where(fit: Fit) -> Localisation:
+    """Say where in its first measurement a model fails."""
+    first = fit.measurements[0]
+    stiffness = fit.named().get("load_cell_stiffness", np.inf)
+    tip = first.position - fit.predicted[0] / stiffness
+    return localise(fit.residuals[0], first.position, tip, first.sample_period, first.noise)
+
+
+def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Path]) -> Report:
+    """Put a diagnosis into a report."""
+    ladder = diagnosis.ladder
+    base, final = ladder.base, ladder.final
+    first = base.measurements[0]
+    tested = (first.position, first.sample_period, first.noise)
+    cut = slice(0, DRAWN)
+    signals = ReportSignals(
+        f"{files[0].name} (fitted)",
+        first.times[cut],
+        first.force[cut],
+        base.predicted[0][cut],
+        final.predicted[0][cut],
+        where(base),
+        where(final) if final is not base else None,
+    )
+    steps = (base, *ladder.steps)
+    return Report(
+        title=f"What the model misses: {', '.join(path.name for path in files)}",
+        verdict=diagnosis.verdict,
+        summary=tuple(asked.verdict(diagnosis)),
+        noise_floor=final.noise,
+        steps=tuple(
+            ReportStep(
+                _rung(fit, before),
+                _reason(diagnosis, fit, before),
+                equations(fit),
+                _parameters(fit),
+                fit.rmse,
+                diagnosis.heldout(fit),
+            )
+            for fit, before in zip(steps, (None, *steps), strict=False)
+        ),
+        ranking=tuple(
+            ReportCandidate(
+                added(fit).name,
+                added(fit).family,
+                added(fit).physics,
+                diagnosis.heldout(fit),
+                base.bic - fit.bic,
+                _parameters(fit, {entry.name for entry in added(fit).parameters}),
+                added(fit).name in diagnosis.indistinguishable,
+            )
+            for fit in ladder.ranking
+        ),
+        signals=(signals,),
+        findings=tuple(finding.sentence for finding in diagnosis.findings),
+        base_tests=residual_tests(base.residuals[0], *tested),
+        final_tests=residual_tests(final.residuals[0], *tested) if final is not base else (),
+        excitations=_next(diagnosis),
+        sources=(
+            *(ReportSource(path.name, "fitted", _digest(path)[:16]) for path in files),
+            *(ReportSource(path.name, "held out", _digest(path)[:16]) for path in validation),
+        ),
+        versions={
+            "tissue_probe": version("tissue_probe"),
+            "numpy": version("numpy"),
+            "python": platform.python_version(),
+        },
+        created=datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+        seconds=diagnosis.seconds,
+    )
+
+
+def equations(fit: Fit) -> tuple[str, ...]:
+    """Return a model's equations in LaTeX: a rate a state, then the force."""
+    model = fit.composition.model
+    lines = [
+        f"\\frac{{d}}{{dt}} {sp.latex(state)} = {sp.latex(rate)}"
+        for state, rate in zip(model.states, model.motion, strict=True)
+    ]
+    return (*lines, f"F = {sp.latex(model.output)}")
+
+
+def _rung(fit: Fit, before: Fit | None) -> str:
+    if before is None:
+        return asked.title(fit)
+    gained = [name for name in fit.composition.names if name not in before.composition.names]
+    lost = [name for name in before.composition.names if name not in fit.composition.names]
+    return ", ".join([*(f"+ {name}" for name in gained), *(f"− {name}" for name in lost)])
+
+
+def _reason(diagnosis: Diagnosis, fit: Fit, before: Fit | None) -> str:
+    if before is None:
+        return "The model that was asked about."
+    fall = 100 * (1 - diagnosis.heldout(fit) / diagnosis.heldout(before))
+    return f"The held-out error falls by {fall:.3g} %."
+
+
+def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter, ...]:
+    values, deviations = fit.named(), fit.deviations()
+    return tuple(
+        ReportParameter(
+            entry.name,
+            sp.latex(entry.symbol),
+            values[entry.name],
+            values[entry.name] - 1.96 * deviations[entry.name],
+            values[entry.name] + 1.96 * deviations[entry.name],
+            "" if entry.unit == "1" else entry.unit,
+        )
+        for entry in fit.composition.values
+        if deviations[entry.name] > 0 and (only is None or entry.name in only)
+    )
+
+
+def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
+    suggestion = diagnosis.suggestion
+    if suggestion is None:
+        return ()
+    if not suggestion.excitation:
+        return (ReportExcitation(suggestion.calibration),)
+    names = diagnosis.indistinguishable or diagnosis.unseen
+    settings = {name: f"{value}" for name, value in suggestion.excitation.items()}
+    return (
+        ReportExcitation(
+            f"It would tell {', '.join(names)} apart from what is fitted.",
+            settings={
+                **settings,
+                "preload": f"{1e3 * suggestion.preload:g} mm",
+                "duration": f"{suggestion.duration:g} s from rest",
+            },
+        ),
+    )
+
+
+def _digest(path: Path) -> str:
+    parts = sorted(path.rglob("*")) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    for part in parts:
+        if part.is_file():
+            digest.update(part.read_bytes())
+    return digest.hexdigest()
