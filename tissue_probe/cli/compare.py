@@ -45,7 +45,7 @@ def compare(
     share of the force's rms; the noise floor is what a right model would leave.
     """
     from tissue_probe.diagnosis.candidates import fit_base
-    from tissue_probe.diagnosis.localise import describe, localise
+    from tissue_probe.diagnosis.localise import localise
     from tissue_probe.diagnosis.residuals import residual_tests
     from tissue_probe.figures.compare import draw_comparison
 
@@ -69,7 +69,7 @@ def compare(
     stiffness = fit.named().get("load_cell_stiffness", np.inf)
     tip = first.position - predicted / stiffness
     where = localise(residual, first.position, tip, first.sample_period, first.noise)
-    print(describe(where) if where.here else "The error stands out nowhere.")
+    print(f"Here: {where.here.describe()}" if where.here else "The error stands out nowhere.")
     draw_comparison(first.times, first.force, predicted, where, first.noise).savefig(
         output, dpi=100
     )
