@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tissue_probe.identification.ring_down import ring_down
 from tissue_probe.reproduction.filters import EVERY, exact, paper_filters
 from tissue_probe.reproduction.finding import error, settling
-from tissue_probe.reproduction.ring_down import ring_down
 from tissue_probe.reproduction.table import FIGURES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -85,7 +85,7 @@ def test_ours_goes_astray_in_a_tenth_of_the_runs_in_which_the_papers_ekf_does():
 
 def test_the_free_probe_rings_as_its_equation_says():
     time = np.linspace(0.0, 0.2, 20001)
-    force = ring_down(time, 9700.0, 0.8, 8e-3)
+    force = ring_down(time, 9700.0, 0.8, 0.04, 8e-3)
     x, step = force / 9700.0, time[1]
     residual = 0.04 * np.gradient(np.gradient(x, step), step) + 0.8 * np.gradient(x, step) + force
     assert np.abs(residual[5:-5]).max() < 1e-3 * np.abs(force).max()
