@@ -11,7 +11,7 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
 
 It is integrated by the classical Runge-Kutta scheme, which shares nothing with the discretisation
 of the estimators, in steps short for the fastest motion of the probe. The encoder shows u in whole
-steps, the load cell k0 (u - x) with white noise.
+steps, the load cell k0 (u - x) with white noise and a constant zero.
 """
 
 from __future__ import annotations
@@ -79,6 +79,9 @@ class SimulatedProbeSettings(BaseModel):
     encoder_resolution: float = setting(1e-7, "m", "step of the encoder", ge=0.0, le=1e-4)
     force_noise: float = setting(
         0.005, "N", "standard deviation of the load cell's white noise", ge=0.0, le=10.0
+    )
+    force_zero: float = setting(
+        0.0, "N", "what the load cell shows without load", ge=-10.0, le=10.0
     )
     seed: int = setting(0, "", "seed of the noise", ge=0)
     phantom: str = setting("", "", "YAML file of the phantom; empty for the stock one")
@@ -180,6 +183,7 @@ class SimulatedProbe:
         if settings.encoder_resolution > 0.0:
             position = np.round(position / settings.encoder_resolution)
             position *= settings.encoder_resolution
+        force += settings.force_zero
         force += settings.force_noise * self._noise.standard_normal(count)
         self._ahead = np.concatenate([self._ahead, [position, force, command]], axis=1)
 

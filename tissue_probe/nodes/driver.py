@@ -12,16 +12,21 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel, model_validator
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
+from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
+from tissue_probe.identification.free_air import Refused
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read, validate_together
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
+from tissue_probe.nodes.tare import Tare
 from tissue_probe.settings import SettingsError, setting
 
 #: Most samples that are read, and checked against the limits, at once.
@@ -42,6 +47,14 @@ class DriverSettings(BaseModel):
     frame_id: str = setting("probe", "", "frame of the samples")
     stage_pose: str = setting(
         "/stage/measured_cp", "", "topic on which a simulated probe hears where it stands"
+    )
+    calibration_file: str = setting(
+        "",
+        "",
+        "YAML file of the calibration; empty for the nominal values of the stock one",
+    )
+    calibration: str = setting(
+        "", "", "the calibration in use, in YAML, with its tares; set by the driver, for recordings"
     )
     device_description: str = setting(
         "", "", "what the configured device is, in YAML; set by the driver, for recordings"
@@ -104,6 +117,8 @@ class Driver(LifecycleNode):
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         self._fault = ""
+        self._tare: Tare | None = None
+        self.create_service(Trigger, "tare", self._on_tare)
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
 
@@ -111,6 +126,8 @@ class Driver(LifecycleNode):
         """Make the device; fails, with one sentence in the log, if that cannot be done."""
         try:
             settings = read(self, DriverSettings)
+            calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
+            self._tare = Tare(Calibration.load(calibration_file))
             device_type = DEVICES[settings.device]
             device = device_type(read(self, device_type.Settings, f"{settings.device}."))
             self._device = GuardedDevice(device, read(self, Limits, "limits."))
@@ -124,7 +141,12 @@ class Driver(LifecycleNode):
             self._stage.subscribe(
                 PoseStamped, settings.stage_pose, POSES, lambda pose, info: _place(device, pose)
             )
-        self.set_parameters([Parameter("device_description", value=device.description)])
+        self.set_parameters(
+            [
+                Parameter("device_description", value=device.description),
+                Parameter("calibration", value=self._tare.calibration.text),
+            ]
+        )
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
         self.get_logger().info(f"configured: the device is {settings.device}")
         return TransitionCallbackReturn.SUCCESS
@@ -141,7 +163,9 @@ class Driver(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         self._fault = ""
         self._stopping.clear()
-        self._publisher.begin(self.get_clock().now().nanoseconds, self._device.sample_period)
+        start = self.get_clock().now().nanoseconds
+        self._publisher.begin(start, self._device.sample_period)
+        self._tare.begin(start, self._device.sample_period)
         self._thread = threading.Thread(target=self._acquire, name="acquisition")
         self._thread.start()
         self.get_logger().info(
@@ -181,15 +205,30 @@ class Driver(LifecycleNode):
         device, publisher = self._device, self._publisher
         try:
             while not self._stopping.is_set():
-                if publisher.add(device.read(self._samples_to_read())):
+                samples = self._tare.apply(device.read(self._samples_to_read()))
+                if publisher.add(samples):
                     self._hear_stage()
         except Exception as error:  # whatever it was, the coil must stop and someone must hear
             if self.context.ok():
                 self._fault = str(error) or type(error).__name__
         finally:
             device.stop()
+            self._tare.end()
         if self.context.ok():
             publisher.flush()
+
+    def _on_tare(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Make what the load cell shows now its zero, unless the probe is in contact."""
+        try:
+            if self._tare is None:
+                raise Refused("the driver is not configured: activate it, in free air, then tare")
+            response.message = f"{self._tare.take():.4f} N are taken off the force from now on"
+            self.set_parameters([Parameter("calibration", value=self._tare.calibration.text)])
+            response.success = True
+        except Refused as reason:
+            response.message = str(reason)
+        self.get_logger().info(f"tare: {response.message}")
+        return response
 
     def _samples_to_read(self) -> int:
         """Return 1 while someone wants each sample at once; else up to the end of a block.
