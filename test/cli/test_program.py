@@ -12,7 +12,10 @@ import pytest
 from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
-COMMANDS = ["demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"]
+COMMANDS = [
+    *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
+    "calibrate",
+]
 
 
 def in_a_process(*arguments, **environment):

@@ -41,6 +41,7 @@ def test_the_intervals_hold_the_truth_as_often_as_they_say():
     [
         ([0.0, 1.0], [0.0, 1.0], "2 readings: give at least 3"),
         ([1.0, 1.0, 1.0], [0.0, 1.0, 2.0], "every reading is at 1"),
+        ([0.0, 1.0, 2.0], [0.5, 0.5, 0.5], "do not follow the known values"),
         ([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], "do not follow the known values"),
     ],
 )

@@ -12,6 +12,7 @@ import sys
 import typer
 
 from tissue_probe import __version__
+from tissue_probe.cli.calibrate import calibrate
 from tissue_probe.cli.demo import demo
 from tissue_probe.cli.estimate import estimate
 from tissue_probe.cli.estimators import estimators
@@ -39,6 +40,7 @@ app.command()(info)
 app.command()(export)
 app.command()(excitation)
 app.command()(reproduce)
+app.add_typer(calibrate, name="calibrate")
 
 
 def _print_version(wanted: bool) -> None:

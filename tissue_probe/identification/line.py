@@ -12,6 +12,8 @@ from tissue_probe.signals import FloatArray
 #: Two numbers of a line, and at least one reading more to know how well it fits.
 FEWEST_POINTS = 3
 CONFIDENCE = 0.95
+#: So many standard deviations hold 95 % of a normal distribution, either way.
+CONFIDENCE_QUANTILE = float(stats.norm.ppf(0.5 + CONFIDENCE / 2.0))
 
 Interval = tuple[float, float]
 
@@ -59,16 +61,17 @@ def fit_line(known: FloatArray, readings: FloatArray) -> Line:
     fit = stats.linregress(known, readings)
     quantile = stats.t.ppf(0.5 + CONFIDENCE / 2.0, known.size - 2)
     low, high = fit.slope - quantile * fit.stderr, fit.slope + quantile * fit.stderr
-    if low <= 0.0 <= high:
+    # With readings all alike the interval is no number.
+    if not (low > 0.0 or high < 0.0):
         raise ValueError(
             "the readings do not follow the known values: check the order of the recordings, and "
             "the wiring"
         )
     spread = quantile * fit.intercept_stderr
     return Line(
-        scale=1.0 / fit.slope,
-        scale_interval=(1.0 / high, 1.0 / low),
-        intercept=fit.intercept,
-        intercept_interval=(fit.intercept - spread, fit.intercept + spread),
+        scale=float(1.0 / fit.slope),
+        scale_interval=(float(1.0 / high), float(1.0 / low)),
+        intercept=float(fit.intercept),
+        intercept_interval=(float(fit.intercept - spread), float(fit.intercept + spread)),
         residuals=readings - fit.intercept - fit.slope * known,
     )
