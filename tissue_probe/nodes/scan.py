@@ -20,6 +20,7 @@ from rclpy.node import Node
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import samples_from_message, site_to_message
+from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
@@ -94,6 +95,7 @@ class Scan(Node):
             cancel_callback=lambda goal: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
+        Diagnostics(self, self._examine)
 
     def destroy_node(self) -> None:
         """End the action server, then the node."""
@@ -248,6 +250,10 @@ class Scan(Node):
         point.x, point.y, point.z = map(float, position)
         setpoint.pose.orientation.w = 1.0
         self._setpoints.publish(setpoint)
+
+    def _examine(self) -> Health:
+        doing = "scanning" if self._busy.locked() else "waiting for a goal"
+        return Health(OK, doing, {"subscribers": self._sites.get_subscription_count()})
 
     def _now(self) -> int:
         """Return the time as the samples' stamps tell it: no clock's step or offset matters."""
