@@ -20,6 +20,7 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.identification.free_air import Refused
+from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read, validate_together
@@ -119,6 +120,7 @@ class Driver(LifecycleNode):
         self._fault = ""
         self._tare: Tare | None = None
         self.create_service(Trigger, "tare", self._on_tare)
+        self._crtk = OperatingStateInterface(self, self._operating_state, self._on_command)
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
 
@@ -172,11 +174,13 @@ class Driver(LifecycleNode):
             f"active: {1.0 / self._device.sample_period:g} samples a second, the coil is driven by "
             f"{excitation}"
         )
+        self._crtk.publish()
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Put the coil at zero and end the samples."""
         self._stop()
+        self._crtk.publish()
         self.get_logger().info("deactivated: the coil is at zero")
         return TransitionCallbackReturn.SUCCESS
 
@@ -267,6 +271,25 @@ class Driver(LifecycleNode):
             self.get_logger().fatal(self._fault)
             self._diagnostics.publish()
             self.trigger_deactivate()
+
+    def _operating_state(self) -> tuple[str, bool]:
+        """Return CRTK's state, and whether the coil is driven."""
+        if self._fault:
+            return FAULT, False
+        return (ENABLED, True) if self._thread is not None else (DISABLED, False)
+
+    def _on_command(self, command: str) -> None:
+        """Do what CRTK calls enable and disable: activate and deactivate, of the lifecycle."""
+        state, _ = self._operating_state()
+        if command == "enable" and state == DISABLED and self._device is not None:
+            self.trigger_activate()
+        elif command == "disable" and state == ENABLED:
+            self.trigger_deactivate()
+        elif command != {ENABLED: "enable", DISABLED: "disable"}.get(state):
+            self.get_logger().error(
+                f"'{command}' is no command for a driver that is {state}: it knows enable, once "
+                "configured, and disable"
+            )
 
     def _refuse_second_driver(self) -> None:
         # A node that has only just started has not heard of all the others.
