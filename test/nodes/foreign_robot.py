@@ -78,6 +78,11 @@ class StringStamped(IdlStruct, typename="crtk_msgs::msg::dds_::StringStamped_"):
     string: str
 
 
+def taken(reader: DataReader, kind: type) -> list:
+    """Take what was said; that a writer has left comes as a sample of another kind."""
+    return [sample for sample in reader.take(N=100) if isinstance(sample, kind)]
+
+
 class Robot:
     """Its three topics out, its two in."""
 
@@ -107,11 +112,11 @@ class Robot:
         self.states.write(OperatingState(self.header(), self.state, True, False))
 
     def step(self) -> None:
-        for command in self.commands.take(N=100):
+        for command in taken(self.commands, StringStamped):
             self.told["commands"].append(command.string)
             self.state = {"enable": "ENABLED", "disable": "DISABLED"}[command.string]
             self.tell_state()
-        for setpoint in self.setpoints.take(N=100):
+        for setpoint in taken(self.setpoints, PoseStamped):
             self.follow(setpoint)
         way = [goal - now for goal, now in zip(self.goal, self.position, strict=True)]
         distance = math.sqrt(sum(each * each for each in way))
