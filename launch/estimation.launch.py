@@ -9,8 +9,8 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
 from tissue_probe.estimation import ESTIMATORS
@@ -33,13 +33,20 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
     parameters = LaunchConfiguration("params_file")
     return [
         *(
-            Node(executable=name, name=name, parameters=[parameters], **common)
+            Node(
+                executable=name,
+                name=name,
+                parameters=[parameters],
+                ros_arguments=["--enclave", f"/probe/{name}"],
+                **common,
+            )
             for name in estimators
         ),
         Node(
             executable="mapper",
             name="mapper",
             parameters=[parameters, {"estimators": estimators}],
+            ros_arguments=["--enclave", "/probe/mapper"],
             **common,
         ),
     ]
@@ -49,6 +56,11 @@ def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     return LaunchDescription(
         [
+            # No one outside this host is to hear the probe or command its coil, unless asked for.
+            SetEnvironmentVariable(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
+            ),
             DeclareLaunchArgument(
                 "estimators",
                 default_value="robust_ekf,ekf,ukf,afekf",

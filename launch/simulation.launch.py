@@ -15,12 +15,13 @@ from launch.actions import (
     EmitEvent,
     IncludeLaunchDescription,
     RegisterEventHandler,
+    SetEnvironmentVariable,
 )
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessStart
 from launch.events import matches_action
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import LifecycleNode, Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
@@ -44,9 +45,20 @@ def generate_launch_description() -> LaunchDescription:
         "namespace": LaunchConfiguration("namespace"),
         "output": "screen",
     }
-    driver = LifecycleNode(executable="driver", name="driver", parameters=[parameters], **common)
+    driver = LifecycleNode(
+        executable="driver",
+        name="driver",
+        parameters=[parameters],
+        ros_arguments=["--enclave", "/probe/driver"],
+        **common,
+    )
     return LaunchDescription(
         [
+            # No one outside this host is to hear the probe or command its coil, unless asked for.
+            SetEnvironmentVariable(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
+            ),
             DeclareLaunchArgument(
                 "activate",
                 default_value="true",
@@ -68,13 +80,21 @@ def generate_launch_description() -> LaunchDescription:
                 name="stage",
                 namespace="stage",
                 parameters=[parameters],
+                ros_arguments=["--enclave", "/stage/stage"],
                 output="screen",
             ),
-            Node(executable="scan", name="scan", parameters=[parameters], **common),
+            Node(
+                executable="scan",
+                name="scan",
+                parameters=[parameters],
+                ros_arguments=["--enclave", "/probe/scan"],
+                **common,
+            ),
             Node(
                 executable="recorder",
                 name="recorder",
                 parameters=[parameters, {"output": ParameterValue(output, value_type=str)}],
+                ros_arguments=["--enclave", "/probe/recorder"],
                 condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,
             ),

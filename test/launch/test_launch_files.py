@@ -13,6 +13,7 @@ from unittest.mock import MagicMock
 
 import pytest
 from declared import ROOT, parameters_of
+from security_policy import read_policy
 
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 ARGUMENTS = {
@@ -94,6 +95,28 @@ def test_every_parameter_exists(path, recorded):
 def test_every_included_file_exists(path, recorded):
     _, included = recorded(path)
     assert set(included) <= {str(path) for path in LAUNCH_FILES}
+
+
+@each_file
+def test_every_node_runs_in_an_enclave_of_the_security_policy(path, recorded):
+    nodes, _ = recorded(path)
+    enclaves = {(enclave, name) for enclave, _, name in read_policy()}  # of the default namespaces
+    for node in nodes:
+        option, enclave = node["ros_arguments"]
+        assert option == "--enclave"
+        assert (enclave, node["name"]) in enclaves
+
+
+@each_file
+def test_discovery_stays_on_this_host_unless_the_user_says_otherwise(path, recorded):
+    recorded(path)
+    environment = sys.modules["launch.substitutions"].EnvironmentVariable
+    setting = sys.modules["launch.actions"].SetEnvironmentVariable
+    name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    environment.assert_called_with(name, default_value="LOCALHOST")
+    setting.assert_called_with(name, environment.return_value)
+    (actions,), _ = sys.modules["launch"].LaunchDescription.call_args
+    assert actions[0] is setting.return_value, "set before anything starts"
 
 
 def test_the_estimators_named_are_started_and_mapped(recorded):
