@@ -9,7 +9,14 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
-from tissue_probe.devices import DEVICES, Device, DeviceError, GuardedDevice, Limits
+from tissue_probe.devices import (
+    DEVICES,
+    Device,
+    DeviceError,
+    GuardedDevice,
+    Interlock,
+    Limits,
+)
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.settings import rule
 
@@ -24,7 +31,7 @@ def device_type(request):
 @pytest.fixture(params=[False, True], ids=["bare", "guarded"])
 def device(request, device_type):
     made = device_type(device_type.Settings())
-    device = GuardedDevice(made, Limits()) if request.param else made
+    device = GuardedDevice(made, Limits(), 0.28, Interlock()) if request.param else made
     yield device
     device.close()
 

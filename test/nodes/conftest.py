@@ -14,7 +14,7 @@ import domain_coordinator
 import pytest
 import rclpy
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
@@ -121,6 +121,15 @@ def change_state(session: Session, transition: int, node: str = "/probe/driver")
     session.wait_until(answer.done, "the driver's answer", PATIENCE)
     session.node.destroy_client(client)
     return answer.result().success
+
+
+def state_of(running, node: str = "/probe/driver") -> int:
+    client = running.node.create_client(GetState, f"{node}/get_state")
+    running.wait_until(client.service_is_ready, "the driver")
+    answer = client.call_async(GetState.Request())
+    running.wait_until(answer.done, "its state")
+    running.node.destroy_client(client)
+    return answer.result().current_state.id
 
 
 def activate(session: Session) -> None:

@@ -26,6 +26,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.excitation import Excitation
@@ -94,6 +95,8 @@ class SimulatedProbe:
     ----------
     settings : SimulatedProbeSettings
         Its constants, and the phantom: the tissue as a function of place.
+    calibration : Calibration, optional
+        Not needed: the simulated probe measures in SI units.
 
     Raises
     ------
@@ -105,8 +108,11 @@ class SimulatedProbe:
 
     Settings = SimulatedProbeSettings
     samples_per_read = 1
+    force_range = (-math.inf, math.inf)
 
-    def __init__(self, settings: SimulatedProbeSettings) -> None:
+    def __init__(
+        self, settings: SimulatedProbeSettings, calibration: Calibration | None = None
+    ) -> None:
         # As in a DAQ, a whole number of ticks of a clock, of 1 GHz: then every stamp is exact.
         self.sample_period = round(NANOSECONDS / settings.sample_rate) / NANOSECONDS
         self.commanded_voltage = 0.0

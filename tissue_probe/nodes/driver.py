@@ -15,13 +15,21 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from tissue_probe.configuration import stock_configuration
-from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
+from tissue_probe.devices import (
+    DEVICES,
+    DeviceError,
+    GuardedDevice,
+    Interlock,
+    LimitExceeded,
+    Limits,
+)
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.identification.free_air import Refused
 from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.emergency_stop import EmergencyStop
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read, validate_together
 from tissue_probe.nodes.process import run
@@ -95,8 +103,9 @@ class Driver(LifecycleNode):
     """Runs one device; unconfigured, inactive or active as a lifecycle node.
 
     configure makes the device, activate starts the excitation and the samples, deactivate puts
-    the coil at zero, cleanup lets go of the device. A failure while active puts the coil at zero,
-    is logged and shown in /diagnostics, and deactivates.
+    the coil at zero, cleanup lets go of the device. A failure while active, and an emergency stop,
+    put the coil at zero, are logged, shown in /diagnostics and on the topic fault, and deactivate;
+    the driver is not activated again before the service reset is called.
     """
 
     def __init__(self) -> None:
@@ -117,10 +126,13 @@ class Driver(LifecycleNode):
         self._device: GuardedDevice | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
-        self._fault = ""
+        self._interlock = Interlock()
         self._tare: Tare | None = None
         self.create_service(Trigger, "tare", self._on_tare)
         self._crtk = OperatingStateInterface(self, self._operating_state, self._on_command)
+        self._emergency_stop = EmergencyStop(
+            self, self._interlock, self._trip, lambda: self._thread is not None
+        )
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
 
@@ -129,10 +141,15 @@ class Driver(LifecycleNode):
         try:
             settings = read(self, DriverSettings)
             calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
-            self._tare = Tare(Calibration.load(calibration_file))
+            calibration = Calibration.load(calibration_file)
+            self._tare = Tare(calibration)
             device_type = DEVICES[settings.device]
-            device = device_type(read(self, device_type.Settings, f"{settings.device}."))
-            self._device = GuardedDevice(device, read(self, Limits, "limits."))
+            device_settings = read(self, device_type.Settings, f"{settings.device}.")
+            device = device_type(device_settings, calibration)
+            limits = read(self, Limits, "limits.")
+            self._device = GuardedDevice(
+                device, limits, calibration.current_per_volt, self._interlock
+            )
         except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
@@ -156,6 +173,7 @@ class Driver(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the excitation and the samples; fails if another driver publishes them already."""
         try:
+            self._refuse_after_fault()
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
             self._hear_stage()
@@ -163,7 +181,6 @@ class Driver(LifecycleNode):
         except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
             self.get_logger().error(f"cannot activate: {error}")
             return TransitionCallbackReturn.FAILURE
-        self._fault = ""
         self._stopping.clear()
         start = self.get_clock().now().nanoseconds
         self._publisher.begin(start, self._device.sample_period)
@@ -212,9 +229,12 @@ class Driver(LifecycleNode):
                 samples = self._tare.apply(device.read(self._samples_to_read()))
                 if publisher.add(samples):
                     self._hear_stage()
+        except LimitExceeded as exceeded:  # what was measured then is worth most
+            if exceeded.samples is not None:
+                publisher.add(self._tare.apply(exceeded.samples))
         except Exception as error:  # whatever it was, the coil must stop and someone must hear
             if self.context.ok():
-                self._fault = str(error) or type(error).__name__
+                device.trip(str(error) or type(error).__name__)
         finally:
             device.stop()
             self._tare.end()
@@ -267,14 +287,15 @@ class Driver(LifecycleNode):
             self._stage.destroy()
 
     def _deactivate_after_fault(self) -> None:
-        if self._fault and self._thread is not None:
-            self.get_logger().fatal(self._fault)
+        self._emergency_stop.publish()
+        if self._interlock.tripped and self._thread is not None:
+            self.get_logger().fatal(self._interlock.reason)
             self._diagnostics.publish()
             self.trigger_deactivate()
 
     def _operating_state(self) -> tuple[str, bool]:
         """Return CRTK's state, and whether the coil is driven."""
-        if self._fault:
+        if self._interlock.tripped:
             return FAULT, False
         return (ENABLED, True) if self._thread is not None else (DISABLED, False)
 
@@ -289,6 +310,19 @@ class Driver(LifecycleNode):
             self.get_logger().error(
                 f"'{command}' is no command for a driver that is {state}: it knows enable, once "
                 "configured, and disable"
+            )
+
+    def _trip(self, reason: str) -> None:
+        if self._device is not None:
+            self._device.trip(reason)
+        else:
+            self._interlock.trip(reason)
+
+    def _refuse_after_fault(self) -> None:
+        if self._interlock.tripped:
+            raise DeviceError(
+                f"after a fault, first call the service reset; the fault was: "
+                f"{self._interlock.reason}"
             )
 
     def _refuse_second_driver(self) -> None:
@@ -315,8 +349,8 @@ class Driver(LifecycleNode):
         return self.resolve_topic_name("samples")
 
     def _examine(self) -> Health:
-        if self._fault:
-            return Health(ERROR, f"{self._fault} (the coil is at zero)")
+        if self._interlock.tripped:
+            return Health(ERROR, f"{FAULT}: {self._interlock.reason}")
         values: dict[str, object] = {}
         if self._device is not None:
             values["subscribers"] = self._publisher.subscribers
@@ -325,7 +359,7 @@ class Driver(LifecycleNode):
             return Health(OK, "not acquiring, the coil is at zero", values)
         others = self._other_drivers()
         if others:
-            self._fault = f"{', '.join(others)} began to publish {self._samples_topic()} too"
+            self._trip(f"{', '.join(others)} began to publish {self._samples_topic()} too")
         lateness = self._device.worst_lateness
         values["worst lateness in the last second [ms]"] = f"{1e3 * lateness:.3f}"
         values["command [V]"] = f"{self._device.commanded_voltage:.4f}"
