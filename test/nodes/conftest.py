@@ -16,10 +16,12 @@ import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
 
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from crtk_msgs.msg import StringStamped
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
 from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
@@ -144,6 +146,15 @@ def driver_log(session: Session) -> str:
 
 def deactivate(session: Session) -> None:
     assert change_state(session, Transition.TRANSITION_DEACTIVATE)
+
+
+def command(running, namespace: str, word: str) -> None:
+    """Say a word on state_command, as an operator's console does."""
+    publisher = running.node.create_publisher(StringStamped, f"{namespace}/state_command", POSES)
+    running.wait_until(lambda: publisher.get_subscription_count() == 1, "who is commanded")
+    publisher.publish(StringStamped(string=word))
+    publisher.wait_for_all_acked(Duration(seconds=PATIENCE))
+    running.node.destroy_publisher(publisher)
 
 
 def set_parameter(session: Session, node: str, name: str, value: object) -> tuple[bool, str]:

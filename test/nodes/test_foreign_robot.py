@@ -10,19 +10,19 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import Transition
 from rclpy.action import ActionClient
-from rclpy.duration import Duration
 
 from conftest import (
     PATIENCE,
     activate,
     change_state,
     collect,
+    command,
     deactivate,
     driver,
     estimator,
     foreign_process,
 )
-from crtk_msgs.msg import OperatingState, StringStamped
+from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.qos import LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe_msgs.action import ScanGrid
@@ -38,15 +38,6 @@ def robot():
     yield process
     process.kill()
     process.wait()
-
-
-def command(running, namespace: str, word: str) -> None:
-    """Say a word on state_command, as an operator's console does."""
-    publisher = running.node.create_publisher(StringStamped, f"{namespace}/state_command", POSES)
-    running.wait_until(lambda: publisher.get_subscription_count() == 1, "who is commanded")
-    publisher.publish(StringStamped(string=word))
-    publisher.wait_for_all_acked(Duration(seconds=PATIENCE))
-    running.node.destroy_publisher(publisher)
 
 
 def states_of(running, namespace: str) -> list[OperatingState]:

@@ -105,6 +105,11 @@ class LimitMonitor:
         Coil current for each volt of the command, for a coil at rest [A/V].
     force_range : tuple of float
         Smallest and largest force that can be measured [N]; at these the true force is unknown.
+
+    Attributes
+    ----------
+    limits : Limits
+        May be replaced at any time; the next samples are judged by them.
     """
 
     def __init__(
@@ -114,7 +119,7 @@ class LimitMonitor:
         current_per_volt: float,
         force_range: tuple[float, float] = (-math.inf, math.inf),
     ) -> None:
-        self._limits = limits
+        self.limits = limits
         self._period = sample_period
         self._current_per_volt = current_per_volt
         self._force_range = force_range
@@ -125,7 +130,7 @@ class LimitMonitor:
     def begin(self) -> None:
         """Expect sample 0 of an activation; the coil has cooled down since the last one."""
         pause = time.monotonic() - self._ended
-        self._heat *= math.exp(-pause / self._limits.heating_time)
+        self._heat *= math.exp(-pause / self.limits.heating_time)
         self._force = math.nan
         self._position = math.nan
         self._still_commands = (math.inf, -math.inf)
@@ -133,7 +138,7 @@ class LimitMonitor:
 
     def judge_excitation(self, excitation: Excitation) -> None:
         """Raise LimitExceeded if the excitation would pass a limit of command or current."""
-        limits, amplitude = self._limits, excitation.amplitude
+        limits, amplitude = self.limits, excitation.amplitude
         if amplitude > limits.command_limit:
             raise LimitExceeded(
                 f"the excitation's amplitude is {amplitude:g} V, above the command limit of "
@@ -152,7 +157,7 @@ class LimitMonitor:
         NaN passes none: it is what was measured, and those who use it say so. But it may not last.
         """
         self._ended = time.monotonic()
-        limits = self._limits
+        limits = self.limits
         try:
             self._judge_saturation(samples.force)
             _judge("force", samples.force, limits.force_limit, "N")
@@ -180,13 +185,13 @@ class LimitMonitor:
 
     def _judge_heating(self, current: FloatArray) -> None:
         """Average the squared current with one time constant, as a coil's temperature does."""
-        keep = math.exp(-self._period / self._limits.heating_time)
+        keep = math.exp(-self._period / self.limits.heating_time)
         for square in np.square(current).tolist():
             self._heat = keep * self._heat + (1.0 - keep) * square
         _judge(
             "root mean square of the coil current",
             np.array([math.sqrt(self._heat)]),
-            self._limits.rms_current_limit,
+            self.limits.rms_current_limit,
             "A",
         )
 
@@ -200,7 +205,7 @@ class LimitMonitor:
                 continue
             low, high = self._still_commands
             self._still_commands = low, high = min(low, command), max(high, command)
-            if high - low > self._limits.stuck_limit:
+            if high - low > self.limits.stuck_limit:
                 raise LimitExceeded(
                     f"the encoder stayed at {position:.7g} m while the command changed by "
                     f"{high - low:.3g} V, so it or the coil is stuck: {ADVICE}"
@@ -210,10 +215,10 @@ class LimitMonitor:
         known = np.flatnonzero(np.isfinite(samples.force) & np.isfinite(samples.position))
         count = samples.force.size
         self._unknown = count - 1 - known[-1] if known.size else self._unknown + count
-        if self._unknown * self._period > self._limits.stale_limit:
+        if self._unknown * self._period > self.limits.stale_limit:
             raise LimitExceeded(
                 f"force or position were unknown for {self._unknown * self._period:.3g} s, beyond "
-                f"the limit of {self._limits.stale_limit:g} s: {ADVICE}"
+                f"the limit of {self.limits.stale_limit:g} s: {ADVICE}"
             )
 
 

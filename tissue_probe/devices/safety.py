@@ -35,13 +35,16 @@ class GuardedDevice:
         self, device: Device, limits: Limits, current_per_volt: float, interlock: Interlock
     ) -> None:
         self._device = device
-        self._stale_limit = limits.stale_limit
         self._monitor = LimitMonitor(
             limits, device.sample_period, current_per_volt, device.force_range
         )
         self._interlock = interlock
         self._watchdog = Watchdog(self._trip_as_stale)
         self._running = False
+
+    def change_limits(self, limits: Limits) -> None:
+        """Guard by other limits, from the next read on; an excitation above them trips."""
+        self._monitor.limits = limits
 
     @property
     def sample_period(self) -> float:
@@ -91,7 +94,7 @@ class GuardedDevice:
             self._monitor.begin()
             self._device.start(excitation)
             self._running = True
-            self._watchdog.start(self._stale_limit)
+            self._watchdog.start(self._monitor.limits.stale_limit)
             self._refuse_if_tripped()
         except BaseException:
             self.stop()
@@ -112,7 +115,7 @@ class GuardedDevice:
         if not self._running:
             self._refuse_if_tripped()
             raise DeviceError("the device is not sampling: start it before you read")
-        self._watchdog.expect_within(self._stale_limit + count * self.sample_period)
+        self._watchdog.expect_within(self._monitor.limits.stale_limit + count * self.sample_period)
         try:
             samples = self._device.read(count)
             self._refuse_if_tripped()
@@ -123,7 +126,7 @@ class GuardedDevice:
             else:
                 self.trip(str(error) or type(error).__name__)
             raise
-        self._watchdog.expect_within(self._stale_limit)
+        self._watchdog.expect_within(self._monitor.limits.stale_limit)
         return samples
 
     def trip(self, reason: str) -> None:
@@ -147,8 +150,8 @@ class GuardedDevice:
 
     def _trip_as_stale(self) -> None:
         self.trip(
-            f"no sample came for {self._stale_limit:g} s: the coil is at zero; the device or this "
-            "machine stalled"
+            f"no sample came for {self._monitor.limits.stale_limit:g} s: the coil is at zero; the "
+            "device or this machine stalled"
         )
 
     def _refuse_if_tripped(self) -> None:

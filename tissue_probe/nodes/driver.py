@@ -28,10 +28,10 @@ from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.identification.free_air import Refused
 from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
-from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.emergency_stop import EmergencyStop
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.parameters import declare, read, validate_together
+from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
@@ -43,6 +43,12 @@ LONGEST_READ = 10
 
 #: Within this time of its start a node hears of the others [s].
 DISCOVERY_TIME = 2.0
+
+#: Parameters by which the driver tells what others record.
+TOLD = ("device_description", "calibration")
+
+#: Below this part of its rate the device is too slow, and the driver warns.
+SLOW = 0.95
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
@@ -118,11 +124,10 @@ class Driver(LifecycleNode):
             **{f"{name}.": device.Settings for name, device in DEVICES.items()},
         }
         for prefix, settings in self._models.items():
-            declare(self, settings, prefix, fixed=False)
+            declare(self, settings, prefix, live=settings.model_fields)
             read(self, settings, prefix)
-        self.add_on_set_parameters_callback(
-            lambda changes: validate_together(self, self._models, changes)
-        )
+        self._telling = False
+        follow_changes(self, self._models, self._on_change, self._refuse_change)
         self._device: GuardedDevice | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
@@ -133,6 +138,7 @@ class Driver(LifecycleNode):
         self._emergency_stop = EmergencyStop(
             self, self._interlock, self._trip, lambda: self._thread is not None
         )
+        self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
 
@@ -160,12 +166,8 @@ class Driver(LifecycleNode):
             self._stage.subscribe(
                 PoseStamped, settings.stage_pose, POSES, lambda pose, info: _place(device, pose)
             )
-        self.set_parameters(
-            [
-                Parameter("device_description", value=device.description),
-                Parameter("calibration", value=self._tare.calibration.text),
-            ]
-        )
+        self._tell("device_description", device.description)
+        self._tell("calibration", self._tare.calibration.text)
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
         self.get_logger().info(f"configured: the device is {settings.device}")
         return TransitionCallbackReturn.SUCCESS
@@ -182,6 +184,7 @@ class Driver(LifecycleNode):
             self.get_logger().error(f"cannot activate: {error}")
             return TransitionCallbackReturn.FAILURE
         self._stopping.clear()
+        self._began = time.monotonic()
         start = self.get_clock().now().nanoseconds
         self._publisher.begin(start, self._device.sample_period)
         self._tare.begin(start, self._device.sample_period)
@@ -247,12 +250,36 @@ class Driver(LifecycleNode):
             if self._tare is None:
                 raise Refused("the driver is not configured: activate it, in free air, then tare")
             response.message = f"{self._tare.take():.4f} N are taken off the force from now on"
-            self.set_parameters([Parameter("calibration", value=self._tare.calibration.text)])
+            self._tell("calibration", self._tare.calibration.text)
             response.success = True
         except Refused as reason:
             response.message = str(reason)
         self.get_logger().info(f"tare: {response.message}")
         return response
+
+    def _tell(self, name: str, value: str) -> None:
+        """Set a parameter that only the driver itself may set."""
+        self._telling = True
+        self.set_parameters([Parameter(name, value=value)])
+        self._telling = False
+
+    def _refuse_change(self, name: str) -> str:
+        """Say why a parameter would not take effect now: only limits do in every state."""
+        if self._telling or name.startswith("limits."):
+            return ""
+        if name in TOLD:
+            return f"{name} is told by the driver, not set"
+        if name.startswith("excitation."):
+            active = self._thread is not None
+            return f"{name} holds from activation on: deactivate first" if active else ""
+        ours = name.startswith(tuple(f"{device}." for device in DEVICES))
+        if self._device is not None and (ours or name in DriverSettings.model_fields):
+            return f"{name} holds from configuration on: deactivate and clean up first"
+        return ""
+
+    def _on_change(self) -> None:
+        if self._device is not None:
+            self._device.change_limits(read(self, Limits, "limits."))
 
     def _samples_to_read(self) -> int:
         """Return 1 while someone wants each sample at once; else up to the end of a block.
@@ -357,6 +384,8 @@ class Driver(LifecycleNode):
             values["samples published"] = self._publisher.published
         if self._thread is None:
             return Health(OK, "not acquiring, the coil is at zero", values)
+        rate, due = self._rate(self._publisher.published), 1.0 / self._device.sample_period
+        values["achieved rate [samples/s]"] = f"{rate:.0f}"
         others = self._other_drivers()
         if others:
             self._trip(f"{', '.join(others)} began to publish {self._samples_topic()} too")
@@ -369,6 +398,8 @@ class Driver(LifecycleNode):
             values["99th percentile of lateness in the last second [ms]"] = f"{1e3 * high:.3f}"
         if lateness > LATE:
             return Health(WARN, f"a sample was fetched {1e3 * lateness:.0f} ms late", values)
+        if rate < SLOW * due and time.monotonic() - self._began > 2.0:
+            return Health(WARN, f"{rate:.0f} samples a second come, not {due:g}", values)
         return Health(OK, "acquiring", values)
 
 

@@ -17,13 +17,13 @@ from tissue_probe.nodes.conversions import (
     samples_from_cdr,
     site_from_message,
 )
-from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.settings import setting
-from tissue_probe.signals import Phase
+from tissue_probe.signals import Phase, Status
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 #: How long the estimation waits before it looks whether it is to end [s].
@@ -58,7 +58,9 @@ class EstimatorNode(Node):
         self.received = 0
         self.lost = 0
         self._malformed = 0
-        self._status = 0
+        self._missed = Rate()
+        self._rate = Rate()
+        self._latest: TissueEstimate | None = None
         publish = self.create_publisher
         self._estimates = publish(TissueEstimate, f"{self._name}/estimate", BLOCKS)
         self._values = {
@@ -110,7 +112,7 @@ class EstimatorNode(Node):
         if len(estimates) == 0:
             return
         estimate = last_estimate_to_message(estimates, frame_id)
-        self._status = estimate.status
+        self._latest = estimate
         self._estimates.publish(estimate)
         for name, publisher in self._values.items():
             publisher.publish(Float64(data=getattr(estimate, name)))
@@ -125,18 +127,38 @@ class EstimatorNode(Node):
     def _examine(self) -> Health:
         if self._failure is not None:
             raise self._failure
+        rate = self._rate(self.received)
+        missed = self._missed(self.lost + self._malformed)
         values = {
             "subscribers": self._estimates.get_subscription_count(),
             "samples received": self.received,
             "samples lost": self.lost,
             "blocks malformed": self._malformed,
-            "status": self._status,
+            "achieved rate [samples/s]": f"{rate:.0f}",
+            **_convergence(self._latest),
         }
         if self.count_publishers("samples") > 1:
             return Health(ERROR, "several nodes publish samples: their sequences are mixed", values)
-        if self.lost or self._malformed:
-            return Health(WARN, "samples are missing", values)
-        return Health(OK, "estimating" if self.received else "no samples yet", values)
+        if missed:
+            return Health(WARN, "samples or blocks were lost in the last second", values)
+        if not rate:
+            return Health(STALE, "no samples in the last second", values)
+        if values.get("status") == Status.MODEL_REJECTED.name:
+            return Health(WARN, "the innovations contradict the model", values)
+        return Health(OK, "estimating", values)
+
+
+def _convergence(estimate: TissueEstimate | None) -> dict[str, object]:
+    """Say how well the tissue is known."""
+    if estimate is None:
+        return {}
+    return {
+        "status": Status(estimate.status).name,
+        "stiffness [N/m]": f"{estimate.stiffness:.2f}",
+        "standard deviation of stiffness [N/m]": f"{estimate.stiffness_variance**0.5:.3g}",
+        "damping [N s/m]": f"{estimate.damping:.3f}",
+        "standard deviation of damping [N s/m]": f"{estimate.damping_variance**0.5:.3g}",
+    }
 
 
 def main() -> int:

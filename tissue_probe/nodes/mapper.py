@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 from tissue_probe.mapping.fusion import Estimate, MapBuilder
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import cloud_message, from_time, site_from_message, to_time
-from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
+from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
 from tissue_probe.nodes.grid_settings import GridSettings
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
@@ -47,6 +47,7 @@ class Mapper(Node):
         self._builder = MapBuilder(read(self, GridSettings, "grid.").make())
         self._published_revision = -1
         self.received = 0
+        self._rate = Rate()
         self._maps = self.create_publisher(StiffnessMap, "stiffness_map", LATCHED)
         self._clouds = self.create_publisher(PointCloud2, "stiffness_cloud", LATCHED)
         self._inbox = Inbox(self)
@@ -111,11 +112,15 @@ class Mapper(Node):
 
     def _examine(self) -> Health:
         measured = int(np.isfinite(self._builder.map().stiffness).sum())
-        return Health(
-            OK,
-            f"{measured} of {len(self._builder.grid)} cells are measured",
-            {"estimates received": self.received},
-        )
+        rate = self._rate(self.received)
+        told = f"{measured} of {len(self._builder.grid)} cells are measured"
+        values = {
+            "estimates received": self.received,
+            "achieved rate [estimates/s]": f"{rate:.0f}",
+        }
+        if not rate:
+            return Health(STALE, f"{told}; no estimates in the last second", values)
+        return Health(OK, told, values)
 
 
 def main() -> int:

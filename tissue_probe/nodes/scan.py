@@ -25,7 +25,7 @@ from tissue_probe.nodes.conversions import samples_from_message, site_to_message
 from tissue_probe.nodes.crtk import ENABLED
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
 from tissue_probe.settings import setting
@@ -75,8 +75,10 @@ class Scan(Node):
 
     def __init__(self) -> None:
         super().__init__("scan")
-        declare(self, ScanSettings)
+        declare(self, ScanSettings, live=ScanSettings.model_fields.keys() - {"robot", "frame_id"})
         self._settings = read(self, ScanSettings)
+        # A scan goes on as it began: it takes new values when the next one begins.
+        follow_changes(self, {"": ScanSettings}, on_change=lambda: None)
         robot = self._settings.robot.rstrip("/")
         self._position: FloatArray | None = None
         self._orientation = Quaternion()
@@ -136,6 +138,7 @@ class Scan(Node):
         with self._busy:
             grid, dwell_time = _grid_of(goal_handle.request), goal_handle.request.dwell_time
             result = ScanGrid.Result()
+            self._settings = read(self, ScanSettings)
             try:
                 self._wait_for_robot_and_driver(goal_handle)
                 for site in range(len(grid)):

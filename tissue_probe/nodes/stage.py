@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from rclpy.node import Node
 
 from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
+from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
@@ -47,6 +48,7 @@ class Stage(Node):
         self._publisher = self.create_publisher(PoseStamped, "measured_cp", POSES)
         self.create_subscription(PoseStamped, "servo_cp", self._on_setpoint, POSES)
         self.create_timer(1.0 / settings.rate, self._move)
+        Diagnostics(self, self._examine)
 
     def _on_command(self, command: str) -> None:
         after = TRANSITIONS.get((self._state, command))
@@ -77,6 +79,12 @@ class Stage(Node):
         point = self._pose.pose.position
         point.x, point.y, point.z = map(float, self._position)
         self._publisher.publish(self._pose)
+
+    def _examine(self) -> Health:
+        doing = "moving" if self._is_moving() else "at rest"
+        level = OK if self._state == ENABLED else WARN
+        values = {"subscribers": self._publisher.get_subscription_count()}
+        return Health(level, f"{self._state}, {doing}", values)
 
 
 def main() -> int:
