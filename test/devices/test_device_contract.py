@@ -7,8 +7,10 @@ import inspect
 import numpy as np
 import pytest
 import yaml
+from daq_server import X_SERIES, Board, DaqServer
 from pydantic import BaseModel
 
+from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices import (
     DEVICES,
     Device,
@@ -16,10 +18,13 @@ from tissue_probe.devices import (
     GuardedDevice,
     Interlock,
     Limits,
+    NiDaqmxProbe,
 )
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.settings import rule
 
+CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
 DRIVE = Sine(amplitude=0.5)
 
 
@@ -28,9 +33,19 @@ def device_type(request):
     return DEVICES[request.param]
 
 
+@pytest.fixture
+def device_settings(device_type):
+    """Settings with which a device can be made here: a DAQ is reached over a socket."""
+    if device_type is not NiDaqmxProbe:
+        yield device_type.Settings()
+        return
+    with DaqServer(Board(X_SERIES, CALIBRATION)) as server:
+        yield device_type.Settings(server=server.address)
+
+
 @pytest.fixture(params=[False, True], ids=["bare", "guarded"])
-def device(request, device_type):
-    made = device_type(device_type.Settings())
+def device(request, device_type, device_settings):
+    made = device_type(device_settings, CALIBRATION)
     device = GuardedDevice(made, Limits(), 0.28, Interlock()) if request.param else made
     yield device
     device.close()

@@ -9,6 +9,7 @@ from __future__ import annotations
 from tissue_probe.devices.device import Device, DeviceError
 from tissue_probe.devices.interlock import Interlock
 from tissue_probe.devices.limits import LimitExceeded, Limits
+from tissue_probe.devices.nidaqmx import NiDaqmxProbe, NiDaqmxSettings
 from tissue_probe.devices.safety import GuardedDevice, Tripped
 from tissue_probe.devices.simulated import SimulatedProbe, SimulatedProbeSettings
 
@@ -16,6 +17,7 @@ from tissue_probe.devices.simulated import SimulatedProbe, SimulatedProbeSetting
 #: parameters of the driver.
 DEVICES = {
     "simulated": SimulatedProbe,
+    "nidaqmx": NiDaqmxProbe,
 }
 
 __all__ = [
@@ -26,6 +28,8 @@ __all__ = [
     "Interlock",
     "LimitExceeded",
     "Limits",
+    "NiDaqmxProbe",
+    "NiDaqmxSettings",
     "SimulatedProbe",
     "SimulatedProbeSettings",
     "Tripped",

@@ -120,6 +120,7 @@ class SimulatedProbe:
         self._phantom = Phantom.load(Path(settings.phantom or stock_configuration("phantom.yaml")))
         self._pacer = Pacer(self.sample_period)
         self._excitation: Excitation | None = None
+        self._where: tuple[float, float, float] | None = None
         self._lock = Lock()  # so that no command follows a stop, whichever thread it comes from
         self.place(0.0, 0.0, 1.0)  # no tissue in reach
         self._substeps = self._needed_substeps()
@@ -130,6 +131,9 @@ class SimulatedProbe:
 
     def place(self, x: float, y: float, z: float) -> None:
         """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
+        if (x, y, z) == self._where:
+            return  # a stage that stands still says so a hundred times a second
+        self._where = (x, y, z)
         stiffness, damping = self._phantom.stiffness(x, y), self._phantom.damping(x, y)
         self._tissue = (float(stiffness), float(damping), -float(z))
 
