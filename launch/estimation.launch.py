@@ -15,7 +15,9 @@ from launch_ros.actions import Node
 
 from tissue_probe.estimation import ESTIMATORS
 
-STOCK_PARAMETERS = Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+STOCK_PARAMETERS = str(
+    Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+)
 
 
 def estimation_nodes(context: LaunchContext) -> list[Node]:
@@ -30,13 +32,13 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
         "namespace": LaunchConfiguration("namespace"),
         "output": "screen",
     }
-    parameters = LaunchConfiguration("params_file")
+    parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     return [
         *(
             Node(
                 executable=name,
                 name=name,
-                parameters=[parameters],
+                parameters=parameters,
                 ros_arguments=["--enclave", f"/probe/{name}"],
                 **common,
             )
@@ -45,7 +47,7 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
         Node(
             executable="mapper",
             name="mapper",
-            parameters=[parameters, {"estimators": estimators}],
+            parameters=[*parameters, {"estimators": estimators}],
             ros_arguments=["--enclave", "/probe/mapper"],
             **common,
         ),
@@ -71,8 +73,8 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument(
                 "params_file",
-                default_value=str(STOCK_PARAMETERS),
-                description="YAML file with the nodes' parameters",
+                default_value=STOCK_PARAMETERS,
+                description="YAML file of parameters that go over those of the stock file",
             ),
             OpaqueFunction(function=estimation_nodes),
         ]

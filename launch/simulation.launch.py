@@ -9,6 +9,7 @@ The stage stays at /stage whatever the probe's namespace: driver and scan look f
 
 from pathlib import Path
 
+from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
@@ -28,6 +29,10 @@ from launch_ros.events.lifecycle import ChangeState
 from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
 
+STOCK_PARAMETERS = str(
+    Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+)
+
 
 def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
     """Return the action that asks one node for a transition of its lifecycle."""
@@ -38,7 +43,7 @@ def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
 
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, start the nodes, bring the driver up."""
-    parameters = LaunchConfiguration("params_file")
+    parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     output = LaunchConfiguration("output")
     common = {
         "package": "tissue_probe",
@@ -48,7 +53,7 @@ def generate_launch_description() -> LaunchDescription:
     driver = LifecycleNode(
         executable="driver",
         name="driver",
-        parameters=[parameters],
+        parameters=parameters,
         ros_arguments=["--enclave", "/probe/driver"],
         **common,
     )
@@ -79,21 +84,21 @@ def generate_launch_description() -> LaunchDescription:
                 executable="stage",
                 name="stage",
                 namespace="stage",
-                parameters=[parameters],
+                parameters=parameters,
                 ros_arguments=["--enclave", "/stage/stage"],
                 output="screen",
             ),
             Node(
                 executable="scan",
                 name="scan",
-                parameters=[parameters],
+                parameters=parameters,
                 ros_arguments=["--enclave", "/probe/scan"],
                 **common,
             ),
             Node(
                 executable="recorder",
                 name="recorder",
-                parameters=[parameters, {"output": ParameterValue(output, value_type=str)}],
+                parameters=[*parameters, {"output": ParameterValue(output, value_type=str)}],
                 ros_arguments=["--enclave", "/probe/recorder"],
                 condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,

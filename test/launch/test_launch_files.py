@@ -119,6 +119,16 @@ def test_discovery_stays_on_this_host_unless_the_user_says_otherwise(path, recor
     assert actions[0] is setting.return_value, "set before anything starts"
 
 
+@pytest.mark.parametrize("name", ["estimation", "simulation"])
+def test_parameters_given_go_over_those_of_the_stock_file(name, recorded):
+    nodes, _ = recorded(ROOT / "launch" / f"{name}.launch.py")
+    given = sys.modules["launch.substitutions"].LaunchConfiguration.return_value
+    for node in nodes:
+        stock, over, *_ = node["parameters"]
+        assert stock == str(ROOT / "config" / "simulation.yaml")
+        assert over is given
+
+
 def test_the_estimators_named_are_started_and_mapped(recorded):
     nodes, _ = recorded(ROOT / "launch" / "estimation.launch.py")
     assert [node["executable"] for node in nodes] == ["ekf", "robust_ekf", "mapper"]
