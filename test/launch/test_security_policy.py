@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 from security_policy import OPERATOR, PARAMETER_SERVICES, Policy, live_policy, read_policy
 
+from tissue_probe.estimation import ESTIMATORS
+
 #: What carries the force, and what moves or feeds the coil.
 FORCE = {"/probe/samples", "/probe/measured_cf"}
 
@@ -32,6 +34,17 @@ def who_may(policy: Policy, kind: str, permission: str, names: set[str]) -> set[
 
 def test_only_the_driver_and_the_replay_publish_samples(allowed):
     assert who_may(allowed, "topics", "publish", FORCE) == {"/probe/driver", "/probe/replay"}
+
+
+def test_only_who_works_on_the_force_reads_it(allowed):
+    readers = {f"/probe/{name}" for name in (*ESTIMATORS, "scan", "recorder", "operator")}
+    assert who_may(allowed, "topics", "subscribe", FORCE) == readers
+
+
+def test_only_the_operator_stops_and_arms_the_coil(allowed):
+    assert who_may(allowed, "topics", "publish", {"/probe/emergency_stop"}) == {OPERATOR[0]}
+    reset = {"/probe/reset", "/probe/emergency_stop"}
+    assert who_may(allowed, "services", "request", reset) == {OPERATOR[0]}
 
 
 def test_only_the_operator_commands_the_driver(allowed):

@@ -260,8 +260,10 @@ class Driver(LifecycleNode):
     def _tell(self, name: str, value: str) -> None:
         """Set a parameter that only the driver itself may set."""
         self._telling = True
-        self.set_parameters([Parameter(name, value=value)])
-        self._telling = False
+        try:
+            self.set_parameters([Parameter(name, value=value)])
+        finally:
+            self._telling = False
 
     def _refuse_change(self, name: str) -> str:
         """Say why a parameter would not take effect now: only limits do in every state."""
