@@ -8,9 +8,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from tissue_probe.mapping.fusion import Estimate, MapBuilder
+from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.conversions import cloud_message, from_time, site_from_message, to_time
+from tissue_probe.nodes.cdr import estimate_from_cdr
+from tissue_probe.nodes.conversions import cloud_message, site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
 from tissue_probe.nodes.grid_settings import GridSettings
 from tissue_probe.nodes.inbox import Inbox
@@ -53,7 +54,8 @@ class Mapper(Node):
         self._inbox = Inbox(self)
         self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
         for name in settings.estimators:
-            self._inbox.subscribe(TissueEstimate, f"{name}/estimate", BLOCKS, self._on_estimate)
+            topic = f"{name}/estimate"
+            self._inbox.subscribe(TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
         self.create_timer(INTERVAL, self._update)
         Diagnostics(self, self._examine)
 
@@ -68,20 +70,12 @@ class Mapper(Node):
         except ValueError as error:
             self.get_logger().error(f"site {message.site} is not on the map: {error}")
 
-    def _on_estimate(self, message: TissueEstimate, info: dict) -> None:
+    def _on_estimate(self, message: bytes, info: dict) -> None:
         self.received += 1
-        self._builder.add_one(
-            message.estimator,
-            message.status,
-            Estimate(
-                stamp=from_time(message.header.stamp),
-                stiffness=message.stiffness,
-                damping=message.damping,
-                covariance_trace=message.covariance_trace,
-                stiffness_variance=message.stiffness_variance,
-                damping_variance=message.damping_variance,
-            ),
-        )
+        try:
+            self._builder.add_one(*estimate_from_cdr(message))
+        except ValueError as error:
+            self.get_logger().error(f"an estimate is left out: {error}", throttle_duration_sec=1.0)
 
     def _update(self) -> None:
         self._inbox.empty()
