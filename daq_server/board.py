@@ -174,8 +174,9 @@ class Board:
         position, force = self._plant.step(self.coil_voltage)
         if not self.faults.stuck:
             self._count = round(float(self._calibration.counts(position)))
-        if self.acquisition is not None:
-            self.acquisition.put(self._volts(force))
+        if self.acquisition is None:
+            return  # without the input there is no sample clock
+        self.acquisition.put(self._volts(force))
         if self.counter is not None:
             self.counter.put(float(self._count))
 

@@ -16,10 +16,11 @@ _WORDS = {
 
 
 class DaqmxError(Exception):
-    """An error as NI-DAQmx returns it: a code, and the vendor's words for it."""
+    """An error as NI-DAQmx returns it: a code, its words, and how many samples were moved."""
 
-    def __init__(self, code: DAQmxErrors) -> None:
+    def __init__(self, code: DAQmxErrors, samples: int = 0) -> None:
         self.code = int(code)
+        self.samples = samples
         super().__init__(f"{words(self.code)}\n\nStatus Code: {self.code}")
 
 

@@ -31,6 +31,11 @@ LISTS = {0x2FD4: lambda model: [usage.value for usage in model.counts]}
 CLOCKED_OUTPUT, SERIAL, CLOCK_RATE, AVAILABLE = 0x2996, 0x0632, 0x1344, 0x1223
 OUTPUT_BUFFER, REGENERATION, TASK_NAME, EXPIRED = 0x186D, 0x1453, 0x1276, 0x21A8
 VERSION = {0x1272: 25, 0x1923: 5, 0x2F22: 0}
+#: Where a failed transfer tells how many samples it moved.
+_COUNTS = {
+    **dict.fromkeys(("ReadAnalogF64", "ReadCounterF64", "ReadDigitalU8"), "ni-samps-per-chan-read"),
+    **dict.fromkeys(("WriteAnalogF64", "WriteDigitalU8"), "ni-samps-per-chan-written"),
+}
 
 
 def _answers(method: Callable[..., Any]) -> Callable[..., Any]:
@@ -44,7 +49,10 @@ def _answers(method: Callable[..., Any]) -> Callable[..., Any]:
                     raise DaqmxError(self.board.faults.gone)
                 return method(self, request, context)
         except DaqmxError as error:
-            context.set_trailing_metadata((("ni-error", str(error.code)),))
+            metadata = [("ni-error", str(error.code))]
+            if key := _COUNTS.get(method.__name__):
+                metadata.append((key, str(error.samples)))
+            context.set_trailing_metadata(metadata)
             context.abort(grpc.StatusCode.UNKNOWN, str(error))
 
     return answer
@@ -192,7 +200,7 @@ class Service(NiDAQmxServicer):
             if written == values.size:
                 return messages.WriteAnalogF64Response(samps_per_chan_written=written)
             if time.monotonic() > deadline:
-                raise DaqmxError(Code.SAMPLES_CAN_NOT_YET_BE_WRITTEN)
+                raise DaqmxError(Code.SAMPLES_CAN_NOT_YET_BE_WRITTEN, written)
             self.board.lock.wait(0.005)
 
     @_answers

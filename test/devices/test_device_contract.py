@@ -7,9 +7,9 @@ import inspect
 import numpy as np
 import pytest
 import yaml
-from daq_server import X_SERIES, Board, DaqServer
 from pydantic import BaseModel
 
+from daq_server import X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices import (
     DEVICES,

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 
 import numpy as np
 import pytest
 import yaml
-from daq_server import CDAQ, USB_6002, X_SERIES, Board, DaqServer
 from nidaqmx.error_codes import DAQmxErrors
 
+from daq_server import CDAQ, USB_6002, X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices import (
     DeviceError,
@@ -29,6 +30,8 @@ from tissue_probe.signals import FloatArray, SampleBlock
 CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
 DRIVE = Sine(frequency=10.0, amplitude=0.85)
 PATIENCE = 10.0
+#: Static lines that leave time to a busy machine.
+FAST_LINES = dataclasses.replace(USB_6002, digital_time=1e-4)
 
 
 class Bench:
@@ -212,7 +215,7 @@ def test_the_description_tells_what_ends_the_output(bench):
 
 
 def test_a_daq_without_quadrature_counter_is_refused_with_the_way_out(bench):
-    with pytest.raises(DeviceError, match="no quadrature counter.*hctl2032"):
+    with pytest.raises(DeviceError, match=r"no quadrature counter.*hctl2032"):
         bench(USB_6002).probe()
 
 
@@ -224,9 +227,9 @@ def test_the_decoder_on_static_lines_is_refused_at_2_khz_with_the_rate_it_reache
 @pytest.mark.parametrize("negative", [False, True])
 def test_the_decoder_follows_the_probe_at_a_rate_that_it_can_hold(bench, negative):
     calibration = CALIBRATION.changed(position_per_count=-1e-7 if negative else 1e-7)
-    made = bench(USB_6002, calibration=calibration)
-    probe = made.probe(encoder="hctl2032", sample_rate=20.0, timeout=1.0)
-    probe.start(Sine(frequency=1.0, amplitude=0.85))
+    made = bench(FAST_LINES, calibration=calibration)
+    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
+    probe.start(Sine(frequency=0.5, amplitude=0.85))
     position, force, command = (
         np.concatenate(each)
         for each in zip(
@@ -241,11 +244,11 @@ def test_the_decoder_follows_the_probe_at_a_rate_that_it_can_hold(bench, negativ
 
 
 def test_a_decoder_that_becomes_too_slow_is_told_and_no_stale_position_delivered(bench):
-    made = bench(USB_6002)
-    probe = made.probe(encoder="hctl2032", sample_rate=20.0, timeout=1.0)
+    made = bench(FAST_LINES)
+    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
     probe.start(Sine(frequency=1.0))
     probe.read(3)
-    made.board.model = X_SERIES.__class__(**{**vars(USB_6002), "digital_time": 0.02})
+    made.board.model = dataclasses.replace(USB_6002, digital_time=0.03)
     with pytest.raises(DeviceError, match="HCTL-2032 was read too late"):
         probe.read(3)
 
@@ -276,7 +279,7 @@ def test_the_sample_period_is_the_one_the_daqs_clock_makes(bench):
 
 
 def test_without_ni_daqmx_on_this_machine_the_way_out_is_told():
-    with pytest.raises(DeviceError, match="NI-DAQmx.*nidaqmx.server"):
+    with pytest.raises(DeviceError, match=r"NI-DAQmx is not installed.*nidaqmx\.server"):
         NiDaqmxProbe(NiDaqmxSettings(), CALIBRATION)
 
 
@@ -294,7 +297,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone.*-88705",
     ),
-    "stall": (lambda made: made.board.faults.stall(), "no sample came for 0\\.2 s"),
+    "stall": (lambda made: made.board.faults.stall(), r"no sample came for 0\.2 s"),
     "dead": (lambda made: made.server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda made: setattr(made.board.faults, "saturated", True),
@@ -325,17 +328,6 @@ def test_each_fault_has_its_sentence_and_ends_with_the_coil_at_zero(bench, name,
     with pytest.raises(Tripped):
         guarded.start(DRIVE)
     made.wait_until_coil_is_at(0.015)
-
-
-def test_samples_that_nobody_fetches_overrun_the_buffer(bench):
-    now = [0.0]
-    made = bench(X_SERIES, clock=lambda: now[0])
-    probe = made.probe(sample_rate=1000.0)
-    probe.start(DRIVE)
-    now[0] = 12.0  # the buffer holds 10 s
-    with pytest.raises(DeviceError, match="fetched in time.*-200279"):
-        for _ in range(1100):
-            probe.read(10)
 
 
 def test_lateness_is_how_long_samples_wait(bench):

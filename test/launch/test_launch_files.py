@@ -17,6 +17,7 @@ from security_policy import read_policy
 
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 ARGUMENTS = {
+    "bench": {"output", "robot", "estimators", "namespace", "params_file"},
     "estimation": {"estimators", "namespace", "params_file"},
     "replay": {"bag", "rate", "loop", "start", "paused", "estimators", "namespace", "params_file"},
     "simulation": {"activate", "output", "estimators", "namespace", "params_file"},

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import grpc
 from nidaqmx.error_codes import DAQmxErrors as Code
-from nidaqmx.errors import DaqError, Error, RpcError
+from nidaqmx.errors import DaqError, DaqNotFoundError, DaqNotSupportedError, Error, RpcError
 
 from tissue_probe.devices.device import DeviceError
 
@@ -54,4 +54,9 @@ def _sentence(error: Exception) -> str:
     if isinstance(error, RpcError):
         said = _RPC_SENTENCES.get(error.rpc_code)
         return said or f"the gRPC device server failed: {error.description}"
+    if isinstance(error, (DaqNotFoundError, DaqNotSupportedError)):
+        return (
+            "the driver NI-DAQmx is not installed on this machine: install it, or give "
+            "nidaqmx.server, the address of a machine that has it"
+        )
     return str(error).partition("\n")[0]

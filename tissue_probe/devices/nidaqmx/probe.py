@@ -44,8 +44,8 @@ _Closeable = TypeVar("_Closeable", bound=_Closes)
 ENCODERS: dict[str, type[Encoder]] = {"counter": CounterEncoder, "hctl2032": Hctl2032}
 #: Largest voltage of the output, either way [V]; what is allowed, the limits say.
 COIL_SPAN = 10.0
-#: A voltage within so much of the end of the input's span may be any beyond it.
-SATURATION = 0.999
+#: A voltage so near to an end of the amplifier's span, as a part of it, may be any beyond it.
+SATURATION = 0.0005
 
 
 class NiDaqmxProbe:
@@ -74,13 +74,14 @@ class NiDaqmxProbe:
         self.commanded_voltage = 0.0
         self._settings = settings
         self._calibration = calibration
-        span = SATURATION * settings.force_span
-        ends = calibration.force([-span, span])
+        margin = SATURATION * (settings.force_high - settings.force_low)
+        ends = calibration.force([settings.force_low + margin, settings.force_high - margin])
         self.force_range = (float(min(ends)), float(max(ends)))
         self._lock = Lock()
         self._sampling = False
         self._output: Output | None = None
         self._opened: list[_Closes] = []
+        self._failed = False
         self._open()
 
     def start(self, excitation: Excitation) -> None:
@@ -92,6 +93,8 @@ class NiDaqmxProbe:
             If the DAQ refuses.
         """
         self.stop()
+        if self._failed:
+            self._let_go()  # what failed may have left tasks in any state
         if not self._opened:
             self._open()
         with told("the DAQ cannot start"):
@@ -129,6 +132,7 @@ class NiDaqmxProbe:
                 if self._watchdog is not None:
                     self._watchdog.feed()
         except DeviceError:
+            self._failed = True
             if not self._sampling:
                 raise DeviceError("the DAQ was stopped while it was read") from None
             raise
@@ -162,6 +166,7 @@ class NiDaqmxProbe:
                 return
             self._sampling = False
             self.commanded_voltage = 0.0
+            failed, self._failed = self._failed, True  # until all is done
             with told(f"the coil may be driven on for {self._driven_on}"):
                 if self._coil is not None:
                     self._coil.close()
@@ -172,6 +177,7 @@ class NiDaqmxProbe:
             with suppress(Error, ValueError):  # the coil is at zero, and that is what counts
                 self._input.stop()
                 self._encoder.stop()
+                self._failed = failed
 
     def close(self) -> None:
         """Stop, and let go of the DAQ until the next start."""
@@ -189,6 +195,7 @@ class NiDaqmxProbe:
         except BaseException:
             self._let_go()
             raise
+        self._failed = False
 
     def _look_at_daq(self) -> None:
         """Refuse a DAQ that cannot do it; free it from what a driver that died left behind."""
@@ -212,8 +219,8 @@ class NiDaqmxProbe:
         self._input.ai_channels.add_ai_voltage_chan(
             f"{settings.device}/{settings.force_channel}",
             terminal_config=TERMINALS[settings.force_terminals],
-            min_val=-settings.force_span,
-            max_val=settings.force_span,
+            min_val=settings.force_low,
+            max_val=settings.force_high,
         )
         self._input.timing.cfg_samp_clk_timing(
             settings.sample_rate,

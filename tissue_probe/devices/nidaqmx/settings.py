@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from tissue_probe.settings import setting
 
@@ -25,9 +25,10 @@ class NiDaqmxSettings(BaseModel):
     force_terminals: Literal["rse", "nrse", "differential"] = setting(
         "rse", "", "what the amplifier's output is measured against"
     )
-    force_span: float = setting(
-        10.0, "V", "largest voltage of the amplifier, either way", gt=0.0, le=10.0
+    force_low: float = setting(
+        -10.0, "V", "lowest voltage that the load cell's amplifier gives", ge=-10.0, le=10.0
     )
+    force_high: float = setting(10.0, "V", "highest voltage that it gives", ge=-10.0, le=10.0)
     coil_channel: str = setting("ao0", "", "analog output to the coil's amplifier")
     encoder: Literal["counter", "hctl2032"] = setting(
         "counter", "", "what counts the encoder: the DAQ's quadrature counter, or an HCTL-2032"
@@ -49,3 +50,12 @@ class NiDaqmxSettings(BaseModel):
     timeout: float = setting(
         1.0, "s", "longest time for the DAQ to answer a request", gt=0.0, le=60.0
     )
+
+    @model_validator(mode="after")
+    def _span(self) -> NiDaqmxSettings:
+        if self.force_low >= self.force_high:
+            raise ValueError(
+                f"force_low is {self.force_low:g} V: give one below force_high, "
+                f"{self.force_high:g} V"
+            )
+        return self
