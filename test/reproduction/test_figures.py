@@ -15,6 +15,8 @@ from tissue_probe.reproduction.finding import error, settling
 from tissue_probe.reproduction.table import FIGURES
 
 DOCS = Path(__file__).parents[2] / "docs"
+#: Here filters diverge, and another processor's rounding may give other digits.
+DIVERGING = ("fig15", "fig16")
 PAGE = (DOCS / "reproduction.md").read_text(encoding="utf-8")
 
 
@@ -116,12 +118,13 @@ def test_the_exact_filter_differs_from_the_papers_in_its_step_only():
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_the_page_shows_every_figure_and_its_quantities(name):
+def test_the_page_shows_every_figure_and_the_table_that_is_printed(name):
     number = name.removeprefix("fig")
     assert re.search(rf"!\[Figure {number}\b[^]]*\]\(images/reproduction/{name}\.png\)", PAGE)
     assert (DOCS / "images" / "reproduction" / f"{name}.png").stat().st_size > 10_000
     for row in made(name).findings:
-        assert f"| {number} | {row.quantity} | {row.stated} |" in PAGE
+        numbers = "" if name in DIVERGING else f" {row.paper} | {row.ours} |"
+        assert f"| {number} | {row.quantity} | {row.stated} |{numbers}" in PAGE
 
 
 def test_the_command_leaves_png_and_svg_and_prints_the_table(run, tmp_path):
