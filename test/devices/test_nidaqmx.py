@@ -30,6 +30,8 @@ from tissue_probe.signals import FloatArray, SampleBlock
 CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
 DRIVE = Sine(frequency=10.0, amplitude=0.85)
 PATIENCE = 10.0
+#: Half a step of the drive next to a zero: what a dry buffer may hold [V].
+HELD = 0.5 * DRIVE.amplitude * 2.0 * np.pi * DRIVE.frequency * 5e-4
 #: Static lines that leave time to a busy machine.
 FAST_LINES = dataclasses.replace(USB_6002, digital_time=1e-4)
 
@@ -48,11 +50,15 @@ class Bench:
         self.probes.append(NiDaqmxProbe(chosen, self.calibration))
         return self.probes[-1]
 
-    def wait_until_coil_is_at(self, largest: float) -> None:
+    def wait_until_coil_rests(self, largest: float) -> None:
+        """Wait until the coil has been within ``largest`` [V] of zero for a tenth of a second."""
         end = time.monotonic() + PATIENCE
-        while abs(self.server.coil_voltage) > largest:
+        since = time.monotonic()
+        while time.monotonic() - since < 0.1:
+            if abs(self.server.coil_voltage) > largest:
+                since = time.monotonic()
             assert time.monotonic() < end, "the coil is driven on"
-            time.sleep(0.005)
+            time.sleep(0.002)
 
     def close(self) -> None:
         self.board.faults.clear()
@@ -146,17 +152,9 @@ def test_the_coil_goes_to_zero_by_itself_when_the_driver_falls_silent(bench, mod
     assert not made.board.expired
     # From here on nobody reads. Half a step next to a zero is what a dry buffer may hold.
     begin = time.monotonic()
-    held = 0.5 * DRIVE.amplitude * 2.0 * np.pi * DRIVE.frequency * probe.sample_period
-    largest = 0.0 if model is CDAQ else held
-    end = begin + PATIENCE
-    while not (made.board.expired or made.board.generation.ran_dry):
-        assert time.monotonic() < end
-        _ = made.server.coil_voltage
-        time.sleep(0.005)
-    assert 0.1 < time.monotonic() - begin < 1.0
-    for _ in range(20):
-        assert abs(made.server.coil_voltage) <= largest
-        time.sleep(0.005)
+    made.wait_until_coil_rests(0.0 if model is CDAQ else HELD)
+    assert time.monotonic() - begin < 2.0
+    assert made.board.expired or made.board.generation.ran_dry
 
 
 def test_an_expired_watchdog_does_not_hinder_the_next_start(bench):
@@ -297,7 +295,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone.*-88705",
     ),
-    "stall": (lambda made: made.board.faults.stall(), r"no sample came for 0\.2 s"),
+    "stall": (lambda made: made.board.faults.stall(), r"no sample came for 0\.5 s"),
     "dead": (lambda made: made.server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda made: setattr(made.board.faults, "saturated", True),
@@ -313,8 +311,8 @@ def test_each_fault_has_its_sentence_and_ends_with_the_coil_at_zero(bench, name,
     fault, said = FAULTS[name]
     made = bench(model)
     interlock = Interlock()
-    device = made.probe(expiry=0.2)
-    guarded = GuardedDevice(device, Limits(stale_limit=0.2), 0.28, interlock)
+    device = made.probe(expiry=1.0)
+    guarded = GuardedDevice(device, Limits(stale_limit=0.5), 0.28, interlock)
     guarded.start(DRIVE)
     read_seconds(guarded, 0.2)
     fault(made)
@@ -323,11 +321,10 @@ def test_each_fault_has_its_sentence_and_ends_with_the_coil_at_zero(bench, name,
     assert interlock.tripped
     assert "\n" not in interlock.reason
     assert guarded.commanded_voltage == 0.0
-    # A dead server cannot be told: then what the DAQ itself does counts.
-    made.wait_until_coil_is_at(0.015)
     with pytest.raises(Tripped):
         guarded.start(DRIVE)
-    made.wait_until_coil_is_at(0.015)
+    # A dead server cannot be told: then what the DAQ itself does counts.
+    made.wait_until_coil_rests(HELD)
 
 
 def test_lateness_is_how_long_samples_wait(bench):
