@@ -157,6 +157,31 @@ def test_a_tare_in_contact_is_refused_and_no_file_is_made(fails, tmp_path, recor
     assert not (tmp_path / "calibration.yaml").exists()
 
 
+@pytest.mark.parametrize("stiffness", [0.0, 200.0])
+def test_a_tare_judges_contact_by_the_file_not_by_what_the_driver_had(
+    run, tmp_path, recorded, nominal, true, stiffness
+):
+    """The nominal calibration in the bag has the opposite polarity and direction."""
+    true.save(tmp_path / "calibration.yaml")
+    position, force = in_free_air(nominal, seconds=2.0)
+    volts, counts = true.volts(force + stiffness * position + 0.5), true.counts(position)
+    outcome = run("calibrate", "tare", recorded("run.mcap", volts, counts))
+    assert outcome.status == (1 if stiffness else 0), outcome.err
+    expected = true.force_offset_volts if stiffness else float(true.volts(0.5))
+    assert file(tmp_path).force_offset_volts == pytest.approx(expected, abs=0.002)
+
+
+def test_the_delay_is_found_by_the_file_not_by_what_the_driver_had(
+    run, tmp_path, recorded, nominal, true
+):
+    true.changed(position_per_count=1e-7).save(tmp_path / "calibration.yaml")
+    position, force = in_free_air(nominal, delay=2e-4)
+    path = recorded("air.mcap", true.volts(force), position / 1e-7)
+    outcome = run("calibrate", "delay", path)
+    assert outcome.status == 0, outcome.err
+    assert file(tmp_path).force_delay == pytest.approx(2e-4, abs=1e-5)
+
+
 def test_steps_update_one_file_and_keep_what_the_others_found(run, tmp_path, recorded, nominal):
     nominal.changed(
         force_offset_volts=0.5,

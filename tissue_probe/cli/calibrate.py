@@ -140,7 +140,8 @@ def tool(
     from tissue_probe.identification.line import CONFIDENCE_QUANTILE
     from tissue_probe.identification.ring_down import fit_ring_down
 
-    block = _whole(samples, {**SIGNALS, "position": column, "force": column})
+    recording = _read(samples, {**SIGNALS, "position": column, "force": column})
+    block = _only(recording, samples)
     found = fit_ring_down(block.force, block.sample_period, tip_mass, tip_mass_error)
     spread = CONFIDENCE_QUANTILE * tip_mass_error
     update(
@@ -172,10 +173,14 @@ def delay(
     30 Hz.
     """
     from tissue_probe.cli.calibration_file import load, update
+    from tissue_probe.cli.raw import recalibrated
     from tissue_probe.identification.delay import force_delay
 
-    block = _whole(samples, SIGNALS)
     before = load(calibration)
+    recording = _read(samples, SIGNALS)
+    if not _is_table(samples):
+        recording = recalibrated(recording, before)
+    block = _only(recording, samples)
     tool = before.tip_mass, before.load_cell_stiffness, before.load_cell_damping
     found = force_delay(block.position, block.force, block.sample_period, *tool)
     update(
@@ -193,18 +198,18 @@ def tare(bag: Bag, calibration: File = CALIBRATION) -> None:
     The coil moves at 10 Hz or slower for a second or longer, so that contact can be told from an
     offset; in contact it is refused. The running driver does the same by its service tare.
     """
-    from dataclasses import replace
-
     from tissue_probe.cli.calibration_file import load, update
-    from tissue_probe.cli.raw import raw_volts
+    from tissue_probe.cli.raw import raw_counts, raw_volts
     from tissue_probe.identification.free_air import free_air_zero
 
     before = load(calibration)
     recording = _read(bag, SIGNALS)
-    block = _only(recording, bag)
-    block = replace(block, force=before.force(raw_volts(recording)))
+    period = _only(recording, bag).sample_period
+    # By the file's own numbers: with a wrong sign contact would look like free air.
+    position = before.position(raw_counts(recording))
+    force = before.force(raw_volts(recording))
     tool = before.tip_mass, before.load_cell_stiffness
-    zero = free_air_zero(block.position, block.force, block.sample_period, *tool)
+    zero = free_air_zero(position, force, period, *tool)
     update(calibration, [], {"force_offset_volts": float(before.volts(zero))}, {})
 
 
@@ -230,8 +235,8 @@ def _line(
             raise ValueError(f"{reading}: write KNOWN=SAMPLES, such as 0.1=hundred_grams.mcap")
         recording = _read(Path(path), {**SIGNALS, "position": column, "force": column})
         # A table holds the raw readings themselves.
-        is_table = Path(path).suffix.lower() == ".csv"
-        means.append(float(np.mean(recording.position if is_table else raw(recording))))
+        values = recording.position if _is_table(Path(path)) else raw(recording)
+        means.append(float(np.mean(values)))
     return fit_line(np.array(known), np.array(means))
 
 
@@ -241,8 +246,8 @@ def _read(path: Path, columns: dict[str, str]) -> Recording:
     return read_samples(path, None, columns, "compression")[0]
 
 
-def _whole(path: Path, columns: dict[str, str]) -> SampleBlock:
-    return _only(_read(path, columns), path)
+def _is_table(path: Path) -> bool:
+    return path.suffix.lower() == ".csv"
 
 
 def _only(recording: Recording, path: Path) -> SampleBlock:
