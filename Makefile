@@ -7,7 +7,7 @@ unexport PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LI
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
-	$(shell find msg_defs -type f)
+	$(shell find msg_defs crtk_msgs -type f)
 
 .PHONY: demo test lint benchmark setup clean help
 
@@ -46,12 +46,12 @@ $(VENV)/development.done: requirements/development.txt $(VENV)/wheels.done
 	$(BIN)/pip install --quiet --disable-pip-version-check -r $<
 	touch $@
 
-# Both packages go into .venv itself, so that nothing needs to be sourced afterwards. The Python
+# All packages go into .venv itself, so that nothing needs to be sourced afterwards. The Python
 # package is linked, not copied: an edit takes effect at once. Where the link lies colcon tells
 # only its own setup scripts; the .pth file tells the interpreter.
 $(VENV)/packages.done: $(VENV)/wheels.done $(PACKAGES)
 	AMENT_PREFIX_PATH=$(VENV) CMAKE_PREFIX_PATH=$(VENV) PATH=$(BIN):$$PATH \
-	$(BIN)/colcon --log-base build/log build --base-paths . msg_defs --symlink-install \
+	$(BIN)/colcon --log-base build/log build --base-paths . msg_defs crtk_msgs --symlink-install \
 		--build-base build --install-base $(VENV) --merge-install \
 		--cmake-args -DPython3_EXECUTABLE=$(BIN)/python3 -DBUILD_TESTING=OFF
 	$(BIN)/python -c "import site; print(site.getsitepackages()[0])" | \

@@ -1,7 +1,5 @@
 """How fast, how exact and how honest the estimators are, against a truth that is known.
 
-    python benchmarks/estimators.py [--seeds 20] [--first-seed 1000] [--json numbers.json]
-
 Every number comes from fresh noise, of seeds that neither the tests nor the tuning used, and what
 changes does so at a random time within a period. Two values are those of k and of beta; a/b is
 median/worst. One configuration serves all rows, except for what a user knows of his
@@ -10,33 +8,18 @@ instrument (noise, encoder) and, in the row that says so, a prior widened on pur
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from estimators_bound import cramer_rao_bound
-from estimators_simulator import Experiment, HardeningTissue, simulate_ramp
-
+from benchmarks.estimators_bound import cramer_rao_bound
+from benchmarks.estimators_simulator import Experiment, HardeningTissue, simulate_ramp
 from tissue_probe.estimation import Estimator, EstimatorSettings
+from tissue_probe.reproduction.filters import PAPER
 from tissue_probe.signals import SampleBlock, TissueEstimates
 
 STANDARD = EstimatorSettings()
-PAPER = EstimatorSettings(
-    discretisation="euler",
-    velocity_noise=1e-8,
-    stiffness_prior_sd=1.0,
-    damping_prior_sd=1.0,
-    tip_position_prior_sd=1.0,
-    tip_velocity_prior_sd=1.0,
-)
 K, B = 450.0, 5.0
 
 
@@ -309,28 +292,24 @@ ROWS: dict[str, tuple[str, Row]] = {
 }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seeds", type=int, default=20, help="seeds of each row [20]")
-    parser.add_argument("--first-seed", type=int, default=1000, help="first seed [1000]")
-    parser.add_argument("--only", nargs="*", help="estimators to show [all]")
-    parser.add_argument("--rows", help="only rows whose title contains this")
-    parser.add_argument("--json", type=Path, help="also write the numbers to this file")
-    options = parser.parse_args()
-    seeds = range(options.first_seed, options.first_seed + options.seeds)
-    contestants = [c for c in CONTESTANTS if not options.only or c.title in options.only]
-    table: dict[str, dict[str, str]] = {}
-    for title, (goal, row) in ROWS.items():
-        if options.rows and options.rows not in title:
-            continue
-        table[title] = {"to reach": goal}
-        print(f"\n{title}    to reach: {goal}")
-        for contestant in contestants:
-            table[title][contestant.title] = row(contestant, seeds)
-            print(f"    {contestant.title:12} {table[title][contestant.title]}", flush=True)
-    if options.json:
-        options.json.write_text(json.dumps(table, indent=1))
+def measure(
+    seeds: Sequence[int],
+    rows: Mapping[str, tuple[str, Row]] = ROWS,
+    say: Callable[[str], None] = print,
+) -> dict[str, dict[str, str]]:
+    """Return for each row what is to be reached, and what each contestant reached.
 
-
-if __name__ == "__main__":
-    main()
+    Parameters
+    ----------
+    seeds : sequence of int
+        Of the noise, and of the times of changes.
+    rows : mapping
+        Those of ``ROWS`` that are wanted.
+    say : callable
+        Told what is under way.
+    """
+    say(f"estimators: {len(rows)} rows, {len(seeds)} seeds")
+    return {
+        title: {"to reach": goal, **{who.title: row(who, seeds) for who in CONTESTANTS}}
+        for title, (goal, row) in rows.items()
+    }

@@ -9,7 +9,8 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from estimators_simulator import Experiment
+
+from benchmarks.estimators_simulator import Experiment
 
 
 def cramer_rao_bound(experiment: Experiment) -> np.ndarray:

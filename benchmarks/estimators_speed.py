@@ -1,16 +1,12 @@
 """What a sample costs: the compiled kernels against plain C, filterpy and calls from Python.
 
-    python benchmarks/estimators_speed.py [--json speed.json]
-
 All in one run, the same samples and the same work; minimum of the repetitions, in microseconds of
 the thread's own CPU time, since the machine may be shared.
 """
 
 from __future__ import annotations
 
-import argparse
 import ctypes
-import json
 import os
 import subprocess
 import sys
@@ -21,11 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parent))
-
-from estimators_simulator import Experiment
-
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.estimation.layout import force_variance
 from tissue_probe.signals import SampleBlock
@@ -35,6 +27,22 @@ SETTINGS = EstimatorSettings()
 EULER = EstimatorSettings(discretisation="euler")
 PERIOD = 5e-4
 DOUBLES = ctypes.POINTER(ctypes.c_double)
+
+BATCH = "batch, per sample [us]"
+CALL = "one sample per call from Python [us]"
+FASTER = "times faster than filterpy"
+FRESH_PROCESS = "first estimate in a fresh process, warm cache [s]"
+#: The functions of ``c/filters.c``, and the estimators that do the same.
+C_FILTERS = {"ekf": "ekf", "ekf_offset": "robust_ekf", "ukf": "ukf"}
+#: What is to be reached.
+GOALS = {
+    **{f"{name}: {BATCH}": "<=0.1" for name in ("ekf", "afekf", "robust_ekf")},
+    **{f"{name}: {BATCH}": "<=0.25" for name in ("ukf", "afukf")},
+    **{f"{name}: {CALL}": "<=1" for name in ESTIMATORS},
+    **{f"{name}: times C -O3": "<=2" for name in C_FILTERS.values()},
+    **{f"{name}, Euler: {FASTER}": ">=300" for name in ("ekf", "ukf")},
+    FRESH_PROCESS: "<=0.7",
+}
 
 
 def cpu_time(work: Callable[[], object], repetitions: int = 25) -> float:
@@ -126,7 +134,7 @@ def c_time(function: ctypes._CFuncPtr, position: np.ndarray, force: np.ndarray) 
     return elapsed
 
 
-def filterpy_time(position: np.ndarray, force: np.ndarray, unscented: bool) -> float:
+def filterpy_time(position: np.ndarray, force: np.ndarray, *, unscented: bool) -> float:
     """Return the time of a sample in filterpy, with the Euler model in NumPy [us]."""
     from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
@@ -186,52 +194,55 @@ def fresh_process_time() -> float:
     return min(times)
 
 
-def main() -> None:
-    """Print the table; keep it as JSON where asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, help="also write the numbers to this file")
-    options = parser.parse_args()
+def measure(say: Callable[[str], None] = print) -> dict[str, float]:
+    """Return each time and each ratio by its name, which tells the unit.
+
+    Parameters
+    ----------
+    say : callable
+        Told what is under way.
+    """
+    say("speed: compiled kernels, C, filterpy")
     position, force = Experiment(duration=4.0).run()
-    numbers: dict[str, float] = {}
-    for name in ESTIMATORS:
-        numbers[f"{name}: batch, per sample [us]"] = kernel_time(name, position, force)
-    for name in ESTIMATORS:
-        numbers[f"{name}: one sample per call from Python [us]"] = call_time(name, position, force)
-    numbers["robust_ekf: process() of a block of 10 [us]"] = block_time(
-        "robust_ekf", position, force
-    )
+    times = package_times(position, force) | other_times(position, force)
+    return times | ratios(times) | {FRESH_PROCESS: fresh_process_time()}
+
+
+def package_times(position: np.ndarray, force: np.ndarray) -> dict[str, float]:
+    longer = Experiment(duration=16.0).run()
+    return {
+        **{f"{name}: {BATCH}": kernel_time(name, position, force) for name in ESTIMATORS},
+        **{f"{name}: {CALL}": call_time(name, position, force) for name in ESTIMATORS},
+        "robust_ekf: process() of a block of 10 [us]": block_time("robust_ekf", position, force),
+        f"robust_ekf, 4 times as many samples: {BATCH}": kernel_time("robust_ekf", *longer),
+        f"ekf, Euler: {BATCH}": kernel_time("ekf", position, force, EULER),
+        f"ukf, Euler: {BATCH}": kernel_time("ukf", position, force, EULER),
+    }
+
+
+def other_times(position: np.ndarray, force: np.ndarray) -> dict[str, float]:
+    few = position[:400], force[:400]
+    times = {
+        f"filterpy ekf, Euler: {BATCH}": filterpy_time(*few, unscented=False),
+        f"filterpy ukf, Euler: {BATCH}": filterpy_time(*few, unscented=True),
+    }
     for title, flags in {"-O3": (), "-O3 -march=native": ("-march=native",)}.items():
         library = c_library(*flags)
-        for name in ("ekf", "ekf_offset", "ukf"):
-            key = f"C {title}, {name}: per sample [us]"
-            numbers[key] = c_time(getattr(library, name), position, force)
-    numbers["filterpy EKF, Euler: per sample [us]"] = filterpy_time(
-        position[:400], force[:400], False
-    )
-    numbers["filterpy UKF, Euler: per sample [us]"] = filterpy_time(
-        position[:400], force[:400], True
-    )
-    for kind, ours, c in (("EKF", "ekf", "ekf"), ("EKF with offset", "robust_ekf", "ekf_offset"),
-                          ("UKF", "ukf", "ukf")):  # fmt: skip
-        own = numbers[f"{ours}: batch, per sample [us]"]
+        for name in C_FILTERS:
+            times[f"C {title}, {name}: {BATCH}"] = c_time(getattr(library, name), position, force)
+    return times
+
+
+def ratios(times: dict[str, float]) -> dict[str, float]:
+    """Return how the package's times compare with the others'."""
+    found = {}
+    for c, ours in C_FILTERS.items():
         for title in ("-O3", "-O3 -march=native"):
-            numbers[f"{kind}: times C {title}"] = own / numbers[f"C {title}, {c}: per sample [us]"]
-        if kind != "EKF with offset":
-            other = numbers[f"filterpy {kind}, Euler: per sample [us]"]
-            euler = kernel_time(ours, position, force, EULER)
-            numbers[f"{kind}, Euler: batch, per sample [us]"] = euler
-            numbers[f"{kind}, Euler: times faster than filterpy"] = other / euler
-            numbers[f"{kind}, exact: times faster than filterpy's Euler"] = other / own
-    numbers["first estimate in a fresh process, warm cache [s]"] = fresh_process_time()
-    double = Experiment(duration=16.0).run()
-    numbers["robust_ekf: cost of a sample, 4 times as many samples [ratio]"] = (
-        kernel_time("robust_ekf", *double) / numbers["robust_ekf: batch, per sample [us]"]
-    )
-    for title, value in numbers.items():
-        print(f"{title:65} {value:8.3f}")
-    if options.json:
-        options.json.write_text(json.dumps(numbers, indent=1))
-
-
-if __name__ == "__main__":
-    main()
+            found[f"{ours}: times C {title}"] = (
+                times[f"{ours}: {BATCH}"] / times[f"C {title}, {c}: {BATCH}"]
+            )
+    for name in ("ekf", "ukf"):
+        theirs = times[f"filterpy {name}, Euler: {BATCH}"]
+        found[f"{name}, Euler: {FASTER}"] = theirs / times[f"{name}, Euler: {BATCH}"]
+        found[f"{name}, exact: {FASTER}'s Euler"] = theirs / times[f"{name}: {BATCH}"]
+    return found

@@ -8,13 +8,19 @@ from datetime import datetime
 from pathlib import Path
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
+from benchmarks.estimators import CONTESTANTS
+from benchmarks.estimators_speed import GOALS
 from benchmarks.machine import LITTLE_LOAD
 from benchmarks.suite import NODES
 
 #: The live runs, and what the head of a column calls them.
 MODES = {"alone": "alone", "with_subscriber": "2 kHz"}
+
+#: The estimator that stands in every table of them.
+RECOMMENDED = "robust_ekf"
 
 # The targets: each value is to stay below.
 CORES = 0.6
@@ -39,7 +45,12 @@ def show(results: dict[str, object], console: Console) -> None:
             console.print(table(results["live"]))
     if "offline" in results:
         console.print(offline_table(results["offline"]))
-    console.print(targets_table(results))
+    for table in estimators_tables(results.get("estimators", {})):
+        console.print(table)
+    if "speed" in results:
+        console.print(speed_table(results["speed"]))
+    if "live" in results or "offline" in results:
+        console.print(targets_table(results))
 
 
 def machine_table(machine: dict[str, object]) -> Table:
@@ -103,6 +114,30 @@ def offline_table(offline: dict[str, object]) -> Table:
     total, whole = sum(warm.values()), sum(commands.values())
     cells = f"{total:.3f}", f"{length / total:.0f}", f"{whole:.2f}"
     table.add_row("together", *cells, style="bold")
+    return table
+
+
+def estimators_tables(rows: dict[str, dict[str, str]]) -> Iterator[Table]:
+    """Yield how exact the estimators are, two at a time beside the recommended one."""
+    others = [who.title for who in CONTESTANTS if who.title != RECOMMENDED] if rows else []
+    for first in range(0, len(others), 2):
+        columns = ["to reach", RECOMMENDED, *others[first : first + 2]]
+        table = _table("Estimators: median/worst, of k, of beta")
+        for column in ("of", *columns):
+            table.add_column(column, overflow="fold")
+        for title, found in rows.items():
+            table.add_row(escape(title), *(found[column] for column in columns), end_section=True)
+        yield table
+
+
+def speed_table(speed: dict[str, float]) -> Table:
+    """Return what a sample costs, beside what is to be reached."""
+    table = _table("Processor time of a sample")
+    table.add_column("of")
+    for column in ("to reach", "reached"):
+        table.add_column(column, justify="right")
+    for name, value in speed.items():
+        table.add_row(escape(name), GOALS.get(name, ""), f"{value:.3g}")
     return table
 
 

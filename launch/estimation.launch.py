@@ -9,13 +9,15 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 
 from tissue_probe.estimation import ESTIMATORS
 
-STOCK_PARAMETERS = Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+STOCK_PARAMETERS = str(
+    Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+)
 
 
 def estimation_nodes(context: LaunchContext) -> list[Node]:
@@ -30,16 +32,23 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
         "namespace": LaunchConfiguration("namespace"),
         "output": "screen",
     }
-    parameters = LaunchConfiguration("params_file")
+    parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     return [
         *(
-            Node(executable=name, name=name, parameters=[parameters], **common)
+            Node(
+                executable=name,
+                name=name,
+                parameters=parameters,
+                ros_arguments=["--enclave", f"/probe/{name}"],
+                **common,
+            )
             for name in estimators
         ),
         Node(
             executable="mapper",
             name="mapper",
-            parameters=[parameters, {"estimators": estimators}],
+            parameters=[*parameters, {"estimators": estimators}],
+            ros_arguments=["--enclave", "/probe/mapper"],
             **common,
         ),
     ]
@@ -49,6 +58,11 @@ def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     return LaunchDescription(
         [
+            # No one outside this host is to hear the probe or command its coil, unless asked for.
+            SetEnvironmentVariable(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
+            ),
             DeclareLaunchArgument(
                 "estimators",
                 default_value="robust_ekf,ekf,ukf,afekf",
@@ -59,8 +73,8 @@ def generate_launch_description() -> LaunchDescription:
             ),
             DeclareLaunchArgument(
                 "params_file",
-                default_value=str(STOCK_PARAMETERS),
-                description="YAML file with the nodes' parameters",
+                default_value=STOCK_PARAMETERS,
+                description="YAML file of parameters that go over those of the stock file",
             ),
             OpaqueFunction(function=estimation_nodes),
         ]

@@ -9,9 +9,14 @@ Ctrl-C; ``paused:=true`` waits for the service ``replay/pause`` of the probe's n
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
+from launch.actions import (
+    DeclareLaunchArgument,
+    IncludeLaunchDescription,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+)
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
@@ -53,6 +58,7 @@ def replay_node(context: LaunchContext) -> list[Node]:
                 LaunchConfiguration("params_file"),
                 {**replay_parameters(), "subscribers": subscribers},
             ],
+            ros_arguments=["--enclave", "/probe/replay"],
             output="screen",
         )
     ]
@@ -62,6 +68,11 @@ def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     return LaunchDescription(
         [
+            # No one outside this host is to hear the probe or command its coil, unless asked for.
+            SetEnvironmentVariable(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
+            ),
             *(
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (_, default, description) in REPLAY_ARGUMENTS.items()

@@ -9,23 +9,29 @@ The stage stays at /stage whatever the probe's namespace: driver and scan look f
 
 from pathlib import Path
 
+from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
     IncludeLaunchDescription,
     RegisterEventHandler,
+    SetEnvironmentVariable,
 )
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessStart
 from launch.events import matches_action
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import LifecycleNode, Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
+
+STOCK_PARAMETERS = str(
+    Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
+)
 
 
 def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
@@ -37,16 +43,27 @@ def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
 
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, start the nodes, bring the driver up."""
-    parameters = LaunchConfiguration("params_file")
+    parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     output = LaunchConfiguration("output")
     common = {
         "package": "tissue_probe",
         "namespace": LaunchConfiguration("namespace"),
         "output": "screen",
     }
-    driver = LifecycleNode(executable="driver", name="driver", parameters=[parameters], **common)
+    driver = LifecycleNode(
+        executable="driver",
+        name="driver",
+        parameters=parameters,
+        ros_arguments=["--enclave", "/probe/driver"],
+        **common,
+    )
     return LaunchDescription(
         [
+            # No one outside this host is to hear the probe or command its coil, unless asked for.
+            SetEnvironmentVariable(
+                "ROS_AUTOMATIC_DISCOVERY_RANGE",
+                EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
+            ),
             DeclareLaunchArgument(
                 "activate",
                 default_value="true",
@@ -67,14 +84,22 @@ def generate_launch_description() -> LaunchDescription:
                 executable="stage",
                 name="stage",
                 namespace="stage",
-                parameters=[parameters],
+                parameters=parameters,
+                ros_arguments=["--enclave", "/stage/stage"],
                 output="screen",
             ),
-            Node(executable="scan", name="scan", parameters=[parameters], **common),
+            Node(
+                executable="scan",
+                name="scan",
+                parameters=parameters,
+                ros_arguments=["--enclave", "/probe/scan"],
+                **common,
+            ),
             Node(
                 executable="recorder",
                 name="recorder",
-                parameters=[parameters, {"output": ParameterValue(output, value_type=str)}],
+                parameters=[*parameters, {"output": ParameterValue(output, value_type=str)}],
+                ros_arguments=["--enclave", "/probe/recorder"],
                 condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,
             ),

@@ -39,6 +39,11 @@ class _Signal(BaseModel, ABC):
         """Return the signal at ``time`` [s since activation], in the amplitude's unit."""
         return self.amplitude * self._unit(np.asarray(time, dtype=np.float64))
 
+    @property
+    @abstractmethod
+    def period(self) -> float | None:
+        """After which time the signal repeats exactly [s]; None if it does not."""
+
     @abstractmethod
     def _unit(self, time: FloatArray) -> FloatArray:
         """Return the signal at amplitude 1."""
@@ -49,6 +54,11 @@ class Sine(_Signal):
 
     kind: Literal["sine"] = "sine"
     frequency: float = _frequency(10.0, "frequency")
+
+    @property
+    def period(self) -> float:
+        """After which time the signal repeats [s]."""
+        return 1.0 / self.frequency
 
     def _unit(self, time: FloatArray) -> FloatArray:
         return np.sin(2.0 * np.pi * self.frequency * time)
@@ -64,6 +74,12 @@ class _Sweep(_Signal):
         if self.stop <= self.start:
             raise ValueError(f"stop is {self.stop:g} Hz; give one above start, {self.start:g} Hz")
         return self
+
+    @property
+    def period(self) -> float | None:
+        """The duration of a sweep, if it holds whole cycles [s]: the phase is carried over."""
+        cycles = 0.5 * (self.start + self.stop) * self.duration
+        return self.duration if abs(cycles - round(cycles)) < 1e-9 else None
 
 
 class SteppedSweep(_Sweep):
@@ -125,6 +141,12 @@ class Multisine(_Signal):
         for n, phase in enumerate(self._phases):
             total += np.sin(2.0 * np.pi * (self.start + n * self.spacing) * time + phase)
         return total / self._peak
+
+    @property
+    def period(self) -> float | None:
+        """The inverse of ``spacing`` [s], if ``start`` is a multiple of it."""
+        turn = self.start / self.spacing
+        return 1.0 / self.spacing if abs(turn - round(turn)) < 1e-9 else None
 
     @property
     def _phases(self) -> FloatArray:

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tissue_probe import cli
 from tissue_probe.signals import PalpationSite, Phase, SampleBlock
-
-# Recordings are made as the tests of recording make them. A conftest is no module to import by
-# name: there are several.
-_spec = importlib.util.spec_from_file_location(
-    "recording_fixtures", Path(__file__).parents[1] / "recording" / "conftest.py"
-)
-_recording = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_recording)
-share, messages, record = _recording.share, _recording.messages, _recording.record
 
 EPOCH = 1_700_000_000_000_000_000
 PERIOD = 5e-4

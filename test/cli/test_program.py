@@ -13,15 +13,9 @@ from tissue_probe import __version__
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
-    "demo",
-    "estimate",
-    "estimators",
-    "map",
-    "info",
-    "export",
-    "excitation",
-    "reproduce",
-    "challenge",
+    *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
+    "calibrate",
+    *("compare", "diagnose", "improve", "challenge"),
 ]
 
 
@@ -67,6 +61,8 @@ def test_every_help_fits_80_columns_and_says_what_the_command_does(run, command)
         ("map", ["[N/m]", "[N s/m]", "[mm]"]),
         ("demo", ["[s]"]),
         ("info", ["[s]"]),
+        ("excitation", ["[m]", "[Hz]", "[s]", "[N/m]", "[N s/m]", "[N]"]),
+        ("reproduce", ["[N/m]", "[N s/m]", "[N]"]),
     ],
 )
 def test_the_help_shows_units(run, command, units):
@@ -85,6 +81,15 @@ def test_the_help_shows_units(run, command, units):
         ("export", ["samples.csv"]),
         ("map", ["map.png", "the recorded estimates"]),
         ("demo", [".", "1.0; 0.05<=x<=60.0", "three nodules in soft tissue"]),
+        (
+            "excitation",
+            [
+                *("sine", "0.001", "10", "1", "30", "10", "10", "1", "excitation.png"),
+                *("450.0; 0.001<=x<=1000000.0", "5.0; 1e-06<=x<=10000.0"),
+                *("1.0; 0.01<=x<=60.0", "0.005; 1e-09<=x<=100.0", "force-offset"),
+            ],
+        ),
+        ("reproduce", ["all", "reproduction"]),
     ],
 )
 def test_the_help_shows_defaults(run, command, defaults):

@@ -9,10 +9,22 @@ import pytest
 import yaml
 from pydantic import BaseModel
 
-from tissue_probe.devices import DEVICES, Device, DeviceError, GuardedDevice, Limits
+from daq_server import X_SERIES, Board, DaqServer
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices import (
+    DEVICES,
+    Device,
+    DeviceError,
+    GuardedDevice,
+    Interlock,
+    Limits,
+    NiDaqmxProbe,
+)
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.settings import rule
 
+CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
 DRIVE = Sine(amplitude=0.5)
 
 
@@ -21,10 +33,20 @@ def device_type(request):
     return DEVICES[request.param]
 
 
+@pytest.fixture
+def device_settings(device_type):
+    """Settings with which a device can be made here: a DAQ is reached over a socket."""
+    if device_type is not NiDaqmxProbe:
+        yield device_type.Settings()
+        return
+    with DaqServer(Board(X_SERIES, CALIBRATION)) as server:
+        yield device_type.Settings(server=server.address)
+
+
 @pytest.fixture(params=[False, True], ids=["bare", "guarded"])
-def device(request, device_type):
-    made = device_type(device_type.Settings())
-    device = GuardedDevice(made, Limits()) if request.param else made
+def device(request, device_type, device_settings):
+    made = device_type(device_settings, CALIBRATION)
+    device = GuardedDevice(made, Limits(), 0.28, Interlock()) if request.param else made
     yield device
     device.close()
 

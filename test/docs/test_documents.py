@@ -155,6 +155,10 @@ def test_the_table_of_estimators_has_each_of_them():
     assert {name for row in table_of("name") for name in names(row[0])} == set(ESTIMATORS)
 
 
+#: Services and actions that the table of executables names beside their parameters.
+SERVICES = {"scan_grid", "replay/pause", "tare", "emergency_stop", "reset"}
+
+
 def test_every_executable_and_parameter_exists():
     rows = table_of("executable")
     executables = {name for row in rows for name in names(row[0])}
@@ -168,7 +172,7 @@ def test_every_executable_and_parameter_exists():
     known |= {name for device in DEVICES.values() for name in device.Settings.model_fields}
     for row in rows:
         for cell in names(row[1]):
-            if cell.startswith("tissue_probe ") or cell in {"scan_grid", "replay/pause"}:
+            if cell.startswith("tissue_probe ") or cell in SERVICES:
                 continue
             assert cell.rpartition(".")[2] in known, cell
 

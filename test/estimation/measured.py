@@ -1,8 +1,8 @@
 """Blocks of samples for the tests."""
 
 import numpy as np
-from estimators_simulator import Experiment
 
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.signals import SampleBlock
 
 START = 1_700_000_000_000_000_000

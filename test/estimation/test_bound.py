@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from estimators_bound import cramer_rao_bound as independent_bound
-from estimators_simulator import Experiment
 
+from benchmarks.estimators_bound import cramer_rao_bound as independent_bound
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.bound import cramer_rao_bound
 

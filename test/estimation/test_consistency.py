@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from estimators_simulator import Experiment
 from measured import block_of
 
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import Estimator, EstimatorSettings
 
 SEEDS = range(700, 720)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from estimators_simulator import Experiment, HardeningTissue, simulate_ramp
 from measured import block_of
 
+from benchmarks.estimators_simulator import Experiment, HardeningTissue, simulate_ramp
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.signals import Status
 

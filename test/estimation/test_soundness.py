@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from estimators_simulator import Experiment
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from measured import START
 
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.signals import SampleBlock
 

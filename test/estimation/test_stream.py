@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from estimators_simulator import Experiment
 from measured import START, block_of
 
+from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.signals import TissueEstimates
 

@@ -13,9 +13,11 @@ from unittest.mock import MagicMock
 
 import pytest
 from declared import ROOT, parameters_of
+from security_policy import read_policy
 
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 ARGUMENTS = {
+    "bench": {"output", "robot", "estimators", "namespace", "params_file"},
     "estimation": {"estimators", "namespace", "params_file"},
     "replay": {"bag", "rate", "loop", "start", "paused", "estimators", "namespace", "params_file"},
     "simulation": {"activate", "output", "estimators", "namespace", "params_file"},
@@ -94,6 +96,38 @@ def test_every_parameter_exists(path, recorded):
 def test_every_included_file_exists(path, recorded):
     _, included = recorded(path)
     assert set(included) <= {str(path) for path in LAUNCH_FILES}
+
+
+@each_file
+def test_every_node_runs_in_an_enclave_of_the_security_policy(path, recorded):
+    nodes, _ = recorded(path)
+    enclaves = {(enclave, name) for enclave, _, name in read_policy()}  # of the default namespaces
+    for node in nodes:
+        option, enclave = node["ros_arguments"]
+        assert option == "--enclave"
+        assert (enclave, node["name"]) in enclaves
+
+
+@each_file
+def test_discovery_stays_on_this_host_unless_the_user_says_otherwise(path, recorded):
+    recorded(path)
+    environment = sys.modules["launch.substitutions"].EnvironmentVariable
+    setting = sys.modules["launch.actions"].SetEnvironmentVariable
+    name = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    environment.assert_called_with(name, default_value="LOCALHOST")
+    setting.assert_called_with(name, environment.return_value)
+    (actions,), _ = sys.modules["launch"].LaunchDescription.call_args
+    assert actions[0] is setting.return_value, "set before anything starts"
+
+
+@pytest.mark.parametrize("name", ["estimation", "simulation"])
+def test_parameters_given_go_over_those_of_the_stock_file(name, recorded):
+    nodes, _ = recorded(ROOT / "launch" / f"{name}.launch.py")
+    given = sys.modules["launch.substitutions"].LaunchConfiguration.return_value
+    for node in nodes:
+        stock, over, *_ = node["parameters"]
+        assert stock == str(ROOT / "config" / "simulation.yaml")
+        assert over is given
 
 
 def test_the_estimators_named_are_started_and_mapped(recorded):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,15 +14,22 @@ import domain_coordinator
 import pytest
 import rclpy
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
 
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from crtk_msgs.msg import StringStamped
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
+from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 PATIENCE = 40.0
+
+STAGE = NodeProcess("stage", "stage", "/stage")
+SCAN = NodeProcess("scan", "scan")
 
 
 #: Domains are taken in turn: what a test leaves behind dies before its domain comes round again.
@@ -115,6 +125,15 @@ def change_state(session: Session, transition: int, node: str = "/probe/driver")
     return answer.result().success
 
 
+def state_of(running, node: str = "/probe/driver") -> int:
+    client = running.node.create_client(GetState, f"{node}/get_state")
+    running.wait_until(client.service_is_ready, "the driver")
+    answer = client.call_async(GetState.Request())
+    running.wait_until(answer.done, "its state")
+    running.node.destroy_client(client)
+    return answer.result().current_state.id
+
+
 def activate(session: Session) -> None:
     for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
         assert change_state(session, transition), driver_log(session)
@@ -129,6 +148,15 @@ def deactivate(session: Session) -> None:
     assert change_state(session, Transition.TRANSITION_DEACTIVATE)
 
 
+def command(running, namespace: str, word: str) -> None:
+    """Say a word on state_command, as an operator's console does."""
+    publisher = running.node.create_publisher(StringStamped, f"{namespace}/state_command", POSES)
+    running.wait_until(lambda: publisher.get_subscription_count() == 1, "who is commanded")
+    publisher.publish(StringStamped(string=word))
+    publisher.wait_for_all_acked(Duration(seconds=PATIENCE))
+    running.node.destroy_publisher(publisher)
+
+
 def set_parameter(session: Session, node: str, name: str, value: object) -> tuple[bool, str]:
     """Set a parameter as `ros2 param set` does; return success and the node's reason."""
     client = AsyncParameterClient(session.node, node)
@@ -137,6 +165,33 @@ def set_parameter(session: Session, node: str, name: str, value: object) -> tupl
     session.wait_until(answer.done, "the answer", PATIENCE)
     result = answer.result().results[0]
     return result.successful, result.reason
+
+
+def goal(rows: int = 1, columns: int = 2, dwell_time: float = 0.2) -> ScanGrid.Goal:
+    return ScanGrid.Goal(rows=rows, columns=columns, spacing=0.01, dwell_time=dwell_time)
+
+
+class Scanning:
+    """A scan that was asked for."""
+
+    def __init__(self, running, wanted: ScanGrid.Goal) -> None:
+        self.running = running
+        self.feedback: list[ScanGrid.Feedback] = []
+        client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
+        running.wait_until(client.server_is_ready, "the scan node")
+        accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
+        running.wait_until(accepted.done, "an answer")
+        self.handle = accepted.result()
+
+    def result(self):
+        answer = self.handle.get_result_async()
+        self.running.wait_until(answer.done, "the scan's end")
+        return answer.result()
+
+    def wait_for(self, phase: int) -> None:
+        self.running.wait_until(
+            lambda: any(f.site.phase == phase for f in self.feedback), "the phase"
+        )
 
 
 def fails_with(process: NodeProcess) -> str:
@@ -154,6 +209,42 @@ def site_publisher(node):
 
 def samples_publisher(node):
     return node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
+
+
+#: Cyclone is to look for others on this host only, and without multicast, as our nodes do.
+CYCLONE_CONFIGURATION = """
+<CycloneDDS><Domain>
+  <General>
+    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>
+  </General>
+  <Discovery>
+    <ParticipantIndex>auto</ParticipantIndex>
+    <MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
+    <Peers><Peer address="127.0.0.1"/></Peers>
+  </Discovery>
+</Domain></CycloneDDS>
+"""
+
+
+def foreign_process(program: str) -> subprocess.Popen:
+    """Start a program of this folder that speaks DDS without ROS, in the test's domain."""
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("ROS", "RMW", "AMENT", "LD_"))
+    }
+    return subprocess.Popen(
+        [sys.executable, str(Path(__file__).parent / program)],
+        env={
+            **environment,
+            "CYCLONEDDS_URI": CYCLONE_CONFIGURATION,
+            "DOMAIN": os.environ["ROS_DOMAIN_ID"],
+        },
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
 
 
 @pytest.fixture

@@ -14,7 +14,6 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from lifecycle_msgs.msg import State, Transition
-from lifecycle_msgs.srv import GetState
 from rcl_interfaces.srv import DescribeParameters
 
 from conftest import (
@@ -27,21 +26,13 @@ from conftest import (
     fails_with,
     set_parameter,
     stage_on_tissue,
+    state_of,
 )
 from tissue_probe.nodes.conversions import from_time, samples_from_message
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
-
-
-def state_of(running, node: str = "/probe/driver") -> int:
-    client = running.node.create_client(GetState, f"{node}/get_state")
-    running.wait_until(client.service_is_ready, "the driver")
-    answer = client.call_async(GetState.Request())
-    running.wait_until(answer.done, "its state")
-    running.node.destroy_client(client)
-    return answer.result().current_state.id
 
 
 def health_of(running) -> list[DiagnosticStatus]:
@@ -241,13 +232,6 @@ def test_the_coil_is_at_zero_after_a_limit_was_passed(witnessed, limit, value, n
     assert status.level == DiagnosticStatus.ERROR
     assert name in status.message
     assert value.rstrip("0") in status.message
-
-
-def test_a_faulted_driver_can_be_activated_again(witnessed):
-    running, driver_process = witnessed(fails_after=500)
-    running.wait_until(lambda: state_of(running) == State.PRIMARY_STATE_INACTIVE, "inactivity")
-    assert change_state(running, Transition.TRANSITION_ACTIVATE)
-    driver_process.wait_until_driven()
 
 
 def test_an_excitation_above_the_command_limit_is_refused(session):

@@ -28,10 +28,10 @@ from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 LIVE = ("robust_ekf", "ekf", "ukf", "afekf")
 
 
-def subscribed(running, count: int = 1) -> None:
-    running.wait_until(
-        lambda: running.node.count_subscribers("/probe/samples") >= count, "the estimator"
-    )
+def connected(running, publisher, listeners: int) -> None:
+    """Wait until the ekf hears the publisher, and is heard by so many listeners."""
+    running.wait_until(lambda: publisher.get_subscription_count() == 1, "the estimator")
+    running.wait_for_subscribers({"/probe/ekf": listeners})
 
 
 def block(sequence: int, values: list[float] | None = None, stamp: int = 0) -> ProbeSamples:
@@ -100,10 +100,7 @@ def test_a_malformed_block_is_left_out_and_the_node_goes_on(session):
     running = session(estimator("ekf"))
     estimates = collect(running.node, TissueEstimate, "/probe/ekf/estimate")
     publisher = samples_publisher(running.node)
-    subscribed(running)
-    running.wait_until(
-        lambda: running.node.count_publishers("/probe/ekf/estimate") == 1, "the estimator"
-    )
+    connected(running, publisher, listeners=1)
     publisher.publish(block(0))
     wrong = block(10)
     wrong.force = array.array("d", [0.0] * 9)
@@ -118,7 +115,7 @@ def test_samples_that_are_no_numbers_leave_every_estimate_a_number(session):
     running = session(estimator("ekf"))
     estimates = collect(running.node, TissueEstimate, "/probe/ekf/estimate")
     publisher = samples_publisher(running.node)
-    subscribed(running)
+    connected(running, publisher, listeners=1)
     publisher.publish(block(0))
     publisher.publish(block(10, [float("nan")] * 5 + [float("inf")] * 5))
     publisher.publish(block(20))
@@ -132,7 +129,7 @@ def test_lost_samples_are_counted_and_told(session):
     running = session(estimator("ekf"))
     received = collect(running.node, DiagnosticArray, "/diagnostics")
     publisher = samples_publisher(running.node)
-    subscribed(running)
+    connected(running, publisher, listeners=0)
     for sequence in (0, 10, 50):
         publisher.publish(block(sequence))
 
@@ -150,7 +147,7 @@ def test_a_repeated_block_gives_no_second_estimate(session):
     running = session(estimator("ekf"))
     estimates = collect(running.node, TissueEstimate, "/probe/ekf/estimate")
     publisher = samples_publisher(running.node)
-    subscribed(running)
+    connected(running, publisher, listeners=1)
     for sequence in (0, 10, 10, 20):
         publisher.publish(block(sequence))
     running.wait_until(lambda: len(estimates) >= 3, "the estimates")

@@ -3,56 +3,30 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64
 
-from conftest import PATIENCE, collect, deactivate, driver, estimator, stage_on_tissue
+from conftest import (
+    PATIENCE,
+    collect,
+    deactivate,
+    driver,
+    estimator,
+    foreign_process,
+    stage_on_tissue,
+)
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
-
-#: Cyclone is to look for others on this host only, and without multicast, as our nodes do.
-CYCLONE_CONFIGURATION = """
-<CycloneDDS><Domain>
-  <General>
-    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>
-  </General>
-  <Discovery>
-    <ParticipantIndex>auto</ParticipantIndex>
-    <MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
-    <Peers><Peer address="127.0.0.1"/></Peers>
-  </Discovery>
-</Domain></CycloneDDS>
-"""
 
 
 @pytest.fixture
 def foreign():
     """Start the foreign client; it ends when its standard input does."""
-    environment = {
-        name: value
-        for name, value in os.environ.items()
-        if not name.startswith(("ROS", "RMW", "AMENT", "LD_"))
-    }
-    client = subprocess.Popen(
-        [sys.executable, str(Path(__file__).parent / "foreign_client.py")],
-        env={
-            **environment,
-            "CYCLONEDDS_URI": CYCLONE_CONFIGURATION,
-            "DOMAIN": os.environ["ROS_DOMAIN_ID"],
-        },
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    client = foreign_process("foreign_client.py")
     yield client
     client.kill()
     client.wait()

@@ -14,10 +14,22 @@ import pytest
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from std_srvs.srv import SetBool
-from test_scan_node import SCAN, STAGE, Scanning, goal
 
-from conftest import PATIENCE, collect, deactivate, driver, estimator, fails_with, own_domain
+from conftest import (
+    PATIENCE,
+    SCAN,
+    STAGE,
+    Scanning,
+    collect,
+    deactivate,
+    driver,
+    estimator,
+    fails_with,
+    goal,
+    own_domain,
+)
 from tissue_probe.cli.recorded import estimate_again, node_parameters, recorded_phantom
+from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording
@@ -25,7 +37,6 @@ from tissue_probe.recording.summary import summarize
 from tissue_probe.signals import Phase, TissueEstimates
 from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
-ESTIMATORS = ("ekf", "ukf", "afekf")
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": list(ESTIMATORS)})
 
 
@@ -50,7 +61,8 @@ def recorded(tmp_path_factory) -> Path:
         with Session(processes) as running:
             running.activate(
                 {
-                    "/probe/driver": len(ESTIMATORS) + 2,
+                    "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
+                    "/probe/scan": len(ESTIMATORS) + 2,  # and the mapper and the recorder
                     **{f"/probe/{name}": 2 for name in ESTIMATORS},
                 }
             )

@@ -9,9 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.devices.device import Samples
-from tissue_probe.nodes.conversions import samples_from_message
+from tissue_probe.nodes.cdr import samples_from_cdr
 from tissue_probe.nodes.sample_publisher import SamplePublisher
-from tissue_probe.signals import join
+from tissue_probe.signals import SampleBlock, join
+
+
+def blocks_of(node) -> list[SampleBlock]:
+    return [samples_from_cdr(data)[0] for data in node.publishers["samples"].published]
 
 
 class Publisher:
@@ -47,7 +51,7 @@ def test_stamps_and_numbers_follow_from_the_activation_alone(reads, block_size, 
     for count in reads:
         publisher.add(Samples(*np.random.default_rng(count).normal(size=(3, count))))
     publisher.flush()
-    blocks = join(map(samples_from_message, node.publishers["samples"].published))
+    blocks = join(blocks_of(node))
     assert len(blocks) == 1
     assert len(blocks[0]) == sum(reads)
     assert blocks[0].stamp == 1_000_000_000_000_000_123
@@ -62,5 +66,5 @@ def test_a_step_of_the_clock_moves_no_stamp(monkeypatch):
     for clock in ("time", "time_ns", "monotonic", "monotonic_ns"):
         monkeypatch.setattr(time, clock, lambda: 1 / 0)
     publisher.add(Samples(*np.zeros((3, 10))))
-    first, second = map(samples_from_message, node.publishers["samples"].published)
+    first, second = blocks_of(node)
     assert second.continues(first)

@@ -6,45 +6,24 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
-from rclpy.action import ActionClient
 
-from conftest import activate, collect, driver, estimator, samples_publisher, stage_on_tissue
+from conftest import (
+    SCAN,
+    STAGE,
+    Scanning,
+    activate,
+    collect,
+    driver,
+    estimator,
+    goal,
+    samples_publisher,
+    stage_on_tissue,
+)
 from tissue_probe.nodes.conversions import from_time, samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.signals import NANOSECONDS, SampleBlock
-from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
-
-STAGE = NodeProcess("stage", "stage", "/stage")
-SCAN = NodeProcess("scan", "scan")
-
-
-def goal(rows: int = 1, columns: int = 2, dwell_time: float = 0.2) -> ScanGrid.Goal:
-    return ScanGrid.Goal(rows=rows, columns=columns, spacing=0.01, dwell_time=dwell_time)
-
-
-class Scanning:
-    """A scan that was asked for."""
-
-    def __init__(self, running, wanted: ScanGrid.Goal) -> None:
-        self.running = running
-        self.feedback: list[ScanGrid.Feedback] = []
-        client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
-        running.wait_until(client.server_is_ready, "the scan node")
-        accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
-        running.wait_until(accepted.done, "an answer")
-        self.handle = accepted.result()
-
-    def result(self):
-        answer = self.handle.get_result_async()
-        self.running.wait_until(answer.done, "the scan's end")
-        return answer.result()
-
-    def wait_for(self, phase: int) -> None:
-        self.running.wait_until(
-            lambda: any(f.site.phase == phase for f in self.feedback), "the phase"
-        )
 
 
 @pytest.fixture

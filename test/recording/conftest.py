@@ -1,114 +1,14 @@
-"""Messages to record: their definitions, and their bytes as ROS would send them."""
+"""A recording of known samples, and bags by other recorders."""
 
 import os
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording.definitions import message_definition
-from tissue_probe.recording.writer import McapWriter
-from tissue_probe.signals import NANOSECONDS, SampleBlock
+from tissue_probe.signals import SampleBlock
 
 REPOSITORY = Path(__file__).parents[2]
-FOREIGN = {
-    "builtin_interfaces": {"Time": "int32 sec\nuint32 nanosec\n"},
-    "geometry_msgs": {"Point": "float64 x\nfloat64 y\nfloat64 z\n"},
-    "std_msgs": {
-        "Header": "builtin_interfaces/Time stamp\n\n# the frame\nstring frame_id\n",
-        "Float64": "float64 data\n",
-    },
-}
-
-
-@pytest.fixture(scope="session")
-def share(tmp_path_factory):
-    """A share folder with this suite's definitions and those they use."""
-    folder = tmp_path_factory.mktemp("share")
-    shutil.copytree(REPOSITORY / "msg_defs" / "msg", folder / "tissue_probe_msgs" / "msg")
-    for package, types in FOREIGN.items():
-        (folder / package / "msg").mkdir(parents=True)
-        for name, text in types.items():
-            (folder / package / "msg" / f"{name}.msg").write_text(text)
-    return folder
-
-
-class Messages:
-    """This suite's messages as CDR, made by rosbags."""
-
-    SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
-    SITE = "tissue_probe_msgs/msg/PalpationSite"
-    ESTIMATE = "tissue_probe_msgs/msg/TissueEstimate"
-    MAP = "tissue_probe_msgs/msg/StiffnessMap"
-    FLOAT = "std_msgs/msg/Float64"
-
-    def __init__(self, share):
-        self._store = get_typestore(Stores.EMPTY)
-        self.definitions = {}
-        for name in (self.SAMPLES, self.SITE, self.ESTIMATE, self.MAP, self.FLOAT):
-            self.definitions[name] = message_definition(name, [share])
-            self._store.register(get_types_from_msg(self.definitions[name], name))
-
-    def cdr(self, typename, *values):
-        message = self._store.types[typename](*values)
-        return bytes(self._store.serialize_cdr(message, typename))
-
-    def header(self, stamp):
-        types = self._store.types
-        time = types["builtin_interfaces/msg/Time"](*divmod(stamp, NANOSECONDS))
-        return types["std_msgs/msg/Header"](time, "probe")
-
-    def samples(self, block):
-        return self.cdr(
-            self.SAMPLES,
-            self.header(block.stamp),
-            block.sequence,
-            block.sample_period,
-            block.position,
-            block.force,
-            block.command,
-        )
-
-    def site(self, site):
-        point = self._store.types["geometry_msgs/msg/Point"](*site.position)
-        return self.cdr(self.SITE, self.header(site.stamp), site.site, point, int(site.phase))
-
-    def estimate(self, stamp, sequence, name, values, status):
-        return self.cdr(self.ESTIMATE, self.header(stamp), sequence, name, *values, status)
-
-    def map(self, stamp, stiffness):
-        rows, columns = stiffness.shape
-        origin = self._store.types["geometry_msgs/msg/Point"](0.1, 0.2, 0.3)
-        flat = stiffness.ravel()
-        return self.cdr(
-            self.MAP, self.header(stamp), origin, 2e-3, rows, columns, flat, flat, flat, flat
-        )
-
-
-@pytest.fixture(scope="session")
-def messages(share):
-    return Messages(share)
-
-
-@pytest.fixture(scope="session")
-def record(messages):
-    """Write (topic, type, log time, CDR) to a new file, a chunk every ``chunk`` messages."""
-
-    def write(path, entries, metadata=None, chunk=10):
-        channels = {}
-        with McapWriter(path, metadata or {}) as writer:
-            for number, (topic, typename, time, data) in enumerate(entries, start=1):
-                if topic not in channels:
-                    definition = messages.definitions[typename]
-                    channels[topic] = writer.add_topic(topic, typename, definition, "")
-                writer.write(channels[topic], time, time, data)
-                if number % chunk == 0:
-                    writer.flush()
-        return path
-
-    return write
 
 
 @pytest.fixture(scope="session")

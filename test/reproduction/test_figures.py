@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tissue_probe.identification.ring_down import ring_down
 from tissue_probe.reproduction.filters import EVERY, exact, paper_filters
 from tissue_probe.reproduction.finding import error, settling
-from tissue_probe.reproduction.ring_down import ring_down
 from tissue_probe.reproduction.table import FIGURES
 
 DOCS = Path(__file__).parents[2] / "docs"
+#: Here filters diverge, and another processor's rounding may give other digits.
+DIVERGING = ("fig15", "fig16")
 PAGE = (DOCS / "reproduction.md").read_text(encoding="utf-8")
 
 
@@ -85,7 +87,7 @@ def test_ours_goes_astray_in_a_tenth_of_the_runs_in_which_the_papers_ekf_does():
 
 def test_the_free_probe_rings_as_its_equation_says():
     time = np.linspace(0.0, 0.2, 20001)
-    force = ring_down(time, 9700.0, 0.8, 8e-3)
+    force = ring_down(time, 9700.0, 0.8, 0.04, 8e-3)
     x, step = force / 9700.0, time[1]
     residual = 0.04 * np.gradient(np.gradient(x, step), step) + 0.8 * np.gradient(x, step) + force
     assert np.abs(residual[5:-5]).max() < 1e-3 * np.abs(force).max()
@@ -116,12 +118,13 @@ def test_the_exact_filter_differs_from_the_papers_in_its_step_only():
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_the_page_shows_every_figure_and_its_quantities(name):
+def test_the_page_shows_every_figure_and_the_table_that_is_printed(name):
     number = name.removeprefix("fig")
     assert re.search(rf"!\[Figure {number}\b[^]]*\]\(images/reproduction/{name}\.png\)", PAGE)
     assert (DOCS / "images" / "reproduction" / f"{name}.png").stat().st_size > 10_000
     for row in made(name).findings:
-        assert f"| {number} | {row.quantity} | {row.stated} |" in PAGE
+        numbers = "" if name in DIVERGING else f" {row.paper} | {row.ours} |"
+        assert f"| {number} | {row.quantity} | {row.stated} |{numbers}" in PAGE
 
 
 def test_the_command_leaves_png_and_svg_and_prints_the_table(run, tmp_path):

@@ -12,6 +12,7 @@ import sys
 import typer
 
 from tissue_probe import __version__
+from tissue_probe.cli.calibrate import calibrate
 from tissue_probe.cli.challenge import challenge
 from tissue_probe.cli.compare import compare
 from tissue_probe.cli.demo import demo
@@ -47,6 +48,7 @@ app.command()(compare)
 app.command()(diagnose)
 app.command()(improve)
 app.add_typer(challenge, name="challenge")
+app.add_typer(calibrate, name="calibrate")
 
 
 def _print_version(wanted: bool) -> None:

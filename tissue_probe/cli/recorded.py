@@ -44,12 +44,12 @@ def read_samples(
 def node_parameters(recording: Recording, key: str, value: object) -> dict[str, Any]:
     """Return the parameters of the first recorded node whose ``key`` is ``value``, or nothing."""
     for parameters in recording.metadata.values():
-        if key in parameters and _value(parameters[key]) == value:
-            return {name: _value(text) for name, text in parameters.items()}
+        if key in parameters and metadata_value(parameters[key]) == value:
+            return {name: metadata_value(text) for name, text in parameters.items()}
     return {}
 
 
-def _value(text: object) -> Any:
+def metadata_value(text: object) -> Any:
     """Return what a text means in YAML, or the text: metadata of other recorders may be any."""
     try:
         return yaml.safe_load(text) if isinstance(text, str) else text
@@ -126,7 +126,7 @@ def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> Sti
 def recorded_phantom(recording: Recording) -> Phantom | None:
     """Return the phantom of a simulated run; None where none is recorded that can be read."""
     for parameters in recording.metadata.values():
-        description = _value(_value(parameters.get("device_description")))
+        description = metadata_value(metadata_value(parameters.get("device_description")))
         if isinstance(description, dict) and "phantom" in description:
             with suppress(ValidationError):
                 return Phantom.model_validate(description["phantom"])

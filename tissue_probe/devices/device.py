@@ -25,7 +25,7 @@ class Samples:
 class Device(Protocol):
     """A coil that takes a voltage and two sensors that are read, all on one sample clock.
 
-    It is made from the ``Settings`` that its class names.
+    It is made from the ``Settings`` that its class names, and a ``Calibration``.
 
     Attributes
     ----------
@@ -33,6 +33,8 @@ class Device(Protocol):
         Time between two samples [s], kept by the device's own clock.
     samples_per_read : int
         How many samples the device likes to hand over at once; 1 where each comes by itself.
+    force_range : tuple of float
+        Smallest and largest force that the device can measure [N]; infinite where it knows none.
     commanded_voltage : float
         The voltage that the coil is told now [V].
     worst_lateness : float
@@ -43,6 +45,7 @@ class Device(Protocol):
 
     sample_period: float
     samples_per_read: int
+    force_range: tuple[float, float]
     commanded_voltage: float
     worst_lateness: float
     description: str
@@ -60,7 +63,15 @@ class Device(Protocol):
         """
 
     def stop(self) -> None:
-        """Put the coil at zero volts and end sampling. Allowed at any time, any number of times."""
+        """Put the coil at zero volts and end sampling.
+
+        Allowed at any time, any number of times, from any thread, also while another one reads.
+
+        Raises
+        ------
+        DeviceError
+            If the coil could not be put at zero; the message says what will.
+        """
 
     def close(self) -> None:
         """Stop, and let go of the hardware."""

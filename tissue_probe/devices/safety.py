@@ -2,55 +2,49 @@
 
 from __future__ import annotations
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict
-
-from tissue_probe.devices.device import Device, Samples
+from tissue_probe.devices.device import Device, DeviceError, Samples
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import LimitMonitor, Limits
+from tissue_probe.devices.watchdog import Watchdog
 from tissue_probe.excitation import Excitation
-from tissue_probe.settings import setting
 
 
-class Limits(BaseModel):
-    """What must not be passed while the coil is driven."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    force_limit: float = setting(
-        8.0,
-        "N",
-        "largest force on the load cell, either way; above it the coil goes to zero",
-        gt=0.0,
-        le=22.0,
-    )
-    travel_limit: float = setting(
-        0.006,
-        "m",
-        "largest displacement of the coil, either way; beyond it the coil goes to zero",
-        gt=0.0,
-        le=0.0065,
-    )
-    command_limit: float = setting(
-        5.0,
-        "V",
-        "largest voltage on the coil, either way; an excitation above it is refused",
-        gt=0.0,
-        le=10.0,
-    )
-
-
-class LimitExceeded(RuntimeError):
-    """A limit was passed; the coil is at zero."""
+class Tripped(DeviceError):
+    """The interlock is tripped: the coil stays at zero until it is reset."""
 
 
 class GuardedDevice:
     """A device within its limits: whatever goes wrong, the coil is at zero before anyone hears.
 
-    It is itself a ``Device``.
+    A failure while it runs trips the interlock; it does not start again before that is reset. It
+    is itself a ``Device``; ``trip`` and ``stop`` may come from any thread at any time.
+
+    Parameters
+    ----------
+    device : Device
+        What is guarded.
+    limits : Limits
+        What must not be passed.
+    current_per_volt : float
+        Coil current for each volt of the command, for a coil at rest [A/V].
+    interlock : Interlock
+        What a failure trips.
     """
 
-    def __init__(self, device: Device, limits: Limits) -> None:
+    def __init__(
+        self, device: Device, limits: Limits, current_per_volt: float, interlock: Interlock
+    ) -> None:
         self._device = device
-        self._limits = limits
+        self._monitor = LimitMonitor(
+            limits, device.sample_period, current_per_volt, device.force_range
+        )
+        self._interlock = interlock
+        self._watchdog = Watchdog(self._trip_as_stale)
+        self._running = False
+
+    def change_limits(self, limits: Limits) -> None:
+        """Guard by other limits, from the next read on; an excitation above them trips."""
+        self._monitor.limits = limits
 
     @property
     def sample_period(self) -> float:
@@ -61,6 +55,11 @@ class GuardedDevice:
     def samples_per_read(self) -> int:
         """How many samples the device likes to hand over at once."""
         return self._device.samples_per_read
+
+    @property
+    def force_range(self) -> tuple[float, float]:
+        """Smallest and largest force that can be measured [N]."""
+        return self._device.force_range
 
     @property
     def commanded_voltage(self) -> float:
@@ -82,19 +81,23 @@ class GuardedDevice:
 
         Raises
         ------
+        Tripped
+            If the interlock is tripped, also while it starts.
         LimitExceeded
-            If the excitation would pass the command limit; nothing is started then, and what ran
-            before is stopped.
+            If the excitation would pass a limit; nothing is started then, and what ran before is
+            stopped.
         """
+        self.stop()
+        self._refuse_if_tripped()
+        self._monitor.judge_excitation(excitation)
         try:
-            if excitation.amplitude > self._limits.command_limit:
-                raise LimitExceeded(
-                    f"the excitation's amplitude is {excitation.amplitude:g} V, above the command "
-                    f"limit of {self._limits.command_limit:g} V: lower it"
-                )
+            self._monitor.begin()
             self._device.start(excitation)
+            self._running = True
+            self._watchdog.start(self._monitor.limits.stale_limit)
+            self._refuse_if_tripped()
         except BaseException:
-            self._device.stop()
+            self.stop()
             raise
 
     def read(self, count: int) -> Samples:
@@ -102,31 +105,55 @@ class GuardedDevice:
 
         Raises
         ------
+        Tripped
+            If the interlock was tripped meanwhile.
         LimitExceeded
-            If a sample passed a limit. NaN passes none: it is what was measured, and those who
-            use it say so.
+            If a sample passed a limit; it brings the samples.
+        DeviceError
+            If the device is not running, or failed.
         """
+        if not self._running:
+            self._refuse_if_tripped()
+            raise DeviceError("the device is not sampling: start it before you read")
+        self._watchdog.expect_within(self._monitor.limits.stale_limit + count * self.sample_period)
         try:
             samples = self._device.read(count)
-            self._check("force", samples.force, self._limits.force_limit, "N")
-            self._check("position", samples.position, self._limits.travel_limit, "m")
-        except BaseException:
-            self._device.stop()
+            self._refuse_if_tripped()
+            self._monitor.judge(samples)
+        except BaseException as error:
+            if not self._running:
+                self._refuse_if_tripped()  # what was raised is the consequence of a trip
+            else:
+                self.trip(str(error) or type(error).__name__)
             raise
+        self._watchdog.expect_within(self._monitor.limits.stale_limit)
         return samples
 
-    def _check(self, name: str, values: np.ndarray, limit: float, unit: str) -> None:
-        for value in values.tolist():
-            if abs(value) > limit:
-                raise LimitExceeded(
-                    f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}: "
-                    "the coil is at zero; look at the probe before you activate it again"
-                )
+    def trip(self, reason: str) -> None:
+        """Put the coil at zero, and keep it there until the interlock is reset."""
+        self._interlock.trip(reason)
+        self.stop()
 
     def stop(self) -> None:
-        """Put the coil at zero volts and end sampling."""
-        self._device.stop()
+        """Put the coil at zero volts and end sampling; trips if that cannot be done."""
+        self._running = False
+        self._watchdog.stop()
+        try:
+            self._device.stop()
+        except DeviceError as error:
+            self._interlock.trip(str(error))
 
     def close(self) -> None:
         """Stop, and let go of the hardware."""
+        self.stop()
         self._device.close()
+
+    def _trip_as_stale(self) -> None:
+        self.trip(
+            f"no sample came for {self._monitor.limits.stale_limit:g} s: the coil is at zero; the "
+            "device or this machine stalled"
+        )
+
+    def _refuse_if_tripped(self) -> None:
+        if self._interlock.tripped:
+            raise Tripped(self._interlock.reason)

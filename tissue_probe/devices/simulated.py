@@ -11,8 +11,8 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
 
 It is integrated by the classical Runge-Kutta scheme, which shares nothing with the discretisation
 of the estimators, in steps short for the fastest motion of the probe. The encoder shows u in whole
-steps, the load cell k0 (u - x) with white noise. With a model file, load cell, tip and tissue
-follow the composed model in it instead (``composed``).
+steps, the load cell k0 (u - x) with white noise and a constant zero. With a model file, load cell,
+tip and tissue follow the composed model in it instead (``composed``).
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.excitation import Excitation
@@ -85,6 +86,9 @@ class SimulatedProbeSettings(BaseModel):
     force_noise: float = setting(
         0.005, "N", "standard deviation of the load cell's white noise", ge=0.0, le=10.0
     )
+    force_zero: float = setting(
+        0.0, "N", "what the load cell shows without load", ge=-10.0, le=10.0
+    )
     seed: int = setting(0, "", "seed of the noise", ge=0)
     phantom: str = setting("", "", "YAML file of the phantom; empty for the stock one")
     model: str = setting(
@@ -102,6 +106,8 @@ class SimulatedProbe:
     ----------
     settings : SimulatedProbeSettings
         Its constants, and the phantom: the tissue as a function of place.
+    calibration : Calibration, optional
+        Not needed: the simulated probe measures in SI units.
 
     Raises
     ------
@@ -113,8 +119,11 @@ class SimulatedProbe:
 
     Settings = SimulatedProbeSettings
     samples_per_read = 1
+    force_range = (-math.inf, math.inf)
 
-    def __init__(self, settings: SimulatedProbeSettings) -> None:
+    def __init__(
+        self, settings: SimulatedProbeSettings, calibration: Calibration | None = None
+    ) -> None:
         # As in a DAQ, a whole number of ticks of a clock, of 1 GHz: then every stamp is exact.
         self.sample_period = round(NANOSECONDS / settings.sample_rate) / NANOSECONDS
         self.commanded_voltage = 0.0
@@ -122,6 +131,7 @@ class SimulatedProbe:
         self._phantom = Phantom.load(Path(settings.phantom or stock_configuration("phantom.yaml")))
         self._pacer = Pacer(self.sample_period)
         self._excitation: Excitation | None = None
+        self._where: tuple[float, float, float] | None = None
         self._lock = Lock()  # so that no command follows a stop, whichever thread it comes from
         self.place(0.0, 0.0, 1.0)  # no tissue in reach
         self._composed = self._compose() if settings.model else None
@@ -133,6 +143,9 @@ class SimulatedProbe:
 
     def place(self, x: float, y: float, z: float) -> None:
         """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
+        if (x, y, z) == self._where:
+            return  # a stage that stands still says so a hundred times a second
+        self._where = (x, y, z)
         stiffness, damping = self._phantom.stiffness(x, y), self._phantom.damping(x, y)
         self._tissue = (float(stiffness), float(damping), -float(z))
 
@@ -189,6 +202,7 @@ class SimulatedProbe:
             step = max(step, self._composed.rounding)
         if step > 0.0:
             position = np.round(position / step) * step
+        force += settings.force_zero
         force += settings.force_noise * self._noise.standard_normal(count)
         self._ahead = np.concatenate([self._ahead, [position, force, command]], axis=1)
 

@@ -20,6 +20,7 @@ from tissue_probe.physics.model import Model
 OPTIONS = 'cache=True, nogil=True, error_model="numpy"'
 LOOP = Path(__file__).with_name("loop.py")
 VERDICT = Path(__file__).with_name("verdict.py")
+BY_HAND = Path(__file__).with_name("by_hand.py")
 
 # What exceeds this is no measurement [m, N]: it counts as missing, as a NaN does.
 LARGEST = 1e4
@@ -74,7 +75,8 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
 
 def source_by_hand(layout: Layout, path: Path) -> str:
     """Return the source of a kernel module whose ``start``, ``reopen``, ``run`` are in a file."""
-    return HEADER + _places(layout) + "\n\n".join([VERDICT.read_text(), path.read_text()])
+    texts = [text.read_text() for text in (VERDICT, BY_HAND, path)]
+    return HEADER + _places(layout) + "\n\n".join(texts)
 
 
 def _places(layout: Layout) -> str:

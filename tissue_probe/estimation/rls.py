@@ -135,11 +135,5 @@ def run(constants, memory, position, force, estimates, begin, end):
         else:
             missing += 1
             reopen(constants, memory)
-        for row in range(8):
-            estimates[row, sample] = memory[LAST + row]
-        estimates[8, sample] = innovation
-        estimates[9, sample] = normalized
-        estimates[10, sample] = status(
-            constants, memory, memory[LAST], memory[LAST + 1], memory[LAST + 3], memory[LAST + 4]
-        )
+        record(constants, memory, estimates, sample, innovation, normalized)
     return missing

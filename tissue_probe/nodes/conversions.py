@@ -1,9 +1,11 @@
-"""Messages to and from the plain arrays that everything else works on."""
+"""Messages to and from the plain arrays that everything else works on.
+
+What belongs here: rclpy's message objects. What does not: bytes (``cdr``).
+"""
 
 from __future__ import annotations
 
 import array
-import struct
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -20,9 +22,6 @@ from tissue_probe.signals import (
     TissueEstimates,
 )
 from tissue_probe_msgs import msg
-
-#: How plain little-endian CDR begins.
-LITTLE_ENDIAN_CDR = b"\x00\x01"
 
 
 def to_time(stamp: int) -> Time:
@@ -65,43 +64,6 @@ def samples_from_message(message: msg.ProbeSamples) -> SampleBlock:
     )
 
 
-def samples_from_cdr(data: bytes) -> tuple[SampleBlock, str]:
-    """Turn a serialized message into a block of samples and its frame_id.
-
-    The same as ``samples_from_message`` of the deserialized message, in a fifth of the time: rclpy
-    makes Python objects of each of the message's parts, which an estimator has no use for.
-
-    Raises
-    ------
-    ValueError
-        If the bytes are no little-endian CDR of a ``ProbeSamples``, its arrays differ in length, or
-        its period is not positive.
-    """
-    if data[:2] != LITTLE_ENDIAN_CDR:
-        raise ValueError("the samples are not encoded as little-endian CDR")
-    try:
-        seconds, nanoseconds, length = struct.unpack_from("<iII", data, 4)
-        frame_id = bytes(data[16 : 15 + length]).decode()
-        offset = _aligned(16 + length)
-        sequence, sample_period = struct.unpack_from("<Qd", data, offset)
-        offset += 16
-        arrays = []
-        for _ in range(3):
-            (count,) = struct.unpack_from("<I", data, offset)
-            begin = _aligned(offset + 4) if count else offset + 4
-            arrays.append(np.frombuffer(data, "<f8", count, begin))
-            offset = begin + 8 * count
-    except (struct.error, ValueError) as error:
-        raise ValueError(f"the samples are cut off: {error}") from None
-    stamp = seconds * NANOSECONDS + nanoseconds
-    return SampleBlock(stamp, sequence, sample_period, *arrays), frame_id
-
-
-def _aligned(offset: int) -> int:
-    """Return the next place of a double; CDR counts from behind its header of four bytes."""
-    return offset + (4 - offset) % 8
-
-
 #: The fields that the message has and ``TissueEstimates`` has as arrays of the same name.
 ESTIMATE_VALUES = (
     "stiffness",
@@ -115,19 +77,6 @@ ESTIMATE_VALUES = (
     "innovation",
     "normalized_innovation_squared",
 )
-
-
-def last_estimate_to_message(estimates: TissueEstimates, frame_id: str) -> msg.TissueEstimate:
-    """Turn the newest of some estimates into its message."""
-    message = msg.TissueEstimate(
-        header=Header(stamp=to_time(int(estimates.stamp[-1])), frame_id=frame_id),
-        sequence=int(estimates.sequence[-1]),
-        estimator=estimates.estimator,
-        status=int(estimates.status[-1]),
-    )
-    for name in ESTIMATE_VALUES:
-        setattr(message, name, float(getattr(estimates, name)[-1]))
-    return message
 
 
 def estimate_from_message(message: msg.TissueEstimate) -> TissueEstimates:

@@ -1,7 +1,12 @@
-"""What a node says of its own health once a second on /diagnostics (REP 107)."""
+"""What a node says of its own health once a second on /diagnostics (REP 107).
+
+OK: as it should be. WARN: it goes on, but someone should look. ERROR: it does not do what it is
+for. STALE: nothing comes in that it could work on.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -9,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+STALE = DiagnosticStatus.STALE
 
 
 @dataclass(frozen=True)
@@ -18,6 +24,20 @@ class Health:
     level: bytes = OK
     message: str = "as it should be"
     values: dict[str, object] = field(default_factory=dict)
+
+
+class Rate:
+    """How fast a count grows."""
+
+    def __init__(self) -> None:
+        self._count, self._time = 0, time.monotonic()
+
+    def __call__(self, count: int) -> float:
+        """Return how many a second there were since last asked; a count below that is a new one."""
+        now = time.monotonic()
+        before, since = self._count, self._time
+        self._count, self._time = count, now
+        return (count - before if count >= before else count) / max(now - since, 1e-3)
 
 
 class Diagnostics:

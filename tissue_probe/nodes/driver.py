@@ -12,16 +12,30 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel, model_validator
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
-from tissue_probe.devices import DEVICES, DeviceError, GuardedDevice, LimitExceeded, Limits
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices import (
+    DEVICES,
+    DeviceError,
+    GuardedDevice,
+    Interlock,
+    LimitExceeded,
+    Limits,
+)
+from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
-from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.identification.free_air import Refused
+from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
+from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
+from tissue_probe.nodes.emergency_stop import EmergencyStop
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.parameters import declare, read, validate_together
+from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
+from tissue_probe.nodes.tare import Tare
 from tissue_probe.settings import SettingsError, setting
 
 #: Most samples that are read, and checked against the limits, at once.
@@ -29,6 +43,12 @@ LONGEST_READ = 10
 
 #: Within this time of its start a node hears of the others [s].
 DISCOVERY_TIME = 2.0
+
+#: Parameters by which the driver tells what others record.
+TOLD = ("device_description", "calibration")
+
+#: Below this part of its rate the device is too slow, and the driver warns.
+SLOW = 0.95
 
 #: Above this delay of a wake-up, the driver warns [s].
 LATE = 0.05
@@ -42,6 +62,14 @@ class DriverSettings(BaseModel):
     frame_id: str = setting("probe", "", "frame of the samples")
     stage_pose: str = setting(
         "/stage/measured_cp", "", "topic on which a simulated probe hears where it stands"
+    )
+    calibration_file: str = setting(
+        "",
+        "",
+        "YAML file of the calibration; empty for the nominal values of the stock one",
+    )
+    calibration: str = setting(
+        "", "", "the calibration in use, in YAML, with its tares; set by the driver, for recordings"
     )
     device_description: str = setting(
         "", "", "what the configured device is, in YAML; set by the driver, for recordings"
@@ -81,8 +109,9 @@ class Driver(LifecycleNode):
     """Runs one device; unconfigured, inactive or active as a lifecycle node.
 
     configure makes the device, activate starts the excitation and the samples, deactivate puts
-    the coil at zero, cleanup lets go of the device. A failure while active puts the coil at zero,
-    is logged and shown in /diagnostics, and deactivates.
+    the coil at zero, cleanup lets go of the device. A failure while active, and an emergency stop,
+    put the coil at zero, are logged, shown in /diagnostics and on the topic fault, and deactivate;
+    the driver is not activated again before the service reset is called.
     """
 
     def __init__(self) -> None:
@@ -95,15 +124,21 @@ class Driver(LifecycleNode):
             **{f"{name}.": device.Settings for name, device in DEVICES.items()},
         }
         for prefix, settings in self._models.items():
-            declare(self, settings, prefix, fixed=False)
+            declare(self, settings, prefix, live=settings.model_fields)
             read(self, settings, prefix)
-        self.add_on_set_parameters_callback(
-            lambda changes: validate_together(self, self._models, changes)
-        )
+        self._telling = False
+        follow_changes(self, self._models, self._on_change, self._refuse_change)
         self._device: GuardedDevice | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
-        self._fault = ""
+        self._interlock = Interlock()
+        self._tare: Tare | None = None
+        self.create_service(Trigger, "tare", self._on_tare)
+        self._crtk = OperatingStateInterface(self, self._operating_state, self._on_command)
+        self._emergency_stop = EmergencyStop(
+            self, self._interlock, self._trip, lambda: self._thread is not None
+        )
+        self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
 
@@ -111,9 +146,16 @@ class Driver(LifecycleNode):
         """Make the device; fails, with one sentence in the log, if that cannot be done."""
         try:
             settings = read(self, DriverSettings)
+            calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
+            calibration = Calibration.load(calibration_file)
+            self._tare = Tare(calibration)
             device_type = DEVICES[settings.device]
-            device = device_type(read(self, device_type.Settings, f"{settings.device}."))
-            self._device = GuardedDevice(device, read(self, Limits, "limits."))
+            device_settings = read(self, device_type.Settings, f"{settings.device}.")
+            device = device_type(device_settings, calibration)
+            limits = read(self, Limits, "limits.")
+            self._device = GuardedDevice(
+                device, limits, calibration.current_per_volt, self._interlock
+            )
         except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
@@ -124,7 +166,8 @@ class Driver(LifecycleNode):
             self._stage.subscribe(
                 PoseStamped, settings.stage_pose, POSES, lambda pose, info: _place(device, pose)
             )
-        self.set_parameters([Parameter("device_description", value=device.description)])
+        self._tell("device_description", device.description)
+        self._tell("calibration", self._tare.calibration.text)
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
         self.get_logger().info(f"configured: the device is {settings.device}")
         return TransitionCallbackReturn.SUCCESS
@@ -132,6 +175,7 @@ class Driver(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the excitation and the samples; fails if another driver publishes them already."""
         try:
+            self._refuse_after_fault()
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
             self._hear_stage()
@@ -139,20 +183,24 @@ class Driver(LifecycleNode):
         except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
             self.get_logger().error(f"cannot activate: {error}")
             return TransitionCallbackReturn.FAILURE
-        self._fault = ""
         self._stopping.clear()
-        self._publisher.begin(self.get_clock().now().nanoseconds, self._device.sample_period)
+        self._began = time.monotonic()
+        start = self.get_clock().now().nanoseconds
+        self._publisher.begin(start, self._device.sample_period)
+        self._tare.begin(start, self._device.sample_period)
         self._thread = threading.Thread(target=self._acquire, name="acquisition")
         self._thread.start()
         self.get_logger().info(
             f"active: {1.0 / self._device.sample_period:g} samples a second, the coil is driven by "
             f"{excitation}"
         )
+        self._crtk.publish()
         return TransitionCallbackReturn.SUCCESS
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Put the coil at zero and end the samples."""
         self._stop()
+        self._crtk.publish()
         self.get_logger().info("deactivated: the coil is at zero")
         return TransitionCallbackReturn.SUCCESS
 
@@ -181,15 +229,59 @@ class Driver(LifecycleNode):
         device, publisher = self._device, self._publisher
         try:
             while not self._stopping.is_set():
-                if publisher.add(device.read(self._samples_to_read())):
+                samples = self._tare.apply(device.read(self._samples_to_read()))
+                if publisher.add(samples):
                     self._hear_stage()
+        except LimitExceeded as exceeded:  # what was measured then is worth most
+            if exceeded.samples is not None:
+                publisher.add(self._tare.apply(exceeded.samples))
         except Exception as error:  # whatever it was, the coil must stop and someone must hear
             if self.context.ok():
-                self._fault = str(error) or type(error).__name__
+                device.trip(str(error) or type(error).__name__)
         finally:
             device.stop()
+            self._tare.end()
         if self.context.ok():
             publisher.flush()
+
+    def _on_tare(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Make what the load cell shows now its zero, unless the probe is in contact."""
+        try:
+            if self._tare is None:
+                raise Refused("the driver is not configured: activate it, in free air, then tare")
+            response.message = f"{self._tare.take():.4f} N are taken off the force from now on"
+            self._tell("calibration", self._tare.calibration.text)
+            response.success = True
+        except Refused as reason:
+            response.message = str(reason)
+        self.get_logger().info(f"tare: {response.message}")
+        return response
+
+    def _tell(self, name: str, value: str) -> None:
+        """Set a parameter that only the driver itself may set."""
+        self._telling = True
+        try:
+            self.set_parameters([Parameter(name, value=value)])
+        finally:
+            self._telling = False
+
+    def _refuse_change(self, name: str) -> str:
+        """Say why a parameter would not take effect now: only limits do in every state."""
+        if self._telling or name.startswith("limits."):
+            return ""
+        if name in TOLD:
+            return f"{name} is told by the driver, not set"
+        if name.startswith("excitation."):
+            active = self._thread is not None
+            return f"{name} holds from activation on: deactivate first" if active else ""
+        ours = name.startswith(tuple(f"{device}." for device in DEVICES))
+        if self._device is not None and (ours or name in DriverSettings.model_fields):
+            return f"{name} holds from configuration on: deactivate and clean up first"
+        return ""
+
+    def _on_change(self) -> None:
+        if self._device is not None:
+            self._device.change_limits(read(self, Limits, "limits."))
 
     def _samples_to_read(self) -> int:
         """Return 1 while someone wants each sample at once; else up to the end of a block.
@@ -224,10 +316,43 @@ class Driver(LifecycleNode):
             self._stage.destroy()
 
     def _deactivate_after_fault(self) -> None:
-        if self._fault and self._thread is not None:
-            self.get_logger().fatal(self._fault)
+        self._emergency_stop.publish()
+        if self._interlock.tripped and self._thread is not None:
+            self.get_logger().fatal(self._interlock.reason)
             self._diagnostics.publish()
             self.trigger_deactivate()
+
+    def _operating_state(self) -> tuple[str, bool]:
+        """Return CRTK's state, and whether the coil is driven."""
+        if self._interlock.tripped:
+            return FAULT, False
+        return (ENABLED, True) if self._thread is not None else (DISABLED, False)
+
+    def _on_command(self, command: str) -> None:
+        """Do what CRTK calls enable and disable: activate and deactivate, of the lifecycle."""
+        state, _ = self._operating_state()
+        if command == "enable" and state == DISABLED and self._device is not None:
+            self.trigger_activate()
+        elif command == "disable" and state == ENABLED:
+            self.trigger_deactivate()
+        elif command != {ENABLED: "enable", DISABLED: "disable"}.get(state):
+            self.get_logger().error(
+                f"'{command}' is no command for a driver that is {state}: it knows enable, once "
+                "configured, and disable"
+            )
+
+    def _trip(self, reason: str) -> None:
+        if self._device is not None:
+            self._device.trip(reason)
+        else:
+            self._interlock.trip(reason)
+
+    def _refuse_after_fault(self) -> None:
+        if self._interlock.tripped:
+            raise DeviceError(
+                f"after a fault, first call the service reset; the fault was: "
+                f"{self._interlock.reason}"
+            )
 
     def _refuse_second_driver(self) -> None:
         # A node that has only just started has not heard of all the others.
@@ -253,17 +378,19 @@ class Driver(LifecycleNode):
         return self.resolve_topic_name("samples")
 
     def _examine(self) -> Health:
-        if self._fault:
-            return Health(ERROR, f"{self._fault} (the coil is at zero)")
+        if self._interlock.tripped:
+            return Health(ERROR, f"{FAULT}: {self._interlock.reason}")
         values: dict[str, object] = {}
         if self._device is not None:
             values["subscribers"] = self._publisher.subscribers
             values["samples published"] = self._publisher.published
         if self._thread is None:
             return Health(OK, "not acquiring, the coil is at zero", values)
+        rate, due = self._rate(self._publisher.published), 1.0 / self._device.sample_period
+        values["achieved rate [samples/s]"] = f"{rate:.0f}"
         others = self._other_drivers()
         if others:
-            self._fault = f"{', '.join(others)} began to publish {self._samples_topic()} too"
+            self._trip(f"{', '.join(others)} began to publish {self._samples_topic()} too")
         lateness = self._device.worst_lateness
         values["worst lateness in the last second [ms]"] = f"{1e3 * lateness:.3f}"
         values["command [V]"] = f"{self._device.commanded_voltage:.4f}"
@@ -273,6 +400,8 @@ class Driver(LifecycleNode):
             values["99th percentile of lateness in the last second [ms]"] = f"{1e3 * high:.3f}"
         if lateness > LATE:
             return Health(WARN, f"a sample was fetched {1e3 * lateness:.0f} ms late", values)
+        if rate < SLOW * due and time.monotonic() - self._began > 2.0:
+            return Health(WARN, f"{rate:.0f} samples a second come, not {due:g}", values)
         return Health(OK, "acquiring", values)
 
 

@@ -12,18 +12,15 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
-from tissue_probe.nodes.conversions import (
-    last_estimate_to_message,
-    samples_from_cdr,
-    site_from_message,
-)
-from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.cdr import float64_to_cdr, last_estimate_to_cdr, samples_from_cdr
+from tissue_probe.nodes.conversions import site_from_message
+from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.settings import setting
-from tissue_probe.signals import Phase
+from tissue_probe.signals import Phase, Status, TissueEstimates
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
 #: How long the estimation waits before it looks whether it is to end [s].
@@ -58,7 +55,9 @@ class EstimatorNode(Node):
         self.received = 0
         self.lost = 0
         self._malformed = 0
-        self._status = 0
+        self._missed = Rate()
+        self._rate = Rate()
+        self._latest: TissueEstimates | None = None
         publish = self.create_publisher
         self._estimates = publish(TissueEstimate, f"{self._name}/estimate", BLOCKS)
         self._values = {
@@ -109,11 +108,10 @@ class EstimatorNode(Node):
         estimates = self._estimator.process(block)
         if len(estimates) == 0:
             return
-        estimate = last_estimate_to_message(estimates, frame_id)
-        self._status = estimate.status
-        self._estimates.publish(estimate)
+        self._latest = estimates
+        self._estimates.publish(last_estimate_to_cdr(estimates, frame_id))
         for name, publisher in self._values.items():
-            publisher.publish(Float64(data=getattr(estimate, name)))
+            publisher.publish(float64_to_cdr(getattr(estimates, name)[-1]))
 
     def _count(self, sequence: int, count: int) -> None:
         """Count samples received, and lost by their sequence numbers."""
@@ -125,18 +123,39 @@ class EstimatorNode(Node):
     def _examine(self) -> Health:
         if self._failure is not None:
             raise self._failure
+        rate = self._rate(self.received)
+        missed = self._missed(self.lost + self._malformed)
         values = {
             "subscribers": self._estimates.get_subscription_count(),
             "samples received": self.received,
             "samples lost": self.lost,
             "blocks malformed": self._malformed,
-            "status": self._status,
+            "achieved rate [samples/s]": f"{rate:.0f}",
+            **_convergence(self._latest),
         }
         if self.count_publishers("samples") > 1:
             return Health(ERROR, "several nodes publish samples: their sequences are mixed", values)
-        if self.lost or self._malformed:
-            return Health(WARN, "samples are missing", values)
-        return Health(OK, "estimating" if self.received else "no samples yet", values)
+        if missed:
+            return Health(WARN, "samples or blocks were lost in the last second", values)
+        if not rate:
+            return Health(STALE, "no samples in the last second", values)
+        if values.get("status") == Status.MODEL_REJECTED.name:
+            return Health(WARN, "the innovations contradict the model", values)
+        return Health(OK, "estimating", values)
+
+
+def _convergence(estimates: TissueEstimates | None) -> dict[str, object]:
+    """Say how well the tissue is known after the last sample."""
+    if estimates is None:
+        return {}
+    k, beta = estimates.stiffness[-1], estimates.damping[-1]
+    return {
+        "status": Status(estimates.status[-1]).name,
+        "stiffness [N/m]": f"{k:.2f}",
+        "standard deviation of stiffness [N/m]": f"{estimates.stiffness_variance[-1] ** 0.5:.3g}",
+        "damping [N s/m]": f"{beta:.3f}",
+        "standard deviation of damping [N s/m]": f"{estimates.damping_variance[-1] ** 0.5:.3g}",
+    }
 
 
 def main() -> int:

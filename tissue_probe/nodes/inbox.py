@@ -40,6 +40,7 @@ class Inbox:
             start_parameter_services=False,
         )
         self._subscriptions: list[tuple[Any, Handler]] = []
+        self._in_use = ExitStack()
         self._wait_set: Any = None
 
     def subscribe(
@@ -55,6 +56,8 @@ class Inbox:
         subscription = self._node.create_subscription(
             message_type, self._owner.resolve_topic_name(topic), lambda message: None, qos, raw=raw
         )
+        # What rclpy asks of whoever uses a handle; once here, since it takes as long as a message.
+        self._in_use.enter_context(subscription.handle)
         self._subscriptions.append((subscription, handler))
 
     def empty(self) -> int:
@@ -62,10 +65,9 @@ class Inbox:
         count = 0
         for subscription, handler in self._subscriptions:
             take = subscription.handle.take_message
-            with subscription.handle:
-                while (taken := take(subscription.msg_type, subscription.raw)) is not None:
-                    handler(*taken)
-                    count += 1
+            while (taken := take(subscription.msg_type, subscription.raw)) is not None:
+                handler(*taken)
+                count += 1
         return count
 
     def wait(self, timeout: float) -> None:
@@ -73,20 +75,18 @@ class Inbox:
 
         All subscriptions must have been made before the first call.
         """
-        handles = [subscription.handle for subscription, _ in self._subscriptions]
         if self._wait_set is None:
             # As rclpy.wait_for_message does it, the only public example of a wait without executor.
             self._wait_set = rclpy_implementation.WaitSet(
-                len(handles), 0, 0, 0, 0, 0, self._owner.context.handle
+                len(self._subscriptions), 0, 0, 0, 0, 0, self._owner.context.handle
             )
-        with ExitStack() as stack:
-            self._wait_set.clear_entities()
-            for handle in handles:
-                stack.enter_context(handle)
-                self._wait_set.add_subscription(handle)
-            self._wait_set.wait(round(timeout * NANOSECONDS))
+        self._wait_set.clear_entities()
+        for subscription, _ in self._subscriptions:
+            self._wait_set.add_subscription(subscription.handle)
+        self._wait_set.wait(round(timeout * NANOSECONDS))
 
     def destroy(self) -> None:
         """Let go of the subscriptions."""
+        self._in_use.close()
         self._subscriptions.clear()
         self._node.destroy_node()

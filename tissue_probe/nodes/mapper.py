@@ -8,10 +8,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from tissue_probe.mapping.fusion import Estimate, MapBuilder
+from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.conversions import cloud_message, from_time, site_from_message, to_time
-from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
+from tissue_probe.nodes.cdr import estimate_from_cdr
+from tissue_probe.nodes.conversions import cloud_message, site_from_message, to_time
+from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
 from tissue_probe.nodes.grid_settings import GridSettings
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
@@ -47,12 +48,14 @@ class Mapper(Node):
         self._builder = MapBuilder(read(self, GridSettings, "grid.").make())
         self._published_revision = -1
         self.received = 0
+        self._rate = Rate()
         self._maps = self.create_publisher(StiffnessMap, "stiffness_map", LATCHED)
         self._clouds = self.create_publisher(PointCloud2, "stiffness_cloud", LATCHED)
         self._inbox = Inbox(self)
         self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
         for name in settings.estimators:
-            self._inbox.subscribe(TissueEstimate, f"{name}/estimate", BLOCKS, self._on_estimate)
+            topic = f"{name}/estimate"
+            self._inbox.subscribe(TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
         self.create_timer(INTERVAL, self._update)
         Diagnostics(self, self._examine)
 
@@ -67,20 +70,12 @@ class Mapper(Node):
         except ValueError as error:
             self.get_logger().error(f"site {message.site} is not on the map: {error}")
 
-    def _on_estimate(self, message: TissueEstimate, info: dict) -> None:
+    def _on_estimate(self, message: bytes, info: dict) -> None:
         self.received += 1
-        self._builder.add_one(
-            message.estimator,
-            message.status,
-            Estimate(
-                stamp=from_time(message.header.stamp),
-                stiffness=message.stiffness,
-                damping=message.damping,
-                covariance_trace=message.covariance_trace,
-                stiffness_variance=message.stiffness_variance,
-                damping_variance=message.damping_variance,
-            ),
-        )
+        try:
+            self._builder.add_one(*estimate_from_cdr(message))
+        except ValueError as error:
+            self.get_logger().error(f"an estimate is left out: {error}", throttle_duration_sec=1.0)
 
     def _update(self) -> None:
         self._inbox.empty()
@@ -111,11 +106,15 @@ class Mapper(Node):
 
     def _examine(self) -> Health:
         measured = int(np.isfinite(self._builder.map().stiffness).sum())
-        return Health(
-            OK,
-            f"{measured} of {len(self._builder.grid)} cells are measured",
-            {"estimates received": self.received},
-        )
+        rate = self._rate(self.received)
+        told = f"{measured} of {len(self._builder.grid)} cells are measured"
+        values = {
+            "estimates received": self.received,
+            "achieved rate [estimates/s]": f"{rate:.0f}",
+        }
+        if not rate:
+            return Health(STALE, f"{told}; no estimates in the last second", values)
+        return Health(OK, told, values)
 
 
 def main() -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
+
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from rcl_interfaces.msg import (
@@ -17,10 +19,13 @@ from rclpy.parameter import Parameter
 from tissue_probe.settings import Settings, SettingsError, bound, build, meaning, rule
 
 
-def declare(node: Node, settings: type[BaseModel], prefix: str = "", *, fixed: bool = True) -> None:
+def declare(
+    node: Node, settings: type[BaseModel], prefix: str = "", *, live: Collection[str] = ()
+) -> None:
     """Declare a parameter for every field of ``settings``, named ``prefix`` + field.
 
-    ``fixed`` parameters take their value when the node starts and cannot be set afterwards.
+    The fields named in ``live`` may be set while the node runs, if ``follow_changes`` is called,
+    too; all others take their value when the node starts.
 
     Raises
     ------
@@ -29,7 +34,9 @@ def declare(node: Node, settings: type[BaseModel], prefix: str = "", *, fixed: b
     """
     for name, field in settings.model_fields.items():
         descriptor = ParameterDescriptor(
-            description=meaning(field), additional_constraints=rule(field), read_only=fixed
+            description=meaning(field),
+            additional_constraints=rule(field),
+            read_only=name not in live,
         )
         _set_range(descriptor, field)
         try:
@@ -55,14 +62,39 @@ def read(node: Node, settings: type[Settings], prefix: str = "") -> Settings:
     return build(settings, values, f"parameter {prefix}")
 
 
-def validate_together(
+def follow_changes(
+    node: Node,
+    models: dict[str, type[BaseModel]],
+    on_change: Callable[[], None],
+    refuse: Callable[[str], str] = lambda name: "",
+) -> None:
+    """Judge changes of live parameters, and call ``on_change`` after those that are accepted.
+
+    Parameters
+    ----------
+    node : Node
+        Whose parameters.
+    models : dict
+        The declared settings by their prefix. A change is accepted if all are valid with it.
+    on_change : callable
+        Called when changed values can be ``read``.
+    refuse : callable
+        Says why the parameter of a name cannot be changed now; empty if it can.
+    """
+
+    def judge(changes: list[Parameter]) -> SetParametersResult:
+        reasons = [reason for change in changes if (reason := refuse(change.name))]
+        if reasons:
+            return SetParametersResult(successful=False, reason=reasons[0])
+        return _validate_together(node, models, changes)
+
+    node.add_on_set_parameters_callback(judge)
+    node.add_post_set_parameters_callback(lambda changes: on_change())
+
+
+def _validate_together(
     node: Node, models: dict[str, type[BaseModel]], changes: list[Parameter]
 ) -> SetParametersResult:
-    """Judge changes of parameters for ``add_on_set_parameters_callback``.
-
-    ``models`` gives the declared settings by their prefix. A change is accepted if all the
-    settings are valid with it.
-    """
     changed = {parameter.name: parameter.value for parameter in changes}
     try:
         for prefix, settings in models.items():

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.diagnostics import OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
@@ -35,6 +35,8 @@ DISCOVERY_INTERVAL = 0.5
 DEPTH = 4000
 #: Below this the disk is called nearly full [bytes].
 LITTLE_SPACE = 500_000_000
+#: Below this time left at the present rate, too [s].
+LITTLE_TIME = 600.0
 #: Topics, in the recorder's namespace, that repeat the blocks of samples one by one.
 PER_SAMPLE = ("measured_cp", "measured_cf")
 
@@ -68,6 +70,8 @@ class Recorder(Node):
         self._known_topics: set[str] = set()
         self._known_nodes: set[str] = set()
         self.messages = 0
+        self._rate = Rate()
+        self._growth = Rate()
         self._failed = False
         self._writer = McapWriter(self._path, {})
         self._inbox = Inbox(self)
@@ -143,13 +147,20 @@ class Recorder(Node):
 
     def _examine(self) -> Health:
         free = shutil.disk_usage(self._path.absolute().parent).free
+        size = self._path.stat().st_size
+        growth, rate = self._growth(size), self._rate(self.messages)
+        time_left = free / growth if growth else float("inf")
         values = {
             "messages recorded": self.messages,
-            "size [bytes]": self._path.stat().st_size,
+            "achieved rate [messages/s]": f"{rate:.0f}",
+            "size [bytes]": size,
             "disk left [bytes]": free,
+            "time left on the disk [s]": f"{time_left:.0f}",
         }
-        if free < LITTLE_SPACE:
+        if free < LITTLE_SPACE or time_left < LITTLE_TIME:
             return Health(WARN, f"the disk is nearly full: {free / 1e6:.0f} MB left", values)
+        if not rate:
+            return Health(STALE, "no messages in the last second", values)
         return Health(OK, f"recording to {self._path}", values)
 
 

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool
 
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
-from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import Finished, run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.recording.errors import RecordingError
@@ -53,7 +53,7 @@ class Replay(Node):
 
     def __init__(self) -> None:
         super().__init__("replay")
-        declare(self, ReplaySettings)
+        declare(self, ReplaySettings, live=("rate", "loop"))
         self._settings = read(self, ReplaySettings)
         if not self._settings.bag:
             raise SettingsError("parameter bag is empty: give the MCAP file to replay")
@@ -64,6 +64,7 @@ class Replay(Node):
             raise SettingsError(str(error)) from None
         self._paused = self._settings.paused
         self._waiting = True
+        follow_changes(self, {"": ReplaySettings}, self._on_change)
         self.create_service(SetBool, "~/pause", self._on_pause)
         self.create_timer(INTERVAL, self._publish_due)
         Diagnostics(self, self._examine)
@@ -91,6 +92,10 @@ class Replay(Node):
         self._next = next(self._messages, None)
         self._bag_time = begin
         self._wall_time = time.monotonic_ns()
+
+    def _on_change(self) -> None:
+        self._advance()
+        self._settings = read(self, ReplaySettings)
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self._advance()

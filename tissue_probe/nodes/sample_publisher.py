@@ -7,7 +7,7 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.node import Node
 
 from tissue_probe.devices.device import Samples
-from tissue_probe.nodes.conversions import samples_to_message
+from tissue_probe.nodes.cdr import samples_to_cdr
 from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
@@ -64,8 +64,9 @@ class SamplePublisher:
     def add(self, samples: Samples) -> bool:
         """Publish samples one by one now, and the block if they complete it; return if they did."""
         first = self.published + self._pending_count
-        for i in range(samples.position.size):
-            self._publish_one(first + i, samples.position[i], samples.force[i])
+        if self.wanted_singly:
+            for i in range(samples.position.size):
+                self._publish_one(first + i, samples.position[i], samples.force[i])
         self._pending.append(samples)
         self._pending_count += samples.position.size
         complete = self._pending_count >= self._block_size
@@ -86,7 +87,7 @@ class SamplePublisher:
             force=np.concatenate([part.force for part in parts]),
             command=np.concatenate([part.command for part in parts]),
         )
-        self._blocks.publish(samples_to_message(block, self._frame_id))
+        self._blocks.publish(samples_to_cdr(block, self._frame_id))
         self.published += len(block)
         self._look_for_subscribers()
 

@@ -1,6 +1,7 @@
 """The scan node: moves the probe from site to site, and says where it is palpating.
 
-It knows the robot only through CRTK: setpoints out on ``servo_cp``, poses in on ``measured_cp``.
+It knows the robot only through CRTK: setpoints out on ``servo_cp``, poses in on ``measured_cp``,
+and on ``operating_state``, from a robot that tells it, whether it is ready to move.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import threading
 import time
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, Quaternion
 from pydantic import BaseModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
@@ -17,11 +18,14 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
+from crtk_msgs.msg import OperatingState
 from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import samples_from_message, site_to_message
+from tissue_probe.nodes.crtk import ENABLED
+from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.parameters import declare, read
+from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
 from tissue_probe.settings import setting
@@ -71,10 +75,14 @@ class Scan(Node):
 
     def __init__(self) -> None:
         super().__init__("scan")
-        declare(self, ScanSettings)
+        declare(self, ScanSettings, live=ScanSettings.model_fields.keys() - {"robot", "frame_id"})
         self._settings = read(self, ScanSettings)
+        # A scan goes on as it began: it takes new values when the next one begins.
+        follow_changes(self, {"": ScanSettings}, on_change=lambda: None)
         robot = self._settings.robot.rstrip("/")
         self._position: FloatArray | None = None
+        self._orientation = Quaternion()
+        self._state: OperatingState | None = None
         self._heard_samples = -np.inf
         self._sample_time = 0
         self._busy = threading.Lock()
@@ -84,6 +92,7 @@ class Scan(Node):
         # that they come, and when.
         self._inbox = Inbox(self)
         self._inbox.subscribe(PoseStamped, f"{robot}/measured_cp", LATEST, self._on_pose)
+        self._inbox.subscribe(OperatingState, f"{robot}/operating_state", LATEST, self._on_state)
         self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples)
         self._server = ActionServer(
             self,
@@ -94,6 +103,7 @@ class Scan(Node):
             cancel_callback=lambda goal: CancelResponse.ACCEPT,
             callback_group=ReentrantCallbackGroup(),
         )
+        Diagnostics(self, self._examine)
 
     def destroy_node(self) -> None:
         """End the action server, then the node."""
@@ -104,6 +114,10 @@ class Scan(Node):
     def _on_pose(self, message: PoseStamped, info: dict) -> None:
         position = message.pose.position
         self._position = np.array([position.x, position.y, position.z])
+        self._orientation = message.pose.orientation
+
+    def _on_state(self, message: OperatingState, info: dict) -> None:
+        self._state = message
 
     def _on_samples(self, message: msg.ProbeSamples, info: dict) -> None:
         self._heard_samples = time.monotonic()
@@ -124,6 +138,7 @@ class Scan(Node):
         with self._busy:
             grid, dwell_time = _grid_of(goal_handle.request), goal_handle.request.dwell_time
             result = ScanGrid.Result()
+            self._settings = read(self, ScanSettings)
             try:
                 self._wait_for_robot_and_driver(goal_handle)
                 for site in range(len(grid)):
@@ -148,6 +163,8 @@ class Scan(Node):
         while self._missing() and time.monotonic() < deadline:
             time.sleep(INTERVAL)
         self._check(goal_handle)
+        # The robot holds the probe as it does now: setpoints move it, and do not turn it.
+        self._held = self._orientation
 
     def _palpate(self, goal_handle, grid: Grid, site: int, dwell_time: float) -> None:
         """Approach one site, dwell, and lift; lift too if anything stops the scan in between."""
@@ -230,6 +247,13 @@ class Scan(Node):
         self._inbox.empty()
         if self._position is None:
             return f"the robot says nothing on {self._settings.robot}/measured_cp"
+        if self._state is not None and self._state.state != ENABLED:
+            return (
+                f"the robot {self._settings.robot} is {self._state.state}: it moves only when it "
+                f"is {ENABLED}"
+            )
+        if self._state is not None and not self._state.is_homed:
+            return f"the robot {self._settings.robot} is not homed"
         silence = time.monotonic() - self._heard_samples
         if silence > self._settings.samples_timeout:
             return (
@@ -246,8 +270,12 @@ class Scan(Node):
         setpoint.header.frame_id = self._settings.frame_id
         point = setpoint.pose.position
         point.x, point.y, point.z = map(float, position)
-        setpoint.pose.orientation.w = 1.0
+        setpoint.pose.orientation = self._held
         self._setpoints.publish(setpoint)
+
+    def _examine(self) -> Health:
+        doing = "scanning" if self._busy.locked() else "waiting for a goal"
+        return Health(OK, doing, {"subscribers": self._sites.get_subscription_count()})
 
     def _now(self) -> int:
         """Return the time as the samples' stamps tell it: no clock's step or offset matters."""

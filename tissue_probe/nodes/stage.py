@@ -7,6 +7,8 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel
 from rclpy.node import Node
 
+from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
+from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
@@ -25,7 +27,10 @@ class StageSettings(BaseModel):
 
 
 class Stage(Node):
-    """Follows ``servo_cp`` at limited speed and tells where it is on ``measured_cp``."""
+    """Follows ``servo_cp`` at limited speed and tells where it is on ``measured_cp``.
+
+    It moves only while its CRTK state is ENABLED, in which it begins.
+    """
 
     def __init__(self) -> None:
         super().__init__("stage")
@@ -36,9 +41,25 @@ class Stage(Node):
         self._setpoint = self._position.copy()
         self._pose = PoseStamped()
         self._pose.header.frame_id = settings.frame_id
+        self._state = ENABLED
+        self._crtk = OperatingStateInterface(
+            self, lambda: (self._state, self._is_moving()), self._on_command
+        )
         self._publisher = self.create_publisher(PoseStamped, "measured_cp", POSES)
         self.create_subscription(PoseStamped, "servo_cp", self._on_setpoint, POSES)
         self.create_timer(1.0 / settings.rate, self._move)
+        Diagnostics(self, self._examine)
+
+    def _on_command(self, command: str) -> None:
+        after = TRANSITIONS.get((self._state, command))
+        if after is None:
+            self.get_logger().error(f"'{command}' is no command for a stage that is {self._state}")
+            return
+        self._state = after
+        self._setpoint = self._position.copy()  # it stays where it is
+
+    def _is_moving(self) -> bool:
+        return not np.array_equal(self._setpoint, self._position)
 
     def _on_setpoint(self, message: PoseStamped) -> None:
         position = message.pose.position
@@ -46,7 +67,8 @@ class Stage(Node):
         if not np.isfinite(setpoint).all():
             self.get_logger().error("a setpoint that is not finite is ignored")
             return
-        self._setpoint = setpoint
+        if self._state == ENABLED:
+            self._setpoint = setpoint
 
     def _move(self) -> None:
         way = self._setpoint - self._position
@@ -57,6 +79,12 @@ class Stage(Node):
         point = self._pose.pose.position
         point.x, point.y, point.z = map(float, self._position)
         self._publisher.publish(self._pose)
+
+    def _examine(self) -> Health:
+        doing = "moving" if self._is_moving() else "at rest"
+        level = OK if self._state == ENABLED else WARN
+        values = {"subscribers": self._publisher.get_subscription_count()}
+        return Health(level, f"{self._state}, {doing}", values)
 
 
 def main() -> int:

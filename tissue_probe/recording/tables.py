@@ -73,19 +73,10 @@ def write_samples(path: str | Path, recording: Recording, origin: int) -> None:
 
     Parameters
     ----------
-    path : path
-        Ends in ``.csv`` or ``.parquet``; a file of that name is overwritten.
+    path, origin
+        As in ``write_estimates``, and with the same errors.
     recording : Recording
         At least one sample.
-    origin : int
-        Where the column ``time`` is zero [ns] (see ``write_estimates``).
-
-    Raises
-    ------
-    ValueError
-        If the name ends otherwise.
-    OSError
-        If the file cannot be written.
     """
     columns = {
         "time": _seconds(recording.stamps, origin),

@@ -6,8 +6,8 @@ No filter is involved; the fit is how the paper found k0 and beta0.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import curve_fit
 
+from tissue_probe.identification.ring_down import fit_ring_down, ring_down
 from tissue_probe.reproduction.drawing import legend, panels
 from tissue_probe.reproduction.experiment import (
     FORCE_NOISE,
@@ -17,34 +17,24 @@ from tissue_probe.reproduction.experiment import (
     TIP_MASS,
 )
 from tissue_probe.reproduction.finding import Finding, Reproduction
-from tissue_probe.signals import FloatArray
 
 KICK = 8e-3  # m/s of the tip; makes 0.15 N, as in the figure
 TIME = np.arange(round(0.2 / SAMPLE_PERIOD)) * SAMPLE_PERIOD
 
 
-def ring_down(time: FloatArray, stiffness: float, damping: float, kick: float) -> FloatArray:
-    """Return the force [N] of m x'' = -k0 x - beta0 x' that begins at x = 0, x' = kick [m/s]."""
-    decay = damping / (2.0 * TIP_MASS)
-    rate = np.sqrt(stiffness / TIP_MASS - decay**2)
-    return stiffness * kick / rate * np.exp(-decay * time) * np.sin(rate * time)
-
-
 def fig6() -> Reproduction:
     """Draw the force after an impulse, and the fit."""
     noise = FORCE_NOISE * np.random.default_rng(0).standard_normal(TIME.size)
-    force = ring_down(TIME, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING, KICK) + noise
-    start = (0.9 * LOAD_CELL_STIFFNESS, 2.0 * LOAD_CELL_DAMPING, KICK)
-    found, covariance = curve_fit(ring_down, TIME, force, start)
+    force = ring_down(TIME, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING, TIP_MASS, KICK) + noise
+    found = fit_ring_down(force, SAMPLE_PERIOD, TIP_MASS)
     figure, axes = panels(["force [N]"], "time [s]")
     axes["force [N]"].plot(TIME, force, color="0.65", linewidth=3.0, label="measured")
-    fit = ring_down(TIME, *found)
-    axes["force [N]"].plot(TIME, fit, color="#0072B2", linestyle="--", label="fit")
+    fitted = axes["force [N]"].plot(TIME[found.begin :], found.fitted, label="fit")[0]
+    fitted.set(color="#0072B2", linestyle="--")
     legend(figure)
-    deviation = np.sqrt(np.diagonal(covariance))
-    stiffness = f"{found[0]:.0f} ± {deviation[0]:.0f} N/m"
-    damping = f"{found[1]:.3f} ± {deviation[1]:.3f} N s/m"
-    frequency = f"{np.sqrt(found[0] / TIP_MASS) / (2.0 * np.pi):.1f} Hz"
+    stiffness = f"{found.stiffness:.0f} ± {found.stiffness_deviation:.0f} N/m"
+    damping = f"{found.damping:.3f} ± {found.damping_deviation:.3f} N s/m"
+    frequency = f"{found.frequency:.1f} Hz"
     return Reproduction(
         figure,
         (

@@ -1,0 +1,84 @@
+"""The driver on a DAQ, which is there only as its vendor's protocol, for as long as one likes.
+
+What belongs here: that no sample is lost between the DAQ's clock and the recording. What does not:
+the estimators, which do not know where samples come from (``live``).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from benchmarks import suite
+from benchmarks.live import measure_usage
+from daq_server import X_SERIES, Board, DaqServer
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices.calibration import Calibration
+from tissue_probe.nodes.session import NodeProcess, Session
+from tissue_probe.recording.reader import iterate_raw, read_recording
+from tissue_probe.signals import NANOSECONDS
+
+SAMPLES_TOPIC = "/probe/samples"
+
+
+def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) -> dict[str, object]:
+    """Return what was counted of a run of the driver on the DAQ.
+
+    Parameters
+    ----------
+    folder : path
+        Gets ``daq.mcap``, the recording.
+    seconds : float
+        Duration of the run [s].
+    say : callable
+        Told what is under way.
+
+    Raises
+    ------
+    SessionError
+        If a process ends or does not answer.
+    """
+    bag = folder / "daq.mcap"
+    bag.unlink(missing_ok=True)
+    board = Board(X_SERIES, Calibration.load(stock_configuration("calibration.yaml")))
+    with DaqServer(board) as server:
+        say(f"daq: the driver on a {board.model.product} at {server.address}, {seconds:g} s")
+        on_daq = {"device": "nidaqmx", "nidaqmx.server": server.address}
+        processes = [
+            NodeProcess("driver", "driver", parameters=on_daq),
+            NodeProcess("recorder", "recorder", parameters={"output": str(bag.absolute())}),
+        ]
+        with Session(processes) as session:
+            session.activate({"/probe/driver": 1})
+            begin = time.monotonic()
+            pids = {"driver": session.processes["driver"].pid}
+            usage = measure_usage(pids, partial(suite.spend, session), seconds)
+            duration = time.monotonic() - begin
+            session.deactivate()
+            suite.spend(session, suite.LAST_WORDS)
+            published = int(session.health["/probe/driver"]["samples published"])
+    return {"seconds": duration, "published": published, **count(bag, published), **usage}
+
+
+def count(bag: Path, published: int) -> dict[str, float]:
+    """Return how many samples a recording holds, how many it lacks, and how many came a second."""
+    runs = read_recording(bag).blocks  # one, if nothing is missing
+    recorded = sum(len(run) for run in runs)
+    times = [message.publish_time for message in iterate_raw(bag, [SAMPLES_TOPIC])]
+    elapsed = (times[-1] - times[0]) / NANOSECONDS
+    return {
+        "samples": recorded,
+        "lost": max(published, runs[-1].sequence + len(runs[-1])) - recorded,
+        "rate": recorded * (1.0 - 1.0 / len(times)) / elapsed,
+    }
+
+
+def sentence(counted: dict[str, object]) -> str:
+    """Say in one line what was counted."""
+    cores = counted["cpu_cores"]["driver"]
+    return (
+        f"{counted['seconds']:.0f} s on the DAQ: {counted['samples']} samples, {counted['lost']} "
+        f"lost, {counted['rate']:.3f} a second; the driver kept {cores:.2f} cores busy"
+    )

@@ -1,0 +1,339 @@
+"""The device on a DAQ, over a real socket, against a server that speaks the vendor's protocol."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+import yaml
+from nidaqmx.error_codes import DAQmxErrors
+
+from daq_server import CDAQ, USB_6002, X_SERIES, Board, DaqServer
+from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices import (
+    DeviceError,
+    GuardedDevice,
+    Interlock,
+    LimitExceeded,
+    Limits,
+    NiDaqmxProbe,
+    NiDaqmxSettings,
+    Tripped,
+)
+from tissue_probe.devices.calibration import Calibration
+from tissue_probe.estimation import Estimator, EstimatorSettings
+from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
+from tissue_probe.signals import FloatArray, SampleBlock
+
+CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
+DRIVE = Sine(frequency=10.0, amplitude=0.85)
+PATIENCE = 10.0
+#: Half a step of the drive next to a zero: what a dry buffer may hold [V].
+HELD = 0.5 * DRIVE.amplitude * 2.0 * np.pi * DRIVE.frequency * 5e-4
+#: Static lines that leave time to a busy machine.
+FAST_LINES = dataclasses.replace(USB_6002, digital_time=1e-4)
+
+
+class Bench:
+    """A DAQ, its server, and probes on it."""
+
+    def __init__(self, model, calibration: Calibration = CALIBRATION, **board: float) -> None:
+        self.calibration = calibration
+        self.board = Board(model, calibration, **board)
+        self.server = DaqServer(self.board)
+        self.probes: list[NiDaqmxProbe] = []
+
+    def probe(self, **settings: object) -> NiDaqmxProbe:
+        chosen = NiDaqmxSettings(**{"server": self.server.address, "timeout": 0.3} | settings)
+        self.probes.append(NiDaqmxProbe(chosen, self.calibration))
+        return self.probes[-1]
+
+    def wait_until_coil_rests(self, largest: float) -> None:
+        """Wait until the coil has been within ``largest`` [V] of zero for a tenth of a second."""
+        end = time.monotonic() + PATIENCE
+        since = time.monotonic()
+        while time.monotonic() - since < 0.1:
+            if abs(self.server.coil_voltage) > largest:
+                since = time.monotonic()
+            assert time.monotonic() < end, "the coil is driven on"
+            time.sleep(0.002)
+
+    def close(self) -> None:
+        self.board.faults.clear()
+        for probe in self.probes:
+            probe.close()
+        self.server.die()
+
+
+@pytest.fixture
+def bench():
+    made: list[Bench] = []
+
+    def make(model=X_SERIES, **board: float) -> Bench:
+        made.append(Bench(model, **board))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def read_seconds(probe, seconds: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    blocks = [probe.read(10) for _ in range(round(seconds / probe.sample_period / 10.0))]
+    return tuple(
+        np.concatenate([getattr(block, name) for block in blocks])
+        for name in ("position", "force", "command")
+    )
+
+
+def test_force_and_position_are_those_of_the_tissue_behind_the_channels(bench):
+    probe = bench(stiffness=700.0, damping=6.0).probe()
+    probe.start(DRIVE)
+    block = SampleBlock(0, 0, probe.sample_period, *read_seconds(probe, 1.5))
+    found = Estimator("robust_ekf", EstimatorSettings()).process(block)
+    assert found.stiffness[-1] == pytest.approx(700.0, rel=0.01)
+    assert found.damping[-1] == pytest.approx(6.0, rel=0.05)
+
+
+def test_polarity_and_scale_are_the_calibrations(bench):
+    turned = CALIBRATION.changed(
+        force_polarity="tension", force_offset_volts=0.3, position_per_count=-5e-8
+    )
+    straight, other = bench().probe(), bench(calibration=turned).probe()
+    runs = []
+    for probe in (straight, other):
+        probe.start(DRIVE)
+        runs.append(read_seconds(probe, 0.3))
+    np.testing.assert_allclose(runs[0][0], runs[1][0], atol=1.01e-7)
+    np.testing.assert_allclose(runs[0][1], runs[1][1], atol=2.0 * 20.0 / 2**16)
+
+
+@pytest.mark.parametrize("model", [X_SERIES, CDAQ])
+def test_command_and_measurement_begin_together_every_time(bench, model):
+    probe = bench(model).probe()
+    firsts = []
+    for _ in range(3):
+        probe.start(Sine(frequency=50.0, amplitude=2.0))
+        firsts.append(read_seconds(probe, 0.05)[0])
+        probe.stop()
+    assert np.ptp(firsts[0]) > 20e-6
+    for first in firsts[1:]:
+        np.testing.assert_allclose(first, firsts[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("excitation", "model", "written"),
+    [
+        (DRIVE, CDAQ, "regenerates"),
+        (Multisine(amplitude=0.5), CDAQ, "regenerates"),
+        (Sine(frequency=np.pi), CDAQ, "is streamed"),
+        (DRIVE, X_SERIES, "is streamed"),
+        (Chirp(amplitude=0.5), X_SERIES, "is streamed"),
+        (SteppedSweep(amplitude=0.5), X_SERIES, "is streamed"),
+    ],
+)
+def test_what_repeats_is_regenerated_by_a_daq_that_can_end_it(bench, excitation, model, written):
+    made = bench(model)
+    probe = made.probe()
+    probe.start(excitation)
+    _, _, command = read_seconds(probe, 1.5)
+    np.testing.assert_allclose(command, excitation(np.arange(3000) * 5e-4), atol=1e-9)
+    assert made.board.generation.regenerates == (written == "regenerates")
+
+
+@pytest.mark.parametrize("model", [X_SERIES, CDAQ])
+def test_the_coil_goes_to_zero_by_itself_when_the_driver_falls_silent(bench, model):
+    made = bench(model)
+    probe = made.probe(expiry=0.2)
+    probe.start(DRIVE)
+    read_seconds(probe, 0.3)
+    assert not made.board.expired
+    # From here on nobody reads. Half a step next to a zero is what a dry buffer may hold.
+    begin = time.monotonic()
+    made.wait_until_coil_rests(0.0 if model is CDAQ else HELD)
+    assert time.monotonic() - begin < 2.0
+    assert made.board.expired or made.board.generation.ran_dry
+
+
+def test_an_expired_watchdog_does_not_hinder_the_next_start(bench):
+    made = bench(CDAQ)
+    probe = made.probe(expiry=0.05)
+    probe.start(DRIVE)
+    end = time.monotonic() + PATIENCE
+    while not made.board.expired:
+        assert time.monotonic() < end
+        _ = made.server.coil_voltage
+        time.sleep(0.01)
+    probe.start(DRIVE)
+    assert np.ptp(read_seconds(probe, 0.1)[0]) > 0.0
+
+
+def test_a_slow_swing_is_refused_where_no_watchdog_would_end_it(bench):
+    slow = Sine(frequency=0.1)
+    with pytest.raises(DeviceError, match="no watchdog"):
+        bench(X_SERIES).probe().start(slow)
+    probe = bench(CDAQ).probe()
+    probe.start(slow)
+    probe.read(10)
+
+
+def test_a_driver_that_died_leaves_nothing_that_its_successor_could_not_clear(bench):
+    made = bench()
+    made.probe().start(DRIVE)  # and is never stopped
+    successor = made.probe()
+    assert made.server.coil_voltage == 0.0
+    successor.start(DRIVE)
+    assert successor.read(10).force.size == 10
+
+
+def test_the_coil_is_at_zero_within_a_block_of_the_stop(bench):
+    made = bench()
+    probe = made.probe()
+    probe.start(DRIVE)
+    read_seconds(probe, 0.12)
+    times = []
+    for _ in range(10):
+        begin = time.monotonic()
+        probe.stop()
+        times.append(time.monotonic() - begin)
+        assert made.server.coil_voltage == 0.0
+        probe.start(DRIVE)
+        read_seconds(probe, 0.02)
+    assert np.median(times) < 10 * probe.sample_period * 4  # four requests, on a busy machine
+
+
+def test_the_description_tells_what_ends_the_output(bench):
+    told = yaml.safe_load(bench(X_SERIES).probe().description)
+    assert told["daq"] == "PCIe-6321"
+    assert "buffer runs dry" in told["coil_driven_after_death"]
+    told = yaml.safe_load(bench(CDAQ).probe().description)
+    assert "watchdog" in told["coil_driven_after_death"]
+
+
+def test_a_daq_without_quadrature_counter_is_refused_with_the_way_out(bench):
+    with pytest.raises(DeviceError, match=r"no quadrature counter.*hctl2032"):
+        bench(USB_6002).probe()
+
+
+def test_the_decoder_on_static_lines_is_refused_at_2_khz_with_the_rate_it_reaches(bench):
+    with pytest.raises(DeviceError, match=r"can be read \d+ times a second.*, not 2000: give"):
+        bench(USB_6002).probe(encoder="hctl2032")
+
+
+@pytest.mark.parametrize("negative", [False, True])
+def test_the_decoder_follows_the_probe_at_a_rate_that_it_can_hold(bench, negative):
+    calibration = CALIBRATION.changed(position_per_count=-1e-7 if negative else 1e-7)
+    made = bench(FAST_LINES, calibration=calibration)
+    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
+    probe.start(Sine(frequency=0.5, amplitude=0.85))
+    position, force, command = (
+        np.concatenate(each)
+        for each in zip(
+            *[(b.position, b.force, b.command) for b in (probe.read(5) for _ in range(8))],
+            strict=True,
+        )
+    )
+    assert np.ptp(position) == pytest.approx(1.7e-3, rel=0.35)
+    # Quasi-static: position follows force and command.
+    assert np.corrcoef(position[4:], force[4:])[0, 1] > 0.98
+    assert np.corrcoef(position[4:], command[3:-1])[0, 1] > 0.9
+
+
+def test_a_decoder_that_becomes_too_slow_is_told_and_no_stale_position_delivered(bench):
+    made = bench(FAST_LINES)
+    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
+    probe.start(Sine(frequency=1.0))
+    probe.read(3)
+    made.board.model = dataclasses.replace(USB_6002, digital_time=0.03)
+    with pytest.raises(DeviceError, match="HCTL-2032 was read too late"):
+        probe.read(3)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"device": "Dev2"}, "no DAQ of this name: check nidaqmx.device"),
+        ({"force_channel": "bi0"}, "no such channel: check the names"),
+        ({"server": "127.0.0.1:1"}, "gRPC device server does not answer: is it running"),
+    ],
+)
+def test_what_is_wired_wrongly_is_told_in_one_sentence(bench, settings, said):
+    with pytest.raises(DeviceError) as raised:
+        bench().probe(**settings)
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_rate_beyond_the_daqs_is_refused(bench):
+    with pytest.raises(DeviceError, match="USB-6002, plays and measures at most 5000 samples"):
+        bench(USB_6002).probe(sample_rate=8000.0)
+
+
+def test_the_sample_period_is_the_one_the_daqs_clock_makes(bench):
+    probe = bench().probe(sample_rate=1999.0)
+    assert probe.sample_period == pytest.approx(round(80e6 / 1999.0) / 80e6, rel=1e-12)
+
+
+def test_without_ni_daqmx_on_this_machine_the_way_out_is_told():
+    with pytest.raises(DeviceError, match=r"NI-DAQmx is not installed.*nidaqmx\.server"):
+        NiDaqmxProbe(NiDaqmxSettings(), CALIBRATION)
+
+
+def gone(code: DAQmxErrors):
+    def unplug(made: Bench) -> None:
+        made.board.faults.gone = code
+
+    return unplug
+
+
+FAULTS = {
+    "overrun": (lambda made: setattr(made.board.faults, "overrun", True), "are lost.*-200279"),
+    "gone": (gone(DAQmxErrors.DEV_CANNOT_BE_ACCESSED), "the DAQ is gone.*-201003"),
+    "unplugged": (
+        gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
+        "the DAQ is gone.*-88705",
+    ),
+    "stall": (lambda made: made.board.faults.stall(), r"no sample came for 0\.5 s"),
+    "dead": (lambda made: made.server.die(), "gRPC device server does not answer"),
+    "saturated": (
+        lambda made: setattr(made.board.faults, "saturated", True),
+        "load cell's input is saturated",
+    ),
+    "stuck": (lambda made: setattr(made.board.faults, "stuck", True), "the encoder stayed at"),
+}
+
+
+@pytest.mark.parametrize("model", [X_SERIES, CDAQ])
+@pytest.mark.parametrize("name", FAULTS)
+def test_each_fault_has_its_sentence_and_ends_with_the_coil_at_zero(bench, name, model):
+    fault, said = FAULTS[name]
+    made = bench(model)
+    interlock = Interlock()
+    device = made.probe(expiry=1.0)
+    guarded = GuardedDevice(device, Limits(stale_limit=0.5), 0.28, interlock)
+    guarded.start(DRIVE)
+    read_seconds(guarded, 0.2)
+    fault(made)
+    with pytest.raises((DeviceError, LimitExceeded), match=said):
+        read_seconds(guarded, 3.0)
+    assert interlock.tripped
+    assert "\n" not in interlock.reason
+    assert guarded.commanded_voltage == 0.0
+    with pytest.raises(Tripped):
+        guarded.start(DRIVE)
+    # A dead server cannot be told: then what the DAQ itself does counts.
+    made.wait_until_coil_rests(HELD)
+
+
+def test_lateness_is_how_long_samples_wait(bench):
+    now = [0.0]
+    made = bench(X_SERIES, clock=lambda: now[0])
+    probe = made.probe()
+    assert probe.worst_lateness == 0.0
+    probe.start(DRIVE)
+    now[0] = 0.5
+    assert probe.worst_lateness == pytest.approx(0.5, abs=0.001)
+    probe.read(500)
+    assert probe.worst_lateness == pytest.approx(0.25, abs=0.001)

@@ -1,0 +1,147 @@
+"""A surgical robot on Eclipse Cyclone DDS alone, speaking CRTK: no rclpy, no generated messages.
+
+It holds its tool turned, moves at limited speed to where ``servo_cp`` says, follows CRTK's states,
+and prints what it was told as JSON when a line comes in on standard input.
+"""
+
+import json
+import math
+import os
+import select
+import sys
+import time
+from dataclasses import dataclass
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.types import float64, int32, uint32
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+PERIOD = 0.01  # s
+SPEED = 0.05  # m/s
+TURNED = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    stamp: Time
+    frame_id: str
+
+
+@dataclass
+class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: float64
+    y: float64
+    z: float64
+    w: float64
+
+
+@dataclass
+class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
+    position: Point
+    orientation: Quaternion
+
+
+@dataclass
+class PoseStamped(IdlStruct, typename="geometry_msgs::msg::dds_::PoseStamped_"):
+    header: Header
+    pose: Pose
+
+
+@dataclass
+class OperatingState(IdlStruct, typename="crtk_msgs::msg::dds_::OperatingState_"):
+    header: Header
+    state: str
+    is_homed: bool
+    is_busy: bool
+
+
+@dataclass
+class StringStamped(IdlStruct, typename="crtk_msgs::msg::dds_::StringStamped_"):
+    header: Header
+    string: str
+
+
+def taken(reader: DataReader, kind: type) -> list:
+    """Take what was said; that a writer has left comes as a sample of another kind."""
+    return [sample for sample in reader.take(N=100) if isinstance(sample, kind)]
+
+
+class Robot:
+    """Its three topics out, its two in."""
+
+    def __init__(self) -> None:
+        participant = DomainParticipant(int(os.environ["DOMAIN"]))
+        reliable = Policy.Reliability.Reliable(1_000_000_000)
+        volatile = Qos(reliable, Policy.History.KeepLast(100))
+        latched = Qos(reliable, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+
+        def topic(name: str, kind: type) -> Topic:
+            return Topic(participant, f"rt/dvrk/PSM1/{name}", kind)
+
+        self.poses = DataWriter(participant, topic("measured_cp", PoseStamped), qos=volatile)
+        self.states = DataWriter(participant, topic("operating_state", OperatingState), qos=latched)
+        self.setpoints = DataReader(participant, topic("servo_cp", PoseStamped), qos=volatile)
+        self.commands = DataReader(participant, topic("state_command", StringStamped), qos=volatile)
+        self.position = [0.0, 0.0, 0.01]
+        self.goal = list(self.position)
+        self.state = "DISABLED"
+        self.told = {"setpoints": 0, "commands": [], "turned": 0, "stamps": [], "depth": []}
+        self.tell_state()
+
+    def header(self) -> Header:
+        return Header(Time(*divmod(time.time_ns(), 1_000_000_000)), "PSM1_base")
+
+    def tell_state(self) -> None:
+        self.states.write(OperatingState(self.header(), self.state, True, False))
+
+    def step(self) -> None:
+        for command in taken(self.commands, StringStamped):
+            self.told["commands"].append(command.string)
+            self.state = {"enable": "ENABLED", "disable": "DISABLED"}[command.string]
+            self.tell_state()
+        for setpoint in taken(self.setpoints, PoseStamped):
+            self.follow(setpoint)
+        way = [goal - now for goal, now in zip(self.goal, self.position, strict=True)]
+        distance = math.sqrt(sum(each * each for each in way))
+        part = min(1.0, SPEED * PERIOD / distance) if distance else 0.0
+        self.position = [now + part * each for now, each in zip(self.position, way, strict=True)]
+        pose = Pose(Point(*self.position), Quaternion(*TURNED))
+        self.poses.write(PoseStamped(self.header(), pose))
+
+    def follow(self, setpoint: PoseStamped) -> None:
+        stamp, pose = setpoint.header.stamp, setpoint.pose
+        turn = (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w)
+        self.told["setpoints"] += 1
+        self.told["turned"] += turn != TURNED
+        self.told["stamps"].append(stamp.sec * 1_000_000_000 + stamp.nanosec)
+        self.told["depth"].append(pose.position.z)
+        if self.state == "ENABLED":
+            self.goal = [pose.position.x, pose.position.y, pose.position.z]
+
+
+def main() -> None:
+    robot = Robot()
+    while not select.select([sys.stdin], [], [], PERIOD)[0]:
+        robot.step()
+    print(json.dumps(robot.told))
+
+
+if __name__ == "__main__":
+    main()

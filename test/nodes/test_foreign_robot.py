@@ -1,0 +1,145 @@
+"""Scan and map on a robot that shares no code with us: CRTK over Eclipse Cyclone DDS."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import Transition
+from rclpy.action import ActionClient
+
+from conftest import (
+    PATIENCE,
+    activate,
+    change_state,
+    collect,
+    command,
+    deactivate,
+    driver,
+    estimator,
+    foreign_process,
+)
+from crtk_msgs.msg import OperatingState
+from tissue_probe.nodes.qos import LATCHED, POSES
+from tissue_probe.nodes.session import NodeProcess
+from tissue_probe_msgs.action import ScanGrid
+from tissue_probe_msgs.msg import StiffnessMap
+
+ROBOT = "/dvrk/PSM1"
+
+
+@pytest.fixture
+def robot():
+    """Start the foreign robot; it ends when its standard input does."""
+    process = foreign_process("foreign_robot.py")
+    yield process
+    process.kill()
+    process.wait()
+
+
+def states_of(running, namespace: str) -> list[OperatingState]:
+    return collect(running.node, OperatingState, f"{namespace}/operating_state", LATCHED)
+
+
+def scan(running) -> ScanGrid.Result:
+    client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
+    running.wait_until(client.server_is_ready, "the scan node")
+    goal = ScanGrid.Goal(rows=1, columns=2, spacing=0.01, dwell_time=0.5)
+    accepted = client.send_goal_async(goal)
+    running.wait_until(accepted.done, "an answer")
+    ended = accepted.result().get_result_async()
+    running.wait_until(ended.done, "the scan's end")
+    return ended.result()
+
+
+def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
+    running = session(
+        driver(stage_pose=f"{ROBOT}/measured_cp"),
+        NodeProcess("scan", "scan", parameters={"robot": ROBOT}),
+        estimator("robust_ekf", restart_at_site=False),
+        NodeProcess("mapper", "mapper", parameters={"estimators": ["robust_ekf"]}),
+    )
+    maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
+    states = states_of(running, ROBOT)
+    running.activate({"/probe/driver": 2, "/probe/robust_ekf": 1})
+
+    running.wait_until(lambda: bool(states), "the robot's state")
+    assert states[-1].state == "DISABLED"
+    refused = scan(running)
+    assert refused.status == GoalStatus.STATUS_ABORTED
+    assert "/dvrk/PSM1 is DISABLED: it moves only when it is ENABLED" in refused.result.message
+
+    command(running, ROBOT, "enable")
+    running.wait_until(lambda: states[-1].state == "ENABLED", "the robot to be enabled")
+    done = scan(running)
+    assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
+    running.wait_until(lambda: np.isfinite(maps[-1].stiffness[:2]).all(), "both cells of the map")
+    assert maps[-1].stiffness[:2] == pytest.approx([450.0, 450.0], rel=0.1)
+
+    answer, _ = robot.communicate("stop\n", timeout=PATIENCE)
+    told = json.loads(answer)
+    assert told["commands"] == ["enable"]
+    assert told["setpoints"] > 100
+    assert told["turned"] == 0, "the scan turned the robot's tool"
+    assert np.all(np.diff(told["stamps"]) > 0)
+    assert min(told["depth"]) == 0.0
+
+
+def test_the_driver_is_a_crtk_device_too(session):
+    running = session(driver())
+    states = states_of(running, "/probe")
+    running.wait_until(lambda: bool(states), "the driver's state")
+    assert (states[-1].state, states[-1].is_busy) == ("DISABLED", False)
+    command(running, "/probe", "enable")
+    running.wait_until(lambda: "it knows enable, once configured" in running.log("driver"), "no")
+    activate(running)
+    running.wait_until(lambda: states[-1].state == "ENABLED", "the driver to be active")
+    assert states[-1].is_busy
+    deactivate(running)
+    running.wait_until(lambda: states[-1].state == "DISABLED", "the driver to be inactive")
+
+
+def test_the_driver_is_enabled_and_disabled_by_state_command(session):
+    running = session(driver())
+    states = states_of(running, "/probe")
+    assert change_state(running, Transition.TRANSITION_CONFIGURE)
+    command(running, "/probe", "enable")
+    running.wait_until(lambda: bool(states) and states[-1].state == "ENABLED", "enabled")
+    command(running, "/probe", "disable")
+    running.wait_until(lambda: states[-1].state == "DISABLED", "disabled")
+
+
+def test_a_fault_is_a_crtk_fault(session):
+    running = session(driver(limits__travel_limit=1e-4))
+    states = states_of(running, "/probe")
+    activate(running)
+    running.wait_until(lambda: any(state.state == "FAULT" for state in states), "the fault")
+
+
+def test_the_stage_moves_only_while_it_is_enabled(session):
+    running = session(NodeProcess("stage", "stage", "/stage"))
+    states = states_of(running, "/stage")
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    setpoints = running.node.create_publisher(PoseStamped, "/stage/servo_cp", POSES)
+    running.wait_until(lambda: setpoints.get_subscription_count() == 1, "the stage")
+
+    def ask_for(x: float) -> int:
+        setpoint = PoseStamped()
+        setpoint.pose.position.x = x
+        setpoints.publish(setpoint)
+        return len(poses)
+
+    command(running, "/stage", "pause")
+    running.wait_until(lambda: bool(states) and states[-1].state == "PAUSED", "the pause")
+    count = ask_for(0.01)
+    running.wait_until(lambda: len(poses) > count + 30, "poses")
+    assert poses[-1].pose.position.x == 0.0
+    command(running, "/stage", "resume")
+    running.wait_until(lambda: states[-1].state == "ENABLED", "the stage to go on")
+    ask_for(0.01)
+    running.wait_until(lambda: poses[-1].pose.position.x == pytest.approx(0.01), "the motion")
+    command(running, "/stage", "home")
+    running.wait_until(lambda: "'home' is no command" in running.log("stage"), "the log")

@@ -1,0 +1,64 @@
+"""The volts and counts behind a recording, by the calibration that is in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tissue_probe.cli.recorded import metadata_value
+from tissue_probe.devices.calibration import Calibration, Tare
+from tissue_probe.settings import SettingsError
+from tissue_probe.signals import FloatArray, Recording, SampleBlock
+
+
+def recorded_calibration(recording: Recording) -> Calibration:
+    """Return the calibration by which the recording's volts and counts became SI units.
+
+    Raises
+    ------
+    ValueError
+        If the recording has none that can be read.
+    """
+    for parameters in recording.metadata.values():
+        text = metadata_value(parameters.get("calibration"))
+        if isinstance(text, str) and text:
+            try:
+                return Calibration.parse(text)
+            except SettingsError as error:
+                raise ValueError(f"the recording's calibration cannot be read: {error}") from None
+    raise ValueError("the recording has no calibration: it cannot be read in volts and counts")
+
+
+def raw_volts(recording: Recording) -> FloatArray:
+    """Return the load cell's volts at each sample, shape (n,)."""
+    return _volts(recorded_calibration(recording), recording)
+
+
+def raw_counts(recording: Recording) -> FloatArray:
+    """Return the encoder's counts at each sample, shape (n,); whole numbers but for rounding."""
+    return recorded_calibration(recording).counts(recording.position)
+
+
+def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
+    """Return the recording in SI units by another calibration.
+
+    What was tared off in the run is the same number of volts in both.
+    """
+    before = recorded_calibration(recording)
+    tares = [
+        Tare(stamp=tare.stamp, force=float(calibration.force(before.volts(tare.force))))
+        for tare in before.tares
+    ]
+    after = calibration.changed(tares=tares)
+    blocks = tuple(
+        replace(
+            block,
+            position=after.position(before.counts(block.position)),
+            force=after.force(_volts(before, block), after.tare_at(block.stamps)),
+        )
+        for block in recording.blocks
+    )
+    return replace(recording, blocks=blocks)
+
+
+def _volts(calibration: Calibration, samples: Recording | SampleBlock) -> FloatArray:
+    return calibration.volts(samples.force, calibration.tare_at(samples.stamps))

@@ -1,0 +1,18 @@
+# ruff: noqa: F821
+"""What the estimators without a Kalman filter share: how they write an estimate down.
+
+Never imported: this text becomes part of their kernel modules (see ``lock_in``, ``rls``), which
+keep the first eight rows of the latest estimate in ``memory`` from ``LAST`` on.
+"""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def record(constants, memory, estimates, sample, innovation, normalized):
+    """Write down what is known after a sample."""
+    for row in range(8):
+        estimates[row, sample] = memory[LAST + row]
+    estimates[8, sample] = innovation
+    estimates[9, sample] = normalized
+    estimates[10, sample] = status(
+        constants, memory, memory[LAST], memory[LAST + 1], memory[LAST + 3], memory[LAST + 4]
+    )

@@ -1,0 +1,136 @@
+"""The messages that flow all the time, as the bytes that DDS carries.
+
+What belongs here: messages that come 200 times a second. rclpy makes Python objects of each of a
+message's parts, and asks each for its value again to send it, which takes longer than all that the
+suite does with the values. What does not: messages that come now and then (``conversions``).
+
+Plain CDR: little-endian numbers in the order of the message's definition, each aligned to its own
+size, counted from behind a header of four bytes (OMG DDS-XTypes, section 7.4.1).
+"""
+
+from __future__ import annotations
+
+import struct
+from functools import lru_cache
+
+import numpy as np
+
+from tissue_probe.mapping.fusion import Estimate
+from tissue_probe.nodes.conversions import ESTIMATE_VALUES
+from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock, TissueEstimates
+
+LITTLE_ENDIAN = b"\x00\x01"
+_HEADER = f"<{len(LITTLE_ENDIAN)}s2x"
+_VALUES = struct.Struct(f"<{len(ESTIMATE_VALUES)}dB")
+_FLOAT64 = struct.Struct(f"{_HEADER}d")
+
+
+def float64_to_cdr(value: float) -> bytes:
+    """Return a ``std_msgs/Float64``."""
+    return _FLOAT64.pack(LITTLE_ENDIAN, value)
+
+
+def samples_to_cdr(block: SampleBlock, frame_id: str) -> bytes:
+    """Return a block of samples as a ``ProbeSamples``."""
+    name, count = frame_id.encode(), len(block)
+    seconds, nanoseconds = divmod(block.stamp, NANOSECONDS)
+    return _samples_layout(len(name) + 1, count).pack(
+        *(LITTLE_ENDIAN, seconds, nanoseconds, len(name) + 1, name),
+        *(block.sequence, block.sample_period),
+        *(count, _doubles(block.position)),
+        *(count, _doubles(block.force)),
+        *(count, _doubles(block.command)),
+    )
+
+
+def samples_from_cdr(data: bytes) -> tuple[SampleBlock, str]:
+    """Return the block of samples in a ``ProbeSamples``, and its frame_id.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are no little-endian CDR of a ``ProbeSamples``, its arrays differ in length, or
+        its period is not positive.
+    """
+    if data[:2] != LITTLE_ENDIAN:
+        raise ValueError("the samples are not encoded as little-endian CDR")
+    try:
+        seconds, nanoseconds, length = struct.unpack_from("<iII", data, 4)
+        frame_id = bytes(data[16 : 15 + length]).decode()
+        offset = _aligned(16 + length)
+        sequence, sample_period = struct.unpack_from("<Qd", data, offset)
+        offset += 16
+        arrays = []
+        for _ in range(3):
+            (count,) = struct.unpack_from("<I", data, offset)
+            begin = _aligned(offset + 4) if count else offset + 4
+            arrays.append(np.frombuffer(data, "<f8", count, begin))
+            offset = begin + 8 * count
+    except (struct.error, ValueError) as error:
+        raise ValueError(f"the samples are cut off: {error}") from None
+    stamp = seconds * NANOSECONDS + nanoseconds
+    return SampleBlock(stamp, sequence, sample_period, *arrays), frame_id
+
+
+def last_estimate_to_cdr(estimates: TissueEstimates, frame_id: str) -> bytes:
+    """Return the newest of some estimates as a ``TissueEstimate``."""
+    frame, name = frame_id.encode(), estimates.estimator.encode()
+    seconds, nanoseconds = divmod(int(estimates.stamp[-1]), NANOSECONDS)
+    return _estimate_layout(len(frame) + 1, len(name) + 1).pack(
+        *(LITTLE_ENDIAN, seconds, nanoseconds, len(frame) + 1, frame),
+        *(estimates.sequence[-1], len(name) + 1, name),
+        *(getattr(estimates, value)[-1] for value in ESTIMATE_VALUES),
+        estimates.status[-1],
+    )
+
+
+def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
+    """Return the estimator of a ``TissueEstimate``, its status, and what a map is made of.
+
+    Raises
+    ------
+    ValueError
+        If the bytes are no little-endian CDR of a ``TissueEstimate``.
+    """
+    if data[:2] != LITTLE_ENDIAN:
+        raise ValueError("the estimate is not encoded as little-endian CDR")
+    try:
+        seconds, nanoseconds, length = struct.unpack_from("<iII", data, 4)
+        offset = _aligned(16 + length) + 8
+        (length,) = struct.unpack_from("<I", data, offset)
+        name = bytes(data[offset + 4 : offset + 3 + length]).decode()
+        *values, status = _VALUES.unpack_from(data, _aligned(offset + 4 + length))
+    except (struct.error, ValueError) as error:
+        raise ValueError(f"the estimate is cut off: {error}") from None
+    # The message's values begin with those of an Estimate, in the same order.
+    mapped = values[: len(Estimate._fields) - 1]
+    return name, status, Estimate(seconds * NANOSECONDS + nanoseconds, *mapped)
+
+
+@lru_cache
+def _samples_layout(frame_length: int, count: int) -> struct.Struct:
+    layout = _padded(f"{_HEADER}iII{frame_length}s") + "Qd"
+    for _ in range(3):
+        layout = _padded(f"{layout}I") + f"{8 * count}s"
+    return struct.Struct(layout)
+
+
+@lru_cache
+def _estimate_layout(frame_length: int, name_length: int) -> struct.Struct:
+    layout = _padded(f"{_HEADER}iII{frame_length}s") + f"QI{name_length}s"
+    return struct.Struct(f"{_padded(layout)}{len(ESTIMATE_VALUES)}dB")
+
+
+def _padded(layout: str) -> str:
+    """Return a layout filled up to the next place of a double."""
+    offset = struct.calcsize(layout)
+    return f"{layout}{_aligned(offset) - offset}x"
+
+
+def _aligned(offset: int) -> int:
+    """Return the next place of a double."""
+    return offset + (4 - offset) % 8
+
+
+def _doubles(values: FloatArray) -> bytes:
+    return np.asarray(values, "<f8").tobytes()

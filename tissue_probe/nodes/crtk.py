@@ -1,0 +1,69 @@
+"""CRTK's operating state: what a robot is ready for, told and commanded as the dVRK does it.
+
+https://crtk-robotics.readthedocs.io: the states, and which command leads from which to which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from crtk_msgs.msg import OperatingState, StringStamped
+from tissue_probe.nodes.qos import LATCHED, POSES
+
+DISABLED, ENABLED, PAUSED, FAULT = "DISABLED", "ENABLED", "PAUSED", "FAULT"
+
+#: The state after a command in a state; other commands are invalid there, and change nothing.
+TRANSITIONS = {
+    (DISABLED, "enable"): ENABLED,
+    (DISABLED, "disable"): DISABLED,
+    (ENABLED, "enable"): ENABLED,
+    (ENABLED, "disable"): DISABLED,
+    (ENABLED, "pause"): PAUSED,
+    (PAUSED, "disable"): DISABLED,
+    (PAUSED, "pause"): PAUSED,
+    (PAUSED, "resume"): ENABLED,
+}
+
+
+class OperatingStateInterface:
+    """Publishes ``operating_state`` when it changes and once a second, hears ``state_command``.
+
+    Reliable both; the state is kept for late joiners, and repeated for those who did not ask for
+    what is kept, as CRTK's own client does not.
+
+    Parameters
+    ----------
+    node : Node
+        Whose names the topics are relative to.
+    state : callable
+        Returns the state now, and whether a motion is under way.
+    on_command : callable
+        Called with each command, a word.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        state: Callable[[], tuple[str, bool]],
+        on_command: Callable[[str], None],
+    ) -> None:
+        self._node = node
+        self._state = state
+        self._on_command = on_command
+        self._publisher = node.create_publisher(OperatingState, "operating_state", LATCHED)
+        node.create_subscription(StringStamped, "state_command", self._hear, POSES)
+        node.create_timer(1.0, self.publish)
+        self.publish()
+
+    def publish(self) -> None:
+        """Tell the state now."""
+        state, is_busy = self._state()
+        message = OperatingState(state=state, is_homed=True, is_busy=is_busy)
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+
+    def _hear(self, command: StringStamped) -> None:
+        self._on_command(command.string.strip().lower())
+        self.publish()
