@@ -86,7 +86,7 @@ def _print_errors(fit) -> None:
     print(f"  error                      {1e3 * fit.rmse:.4g} mN rms, "
           f"{100 * fit.rmse / measured_rms:.3g} % of the force's rms")  # fmt: skip
     print(f"  error on held-out blocks   {1e3 * fit.heldout_rmse:.4g} mN rms")
-    print(f"  noise floor                {1e3 * fit.noise:.4g} mN rms: what noise alone would leave")
+    print(f"  noise floor                {1e3 * fit.noise:.4g} mN rms: what noise alone leaves")
     print(f"  error / noise              {fit.ratio:.3g}")
     if not fit.converged:
         print("  the fit did not settle: take its values for a guess")

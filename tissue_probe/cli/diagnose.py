@@ -59,9 +59,7 @@ def diagnose(
     base = diagnosis.ladder.base
     table.add_row("none", "", f"{1e3 * base.rmse:.4g}", f"{1e3 * diagnosis.heldout(base):.4g}", "")
     for each in told.ranking[:SHOWN]:
-        errors = [
-            "" if value is None else f"{1e3 * value:.4g}" for value in (each.rmse, each.heldout_rmse)
-        ]
+        errors = ["" if e is None else f"{1e3 * e:.4g}" for e in (each.rmse, each.heldout_rmse)]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         table.add_row(each.effect, each.family, *errors, gain)
     Console().print(table)

@@ -1,4 +1,4 @@
-"""What ``compare``, ``diagnose`` and ``improve`` have in common: the model asked about, the verdict.
+"""What ``compare``, ``diagnose`` and ``improve`` share: the model asked about, the verdict.
 
 What belongs here: options on the instrument, and from files to a diagnosis.
 What does not: options on measured data (``measured``), what one command prints.
@@ -103,7 +103,7 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
             values[name] = (float(value), float(deviation or 0.0))
         except ValueError:
             raise ValueError(
-                f"--constant {text}: give NAME=VALUE or NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
+                f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
             ) from None
     chosen = Instrument(rig.value, values)
     return chosen.exact() if known else chosen
@@ -200,10 +200,10 @@ def title(fit: Fit) -> str:
 def table(fit: Fit) -> list[tuple[str, str]]:
     """Name every fitted value, with its 95 % interval and unit."""
     deviations, values = fit.deviations(), fit.named()
+    fitted = [entry for entry in fit.composition.values if deviations[entry.name] > 0]
     return [
-        (entry.name, f"{values[entry.name]:.5g} +- {1.96 * deviations[entry.name]:.2g} {entry.unit}")
-        for entry in fit.composition.values
-        if deviations[entry.name] > 0
+        (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g} {e.unit}")
+        for e in fitted
     ]
 
 

@@ -39,6 +39,14 @@ def estimate(
             "By default a recording's own settings, else the paper's probe.",
         ),
     ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Model file (model.yaml) whose tool and effects a Kalman filter takes.",
+            show_default="the recording's own, else Kelvin-Voigt tissue",
+        ),
+    ] = None,
     restart_at_site: Annotated[
         bool | None,
         typer.Option(
@@ -80,7 +88,8 @@ def estimate(
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
     columns = {"time": time, "position": position, "force": force}
     recording, origin = read_samples(samples, topic, columns, force_polarity.value)
-    filter_settings = estimator_settings(recording, estimator, settings or [])
+    changes = [*(settings or []), *([f"model={model}"] if model else [])]
+    filter_settings = estimator_settings(recording, estimator, changes)
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     estimates = run_estimator(
