@@ -179,9 +179,11 @@ class ComposedProbe:
         self._values[self._tissue] = self._own
         step = STEP_OF_TIME_CONSTANT / fastest
         if not 1.0 / step <= MOST_STEPS:
+            least = 1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS)
             raise DeviceError(
                 f"the model's fastest time constant is {1.0 / fastest:.1g} s, too short to "
-                f"simulate at real time, where {1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS):.1g} s is the least"
+                f"simulate at real time: from {least:.1g} s on "
+                "it works"
             )
         return math.ceil(self._period / step * (1.0 - 1e-9))
 

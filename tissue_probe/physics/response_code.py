@@ -147,6 +147,8 @@ class _Function:
     def _tangents(self, array: str, rows: sp.Matrix, flat: bool = False) -> None:
         """Fill d rows / d (start, values) = (d rows / d states) T + d rows / d coil dU + direct."""
         model, program = self.model, self.program
+        if rows.rows == 0:
+            return
         parts = [(rows.jacobian(model.states), "T")] if len(model.states) else []
         if self.moved:
             parts.append((rows.jacobian(COIL), "dU"))

@@ -1,0 +1,168 @@
+"""The filters on a model file: innovations fall to the noise, and what cannot run is refused."""
+
+import numpy as np
+import pytest
+
+from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.model_file import save
+from tissue_probe.physics.response import course, respond
+from tissue_probe.settings import SettingsError
+from tissue_probe.signals import SampleBlock, TissueEstimates
+
+PERIOD, NOISE = 5e-4, 0.005
+START = 1_700_000_000_000_000_000
+
+
+def default_values(composition):
+    entries = composition.entries(map(str, composition.model.values))
+    return {entry.name: entry.default for entry in entries}
+
+
+def written(path, composition, **changes):
+    """A model file of default values, some of them changed."""
+    save(path, composition, default_values(composition) | changes, {})
+    return str(path)
+
+
+def measured(composition, samples=5000, mean=5e-4, **changes):
+    """Samples of a simulated probe, pressed and driven by two sines, begun at rest."""
+    times = np.arange(samples) * PERIOD
+    s = np.clip(times / 0.2, 0.0, 1.0)
+    sines = 1e-3 * np.sin(44.0 * times) + 4e-4 * np.sin(144.5 * times + 1.0)
+    position = s**3 * (10 - 15 * s + 6 * s**2) * (mean + sines)
+    kernel = composition.kernel
+    known = default_values(composition) | changes
+    values = np.array([known[name] for name in kernel.VALUES])
+    start = np.zeros(len(kernel.STATES))
+    force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
+    force += NOISE * np.random.default_rng(1).standard_normal(samples)
+    return SampleBlock(START, 0, PERIOD, position, force, np.zeros(samples))
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def last_half(estimates):
+    return estimates[len(estimates) // 2 :]
+
+
+CASES = [
+    ("robust_ekf", "cubic_stiffening"),  # nonlinear
+    ("robust_ekf", "standard_linear_solid"),  # a state of its own
+    ("ukf", "standard_linear_solid"),
+    ("ekf", "force_lag"),  # a state in the output
+    ("robust_ekf", "mains_hum"),  # the time in the output, strengths estimated
+    ("ekf", "tissue_motion"),  # the time in the motion
+    ("robust_ekf", "contact_loss"),  # a switch
+    ("ekf", "encoder_interpolation"),  # the position
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "effect"), CASES)
+def test_innovations_fall_to_the_noise_on_the_same_data(name, effect, tmp_path):
+    composition = Composition(effects=(EFFECTS[effect],))
+    changes = {"interpolation_sine": 3e-6} if effect == "encoder_interpolation" else {}
+    block = measured(composition, **changes)
+    path = written(tmp_path / "model.yaml", composition, **changes)
+    plain = Estimator(name, EstimatorSettings()).process(block)
+    improved = Estimator(name, EstimatorSettings(model=path)).process(block)
+    assert rms(last_half(plain).innovation) > 1.5 * NOISE
+    assert rms(last_half(improved).innovation) < 1.05 * NOISE
+    # Wrong derivatives of the output would show in how far the filter believes itself.
+    assert np.mean(last_half(improved).normalized_innovation_squared) == pytest.approx(1.0, abs=0.1)
+    assert improved.stiffness[-1] == pytest.approx(450.0, rel=0.01)
+    assert improved.damping[-1] == pytest.approx(5.0, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_model_file_without_effects_is_the_plain_filter(tmp_path):
+    block = measured(Composition(), samples=1000)
+    path = written(tmp_path / "model.yaml", Composition())
+    plain = Estimator("robust_ekf", EstimatorSettings()).process(block)
+    same = Estimator("robust_ekf", EstimatorSettings(model=path)).process(block)
+    np.testing.assert_allclose(same.stiffness, plain.stiffness, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(same.innovation, plain.innovation, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_the_tool_is_the_files(tmp_path):
+    block = measured(Composition(), tip_mass=0.06)
+    path = written(tmp_path / "model.yaml", Composition(), tip_mass=0.06)
+    estimates = Estimator("robust_ekf", EstimatorSettings(model=path)).process(block)
+    assert estimates.stiffness[-1] == pytest.approx(450.0, rel=0.01)
+    again = Estimator("robust_ekf", EstimatorSettings(tip_mass=0.06)).process(block)
+    np.testing.assert_allclose(again.stiffness, estimates.stiffness, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_model_that_knows_the_time_gives_the_same_in_blocks_of_any_size(tmp_path):
+    composition = Composition(effects=(EFFECTS["mains_hum"],))
+    block = measured(composition, samples=2000)
+    settings = EstimatorSettings(model=written(tmp_path / "model.yaml", composition))
+    whole = Estimator("robust_ekf", settings).process(block)
+    cut = Estimator("robust_ekf", settings)
+    pieces = [cut.process(block[i : i + 7]) for i in range(0, 2000, 7)]
+    np.testing.assert_array_equal(TissueEstimates.concatenate(pieces).innovation, whole.innovation)
+
+
+@pytest.mark.slow
+def test_a_phase_is_learnt_anew_after_a_gap(tmp_path):
+    composition = Composition(effects=(EFFECTS["mains_hum"],))
+    block = measured(composition, hum_sine=0.05)
+    path = written(tmp_path / "model.yaml", composition, hum_sine=0.05)
+    estimator = Estimator("robust_ekf", EstimatorSettings(model=path))
+    estimator.process(block[:2000])
+    after = estimator.process(block[2007:])
+    assert estimator.gaps == 1
+    assert rms(after.innovation[1000:]) < 1.05 * NOISE
+
+
+@pytest.mark.slow
+def test_strengths_can_be_estimated_too(tmp_path):
+    """The file is of another tissue, three times less curved."""
+    composition = Composition(effects=(EFFECTS["cubic_stiffening"],))
+    block = measured(composition, cubic_stiffness=6e7)
+    path = written(tmp_path / "model.yaml", composition, cubic_stiffness=1.8e8)
+    held = Estimator("ekf", EstimatorSettings(model=path)).process(block)
+    free = Estimator("ekf", EstimatorSettings(model=path, estimate_effects=True)).process(block)
+    assert rms(last_half(held).innovation) > 1.5 * NOISE
+    assert rms(last_half(free).innovation) < 1.05 * NOISE
+    assert free.stiffness[-1] == pytest.approx(450.0, rel=0.02)
+
+
+REFUSED = {
+    "channel_delay": "channel_delay cannot run live: its force is that of an earlier position",
+    "backlash": "backlash cannot run live: it remembers which way the play was taken up",
+    "stiffness_step": "stiffness_step cannot run live: it happens at a time of the recording",
+    "stiffness_ramp": "stiffness_ramp cannot run live: it happens at a time of the recording",
+}
+
+
+@pytest.mark.parametrize("effect", REFUSED)
+def test_what_cannot_run_live_is_refused_in_one_sentence(effect, tmp_path):
+    path = written(tmp_path / "model.yaml", Composition(effects=(EFFECTS[effect],)))
+    with pytest.raises(SettingsError, match=REFUSED[effect]) as failure:
+        Estimator("robust_ekf", EstimatorSettings(model=path))
+    assert str(failure.value).startswith(path)
+    assert "\n" not in str(failure.value)
+
+
+def test_only_the_compliant_probe_and_solids_run_live(tmp_path):
+    rigid = written(tmp_path / "rigid.yaml", Composition("rigid_probe"))
+    with pytest.raises(SettingsError, match="rig rigid_probe cannot run live"):
+        Estimator("ekf", EstimatorSettings(model=rigid))
+    fluid = written(tmp_path / "fluid.yaml", Composition(tissue="maxwell"))
+    with pytest.raises(SettingsError, match="tissue maxwell cannot run live"):
+        Estimator("ekf", EstimatorSettings(model=fluid))
+
+
+@pytest.mark.parametrize("name", ["lock_in", "rls"])
+def test_what_is_no_kalman_filter_takes_no_model(name, tmp_path):
+    assert name in ESTIMATORS
+    path = written(tmp_path / "model.yaml", Composition())
+    with pytest.raises(SettingsError, match=f"{name} knows Kelvin-Voigt tissue only"):
+        Estimator(name, EstimatorSettings(model=path))
