@@ -50,6 +50,9 @@ class Fit:
         Sum of squared residuals over the noise, and of squared departures from the priors.
     unknowns : int
         How many parameters were free (the rig's tolerances and the starts not counted).
+    start_penalty : float
+        What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
+        how many times narrower the data make their prior.
     heldout : tuple of array
         Residuals [N] of each eighth of the record when the values are fitted to the other seven
         (to first order in what that changes).
@@ -66,6 +69,7 @@ class Fit:
     heldout: tuple[FloatArray, ...]
     cost: float
     unknowns: int
+    start_penalty: float
     converged: bool
 
     @property
@@ -105,7 +109,8 @@ class Fit:
     @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown."""
-        return self.samples * np.log(self.cost) + self.unknowns * np.log(self.samples)
+        counted = self.unknowns * np.log(self.samples) + self.start_penalty
+        return float(self.samples * np.log(self.cost) + counted)
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:
@@ -182,6 +187,7 @@ class Problem:
             still = measurement.at_rest
             spreads = {
                 "free": depth,
+                "force": abs(measurement.force[0]) * still + 2 * extent.force * (not still) + 1e-6,
                 "length": loaded + 1e-8 if still else depth,
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
@@ -406,8 +412,22 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         heldout=tuple(_left_out(problem, point)),
         cost=point.cost,
         unknowns=problem.unknowns,
+        start_penalty=_start_penalty(problem, point),
         converged=converged,
     )
+
+
+def _start_penalty(problem: Problem, point: _Point) -> float:
+    """Log determinant of the starts' posterior precision in units of their prior's."""
+    q, n = problem.count, problem.states
+    own = [i for i, spread in enumerate(problem.kernel.SPREADS) if spread in ("length", "force")]
+    penalty = 0.0
+    for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):
+        place = np.array([q + index * n + i for i in own])
+        scale = deviation[own]
+        scaled = point.normal[np.ix_(place, place)] * np.outer(scale, scale)
+        penalty += float(np.linalg.slogdet(scaled)[1])
+    return penalty
 
 
 def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:

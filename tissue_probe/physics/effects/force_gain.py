@@ -10,7 +10,7 @@ FORCE_GAIN = Effect(
     name="force_gain",
     family="scale",
     physics="The force reads too high by a share, (1 + e) F",
-    parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.9, upper=9.0),),
+    parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.6, upper=1.5),),
     output=(1 + ERROR) * FORCE,
     assumptions="The stiffness that moves the tip is the load cell's nominal one",
     reference="Doebelin, Measurement Systems (2004), section 3.2, on sensitivity errors",

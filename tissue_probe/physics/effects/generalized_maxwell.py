@@ -6,7 +6,7 @@ from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Pa
 
 K1, K2 = sp.symbols("relaxing_stiffness_1 relaxing_stiffness_2", real=True)
 R1, R2 = sp.symbols("relaxation_rate_1 relaxation_rate_2", positive=True)
-Y1, Y2 = sp.symbols("branch_extension_1 branch_extension_2", real=True)
+F1, F2 = sp.symbols("branch_force_1 branch_force_2", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -29,8 +29,11 @@ GENERALIZED_MAXWELL = Effect(
         Parameter(R1, "1/s", default=5.0, lower=1e-2, upper=2e3),
         Parameter(R2, "1/s", default=100.0, lower=1e-2, upper=2e3),
     ),
-    force=K1 * Y1 + K2 * Y2,
-    states=(State(Y1, TIP_VELOCITY - R1 * Y1), State(Y2, TIP_VELOCITY - R2 * Y2)),
+    force=F1 + F2,
+    states=(
+        State(F1, K1 * TIP_VELOCITY - R1 * F1, spread="force"),
+        State(F2, K2 * TIP_VELOCITY - R2 * F2, spread="force"),
+    ),
     strengths=2,
     starts=starts,
     simpler=("standard_linear_solid",),

@@ -10,7 +10,7 @@ LOAD_CELL_STIFFNESS_ERROR = Effect(
     name="load_cell_stiffness_error",
     family="scale",
     physics="The load cell's spring is stiffer than believed by a share, (1 + e) k0",
-    parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.9, upper=9.0),),
+    parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.5, upper=1.0),),
     cell=1 + ERROR,
     assumptions="The force that it reads stays right",
     reference="Doebelin, Measurement Systems (2004), section 5.2, on elastic force transducers",

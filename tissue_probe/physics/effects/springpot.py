@@ -31,10 +31,10 @@ SPRINGPOT = Effect(
         Parameter(STRENGTH, "N/m s^a", default=50.0, lower=0.0, upper=1e5),
         Parameter(EXPONENT, "1", default=0.3, lower=0.02, upper=0.98),
     ),
-    force=STRENGTH
-    * sum(_WIDTH * weight * y for weight, y in zip(_WEIGHTS, BRANCHES, strict=True)),
+    force=sum(BRANCHES),
     states=tuple(
-        State(y, TIP_VELOCITY - rate * y) for rate, y in zip(RATES, BRANCHES, strict=True)
+        State(f, STRENGTH * _WIDTH * weight * TIP_VELOCITY - rate * f, spread="force")
+        for rate, weight, f in zip(RATES, _WEIGHTS, BRANCHES, strict=True)
     ),
     starts=starts,
     assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "

@@ -6,7 +6,7 @@ from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Pa
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
 RATE = sp.Symbol("relaxation_rate", positive=True)
-BRANCH = sp.Symbol("branch_extension", real=True)
+BRANCH = sp.Symbol("branch_force", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -23,9 +23,9 @@ STANDARD_LINEAR_SOLID = Effect(
         Parameter(RELAXING_STIFFNESS, "N/m", default=300.0, lower=0.0, upper=1e5),
         Parameter(RATE, "1/s", default=50.0, lower=1e-2, upper=2e3),
     ),
-    # The spring's extension y follows y' = x' - r y.
-    force=RELAXING_STIFFNESS * BRANCH,
-    states=(State(BRANCH, TIP_VELOCITY - RATE * BRANCH),),
+    # The branch's force f follows f' = k1 x' - r f.
+    force=BRANCH,
+    states=(State(BRANCH, RELAXING_STIFFNESS * TIP_VELOCITY - RATE * BRANCH, spread="force"),),
     starts=starts,
     assumptions="Small strains; one relaxation time",
     reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",
