@@ -24,6 +24,8 @@ from tissue_probe.signals import FloatArray
 FOLLOWED, WORSE = 3, 2.0
 #: Where even the promise is this many times the best cost, one start is enough.
 FAR = 3.0
+#: And so it is where an effect of first order promises less than this share.
+LEAST_SHARE = 0.004
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -130,7 +132,8 @@ class _Proposals:
         if effect.contact != TISSUE_FORCE:
             begin += _pressed(base, instrument)
         proposals = []
-        for known, proposed in product(begin, effect.starts(extent(base.measurements))):
+        tried = list(effect.starts(extent(base.measurements)))
+        for known, proposed in product(begin, tried):
             values = _values(self.problem, known, effect, proposed)
             starts = begin_states(self.problem, base, values)
             promised, after, begun = promise(self.problem, values, starts)
@@ -141,11 +144,14 @@ class _Proposals:
             )
         proposals.sort(key=lambda proposal: proposal[0])
         self.promise = proposals[0][0] if proposals else np.inf
+        self.known = base.cost
+        self.direct = any(p.name in each for p in effect.parameters[:1] for each in tried)
         self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
 
     def fits(self, bar: Bar) -> list[Fit]:
         """Search from the best proposals, and again near what was found."""
-        best = self.best if self.promise < FAR * bar.cost else self.best[:1]
+        near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.known
+        best = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
         tried = [search(self.problem, values, starts, bar) for _, values, starts in best]
         found = [fit for fit in tried if fit is not None]
         if self.effect.near and found:
