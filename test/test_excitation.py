@@ -229,3 +229,33 @@ def test_a_wrong_description_is_refused_in_one_sentence(description, said):
 def test_an_excitation_cannot_be_changed_once_it_is_made():
     with pytest.raises(ValidationError):
         Sine().amplitude = 9.0
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        Sine(frequency=7.3),
+        SteppedSweep(start=2.0, stop=5.0, duration=4.0, steps=7),
+        Chirp(start=1.0, stop=30.0, duration=10.0),
+        Multisine(start=2.0, stop=9.0, spacing=0.5),
+    ],
+    ids=type,
+)
+def test_what_repeats_does_so_after_its_period_and_not_before(excitation):
+    t = np.linspace(0.0, 20.0, 4001)
+    values = excitation(t)
+    np.testing.assert_allclose(excitation(t + excitation.period), values, atol=1e-9)
+    assert np.abs(excitation(t + 0.5 * excitation.period) - values).max() > 0.1
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        SteppedSweep(start=1.0, stop=2.0, duration=1.1),
+        Chirp(start=1.0, stop=30.3, duration=1.0),
+        Multisine(start=1.3, stop=9.0, spacing=0.5),
+    ],
+    ids=type,
+)
+def test_what_does_not_repeat_has_no_period(excitation):
+    assert excitation.period is None

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import signal
+import subprocess
+import sys
+
 import grpc
 import nidaqmx
 import numpy as np
@@ -161,3 +166,21 @@ def test_a_watchdog_wants_to_be_the_first(daq):
     assert code_of(watchdog.reset_timer) == -200644
     watchdog.clear_expiration()
     assert not watchdog.expired
+
+
+def test_as_a_program_it_serves_until_ctrl_c():
+    program = subprocess.Popen(
+        [sys.executable, "-m", "daq_server", "--port", "0", "--model", "cdaq"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        told = program.stdout.readline()
+        address = re.search(r"cDAQ-9189 as Dev1 at (\S+);", told)[1]
+        with grpc.insecure_channel(address) as channel:
+            device = nidaqmx.system.Device("Dev1", grpc_options=GrpcSessionOptions(channel, ""))
+            assert device.product_type == "cDAQ-9189"
+        program.send_signal(signal.SIGINT)
+        assert program.wait(20.0) == 0
+    finally:
+        program.kill()

@@ -132,8 +132,8 @@ def test_a_device_that_commands_more_than_it_was_told_is_stopped(limits, said):
 
 def test_a_coil_that_heats_is_stopped_at_its_root_mean_square_and_cools_in_between():
     # 1 V is 0.25 A, or 0.1768 A root mean square.
-    _, guarded = started(rms_current_limit=0.18, heating_time=0.05)
-    guarded.read(2000)
+    _, guarded = started(rms_current_limit=0.18, heating_time=1.0)
+    guarded.read(10_000)
     guarded.stop()
     probe, guarded = started(rms_current_limit=0.17, heating_time=0.2)
     guarded.read(200)  # a tenth of a second is too short to heat it

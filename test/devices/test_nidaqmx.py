@@ -46,7 +46,9 @@ class Bench:
         self.probes: list[NiDaqmxProbe] = []
 
     def probe(self, **settings: object) -> NiDaqmxProbe:
-        chosen = NiDaqmxSettings(**{"server": self.server.address, "timeout": 0.3} | settings)
+        # A busy machine may be late by a second.
+        common = {"server": self.server.address, "timeout": 1.0, "expiry": 2.0}
+        chosen = NiDaqmxSettings(**common | settings)
         self.probes.append(NiDaqmxProbe(chosen, self.calibration))
         return self.probes[-1]
 
@@ -226,12 +228,12 @@ def test_the_decoder_on_static_lines_is_refused_at_2_khz_with_the_rate_it_reache
 def test_the_decoder_follows_the_probe_at_a_rate_that_it_can_hold(bench, negative):
     calibration = CALIBRATION.changed(position_per_count=-1e-7 if negative else 1e-7)
     made = bench(FAST_LINES, calibration=calibration)
-    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
+    probe = made.probe(encoder="hctl2032", sample_rate=5.0)
     probe.start(Sine(frequency=0.5, amplitude=0.85))
     position, force, command = (
         np.concatenate(each)
         for each in zip(
-            *[(b.position, b.force, b.command) for b in (probe.read(5) for _ in range(8))],
+            *[(b.position, b.force, b.command) for b in (probe.read(5) for _ in range(5))],
             strict=True,
         )
     )
@@ -243,10 +245,10 @@ def test_the_decoder_follows_the_probe_at_a_rate_that_it_can_hold(bench, negativ
 
 def test_a_decoder_that_becomes_too_slow_is_told_and_no_stale_position_delivered(bench):
     made = bench(FAST_LINES)
-    probe = made.probe(encoder="hctl2032", sample_rate=10.0, timeout=1.0)
-    probe.start(Sine(frequency=1.0))
+    probe = made.probe(encoder="hctl2032", sample_rate=5.0)
+    probe.start(Sine(frequency=0.5))
     probe.read(3)
-    made.board.model = dataclasses.replace(USB_6002, digital_time=0.03)
+    made.board.model = dataclasses.replace(USB_6002, digital_time=0.05)
     with pytest.raises(DeviceError, match="HCTL-2032 was read too late"):
         probe.read(3)
 
@@ -295,7 +297,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone.*-88705",
     ),
-    "stall": (lambda made: made.board.faults.stall(), r"no sample came for 0\.5 s"),
+    "stall": (lambda made: made.board.faults.stall(), "no sample came for 1 s"),
     "dead": (lambda made: made.server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda made: setattr(made.board.faults, "saturated", True),
@@ -312,7 +314,7 @@ def test_each_fault_has_its_sentence_and_ends_with_the_coil_at_zero(bench, name,
     made = bench(model)
     interlock = Interlock()
     device = made.probe(expiry=1.0)
-    guarded = GuardedDevice(device, Limits(stale_limit=0.5), 0.28, interlock)
+    guarded = GuardedDevice(device, Limits(stale_limit=1.0), 0.28, interlock)
     guarded.start(DRIVE)
     read_seconds(guarded, 0.2)
     fault(made)

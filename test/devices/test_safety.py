@@ -147,6 +147,7 @@ def test_a_failure_while_it_runs_trips_and_only_a_reset_arms_again(failure):
         with pytest.raises(Tripped, match="the cable is out"):
             guarded.start(Sine(amplitude=1.0))
         assert probe.commanded_voltage == 0.0
+    assert len(probe.told) == 1
     interlock.reset()
     guarded.start(Sine(amplitude=1.0))
     assert guarded.read(5).position.size == 5

@@ -8,6 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from conftest import activate, collect, command, driver, estimator, stage_on_tissue
 from tissue_probe.nodes import diagnostics
 from tissue_probe.nodes.diagnostics import OK, STALE, WARN, Rate
+from tissue_probe.nodes.driver import slowness
 from tissue_probe.nodes.session import NodeProcess
 
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf"]})
@@ -84,6 +85,19 @@ def test_a_stage_that_will_not_move_is_a_warning(session):
     health.wait("/stage/stage", OK)
     command(running, "/stage", "disable")
     health.wait("/stage/stage", WARN, "DISABLED")
+
+
+@pytest.mark.parametrize(
+    ("lateness", "rate", "said"),
+    [
+        (0.001, 2000.0, ""),
+        (0.001, 1950.0, ""),
+        (0.08, 2000.0, "a sample was fetched 80 ms late"),
+        (0.001, 1500.0, "1500 samples a second come, not 2000"),
+    ],
+)
+def test_the_driver_tells_what_is_too_slow(lateness, rate, said):
+    assert slowness(lateness, rate, 2000.0) == said
 
 
 def test_a_rate_is_counted_since_it_was_last_asked(monkeypatch):

@@ -36,7 +36,9 @@ def daq(request):
 
 
 def on_daq(server: DaqServer, **parameters: object) -> NodeProcess:
-    return driver(device="nidaqmx", nidaqmx__server=server.address, **parameters)
+    # A busy machine may be late by a second.
+    patient = {"nidaqmx__expiry": 2.0, "limits__stale_limit": 2.0}
+    return driver(device="nidaqmx", nidaqmx__server=server.address, **patient | parameters)
 
 
 def still_at(server: DaqServer, largest: float) -> bool:
@@ -77,7 +79,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone: check its cable",
     ),
-    "stall": (lambda server: server.board.faults.stall(), "no sample came for 0.5 s"),
+    "stall": (lambda server: server.board.faults.stall(), "no sample came for 2 s"),
     "dead": (lambda server: server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda server: setattr(server.board.faults, "saturated", True),
@@ -164,7 +166,7 @@ def test_an_emergency_stop_puts_the_coil_at_zero_within_a_block(session, daq):
 
 
 def test_the_coil_ends_at_zero_after_the_driver_was_killed(session, daq):
-    running = session(on_daq(daq))
+    running = session(on_daq(daq, nidaqmx__expiry=1.0))
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
     activate(running)
     running.wait_until(lambda: len(blocks) >= 50, "samples")
@@ -173,7 +175,7 @@ def test_the_coil_ends_at_zero_after_the_driver_was_killed(session, daq):
     end = killed + PATIENCE
     while not still_at(daq, HELD):
         assert time.monotonic() < end, "the coil is driven on"
-    assert time.monotonic() - killed < 0.5 + 0.05 + 1.0  # expiry, half a period, and the look
+    assert time.monotonic() - killed < 1.0 + 0.05 + 2.0  # expiry, half a period, and the look
 
 
 def test_the_papers_daq_is_refused_at_2_khz_with_one_sentence(session):

@@ -83,6 +83,18 @@ def test_it_is_refused_in_contact_and_the_force_stays_as_it_was(session):
     assert force[:1000].mean() == pytest.approx(0.7, abs=0.15)
 
 
+def test_it_is_refused_with_the_coil_off_where_contact_cannot_be_told(session):
+    """As it is off for the weights of a calibration, too."""
+    running = session(driver(excitation__amplitude=0.0))
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    activate(running)
+    running.wait_until(lambda: len(blocks) > 300, "samples at rest")
+    answer = tare(running)
+    assert not answer.success
+    assert "the coil does not move" in answer.message
+    assert not any(any(block.command) for block in blocks)
+
+
 def test_it_is_refused_while_nothing_is_measured(session):
     running = session(driver())
     assert "not configured" in tare(running).message

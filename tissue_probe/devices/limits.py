@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 import time
 
+import numba
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.devices.device import Samples
 from tissue_probe.excitation import Excitation
 from tissue_probe.settings import setting
-from tissue_probe.signals import FloatArray
+
+#: Which limit was passed.
+NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN = range(10)
+#: Places of what is carried from block to block.
+LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN = range(6)
 
 ADVICE = "the coil is at zero; look at the probe before you reset and activate it again"
 
@@ -105,11 +110,6 @@ class LimitMonitor:
         Coil current for each volt of the command, for a coil at rest [A/V].
     force_range : tuple of float
         Smallest and largest force that can be measured [N]; at these the true force is unknown.
-
-    Attributes
-    ----------
-    limits : Limits
-        May be replaced at any time; the next samples are judged by them.
     """
 
     def __init__(
@@ -119,22 +119,45 @@ class LimitMonitor:
         current_per_volt: float,
         force_range: tuple[float, float] = (-math.inf, math.inf),
     ) -> None:
-        self.limits = limits
         self._period = sample_period
         self._current_per_volt = current_per_volt
         self._force_range = force_range
-        self._heat = 0.0  # mean square of the current [A^2]
+        self._state = np.zeros(6)
         self._ended = time.monotonic()
+        self.limits = limits
+        nothing = np.zeros(1)
+        # Compiled, or loaded from the cache, before the clock runs.
+        _first_passed(nothing, nothing, nothing, self._state, self._bounds)
+        self._state[:] = 0.0
         self.begin()
+
+    @property
+    def limits(self) -> Limits:
+        """What must not be passed; may be replaced at any time, for the next samples."""
+        return self._limits
+
+    @limits.setter
+    def limits(self, limits: Limits) -> None:
+        self._limits = limits
+        self._bounds = (
+            *self._force_range,
+            limits.force_limit,
+            limits.force_rate_limit * self._period,
+            limits.travel_limit,
+            limits.command_limit,
+            limits.current_limit,
+            limits.rms_current_limit**2,
+            limits.stuck_limit,
+            limits.stale_limit / self._period,
+            self._current_per_volt,
+            math.exp(-self._period / limits.heating_time),
+        )
 
     def begin(self) -> None:
         """Expect sample 0 of an activation; the coil has cooled down since the last one."""
         pause = time.monotonic() - self._ended
-        self._heat *= math.exp(-pause / self.limits.heating_time)
-        self._force = math.nan
-        self._position = math.nan
-        self._still_commands = (math.inf, -math.inf)
-        self._unknown = 0
+        heat = self._state[HEAT] * math.exp(-pause / self._limits.heating_time)
+        self._state[:] = math.nan, math.nan, math.inf, -math.inf, heat, 0.0
 
     def judge_excitation(self, excitation: Excitation) -> None:
         """Raise LimitExceeded if the excitation would pass a limit of command or current."""
@@ -157,75 +180,96 @@ class LimitMonitor:
         NaN passes none: it is what was measured, and those who use it say so. But it may not last.
         """
         self._ended = time.monotonic()
-        limits = self.limits
-        try:
-            self._judge_saturation(samples.force)
-            _judge("force", samples.force, limits.force_limit, "N")
-            steps = np.diff(samples.force, prepend=self._force)
-            _judge("rate of the force", steps / self._period, limits.force_rate_limit, "N/s")
-            _judge("position", samples.position, limits.travel_limit, "m")
-            _judge("command", samples.command, limits.command_limit, "V")
-            current = self._current_per_volt * samples.command
-            _judge("coil current", current, limits.current_limit, "A")
-            self._judge_heating(current)
-            self._judge_encoder(samples)
-            self._judge_unknown(samples)
-        except LimitExceeded as exceeded:
-            exceeded.samples = samples
-            raise
-        self._force = samples.force[-1]
+        passed, value = _first_passed(
+            np.ascontiguousarray(samples.position),
+            np.ascontiguousarray(samples.force),
+            np.ascontiguousarray(samples.command),
+            self._state,
+            self._bounds,
+        )
+        if passed != NONE:
+            raise LimitExceeded(f"{self._told(passed, value)}: {ADVICE}", samples)
 
-    def _judge_saturation(self, force: FloatArray) -> None:
-        low, high = self._force_range
-        if np.any((force <= low) | (force >= high)):
-            raise LimitExceeded(
+    def _told(self, passed: int, value: float) -> str:
+        limits = self._limits
+        if passed == SATURATION:
+            low, high = self._force_range
+            return (
                 f"the load cell's input is saturated, at {low:.4g} or {high:.4g} N, and the true "
-                f"force unknown: {ADVICE}"
+                "force unknown"
             )
-
-    def _judge_heating(self, current: FloatArray) -> None:
-        """Average the squared current with one time constant, as a coil's temperature does."""
-        keep = math.exp(-self._period / self.limits.heating_time)
-        for square in np.square(current).tolist():
-            self._heat = keep * self._heat + (1.0 - keep) * square
-        _judge(
-            "root mean square of the coil current",
-            np.array([math.sqrt(self._heat)]),
-            self.limits.rms_current_limit,
-            "A",
-        )
-
-    def _judge_encoder(self, samples: Samples) -> None:
-        for position, command in zip(
-            samples.position.tolist(), samples.command.tolist(), strict=True
-        ):
-            if position != self._position:  # NaN, too, is no standstill
-                self._position = position
-                self._still_commands = (command, command)
-                continue
-            low, high = self._still_commands
-            self._still_commands = low, high = min(low, command), max(high, command)
-            if high - low > self.limits.stuck_limit:
-                raise LimitExceeded(
-                    f"the encoder stayed at {position:.7g} m while the command changed by "
-                    f"{high - low:.3g} V, so it or the coil is stuck: {ADVICE}"
-                )
-
-    def _judge_unknown(self, samples: Samples) -> None:
-        known = np.flatnonzero(np.isfinite(samples.force) & np.isfinite(samples.position))
-        count = samples.force.size
-        self._unknown = count - 1 - known[-1] if known.size else self._unknown + count
-        if self._unknown * self._period > self.limits.stale_limit:
-            raise LimitExceeded(
-                f"force or position were unknown for {self._unknown * self._period:.3g} s, beyond "
-                f"the limit of {self.limits.stale_limit:g} s: {ADVICE}"
+        if passed == STUCK:
+            return (
+                f"the encoder stayed at {self._state[POSITION]:.7g} m while the command changed by "
+                f"{value:.3g} V, so it or the coil is stuck"
             )
+        if passed == UNKNOWN:
+            return (
+                f"force or position were unknown for {value * self._period:.3g} s, beyond the "
+                f"limit of {limits.stale_limit:g} s"
+            )
+        name, limit, unit = {
+            FORCE: ("force", limits.force_limit, "N"),
+            RATE: ("rate of the force", limits.force_rate_limit, "N/s"),
+            TRAVEL: ("position", limits.travel_limit, "m"),
+            COMMAND: ("command", limits.command_limit, "V"),
+            CURRENT: ("coil current", limits.current_limit, "A"),
+            HEATING: ("root mean square of the coil current", limits.rms_current_limit, "A"),
+        }[passed]
+        if passed == RATE:
+            value /= self._period
+        return f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}"
 
 
-def _judge(name: str, values: FloatArray, limit: float, unit: str) -> None:
-    beyond = np.flatnonzero(np.abs(values) > limit)
-    if beyond.size:
-        raise LimitExceeded(
-            f"the {name} was {values[beyond[0]]:.4g} {unit}, beyond its limit of {limit:g} {unit}: "
-            f"{ADVICE}"
-        )
+@numba.njit(cache=True)
+def _first_passed(position, force, command, state, bounds):
+    """Return which limit a sample passed first, NONE if none did, and by which value.
+
+    ``state`` is carried from block to block: force and position of the last sample, least and
+    largest command since the position changed, mean square of the current, samples unknown.
+    """
+    (
+        low,
+        high,
+        force_limit,
+        step_limit,
+        travel,
+        voltage,
+        current,
+        square,
+        stuck,
+        stale,
+        gain,
+        keep,
+    ) = bounds
+    for n in range(force.size):
+        if force[n] <= low or force[n] >= high:
+            return SATURATION, force[n]
+        if abs(force[n]) > force_limit:
+            return FORCE, force[n]
+        step = force[n] - state[LAST_FORCE]
+        if abs(step) > step_limit:
+            return RATE, step
+        state[LAST_FORCE] = force[n]
+        if abs(position[n]) > travel:
+            return TRAVEL, position[n]
+        if abs(command[n]) > voltage:
+            return COMMAND, command[n]
+        if abs(gain * command[n]) > current:
+            return CURRENT, gain * command[n]
+        # The coil warms up and cools down with one time constant.
+        state[HEAT] = keep * state[HEAT] + (1.0 - keep) * (gain * command[n]) ** 2
+        if state[HEAT] > square:
+            return HEATING, math.sqrt(state[HEAT])
+        if position[n] != state[POSITION]:  # NaN, too, is no standstill
+            state[POSITION] = position[n]
+            state[LOW] = state[HIGH] = command[n]
+        state[LOW] = min(state[LOW], command[n])
+        state[HIGH] = max(state[HIGH], command[n])
+        if state[HIGH] - state[LOW] > stuck:
+            return STUCK, state[HIGH] - state[LOW]
+        known = math.isfinite(force[n]) and math.isfinite(position[n])
+        state[SINCE_KNOWN] = 0.0 if known else state[SINCE_KNOWN] + 1.0
+        if state[SINCE_KNOWN] > stale * (1.0 + 1e-9):
+            return UNKNOWN, state[SINCE_KNOWN]
+    return NONE, 0.0

@@ -398,11 +398,23 @@ class Driver(LifecycleNode):
             median, high = np.percentile(recent, (50, 99))
             values["median lateness in the last second [ms]"] = f"{1e3 * median:.3f}"
             values["99th percentile of lateness in the last second [ms]"] = f"{1e3 * high:.3f}"
-        if lateness > LATE:
-            return Health(WARN, f"a sample was fetched {1e3 * lateness:.0f} ms late", values)
-        if rate < SLOW * due and time.monotonic() - self._began > 2.0:
-            return Health(WARN, f"{rate:.0f} samples a second come, not {due:g}", values)
-        return Health(OK, "acquiring", values)
+        # The first second of an activation is not a whole one.
+        whole = time.monotonic() - self._began > 2.0
+        slow = slowness(lateness, rate if whole else due, due)
+        return Health(WARN if slow else OK, slow or "acquiring", values)
+
+
+def slowness(lateness: float, rate: float, due: float) -> str:
+    """Say what is too slow; nothing if all is in time.
+
+    ``lateness`` [s] is the worst of a second, ``rate`` and ``due`` [samples/s] what came and what
+    should have come.
+    """
+    if lateness > LATE:
+        return f"a sample was fetched {1e3 * lateness:.0f} ms late"
+    if rate < SLOW * due:
+        return f"{rate:.0f} samples a second come, not {due:g}"
+    return ""
 
 
 def _place(device: SimulatedProbe, pose: PoseStamped) -> None:

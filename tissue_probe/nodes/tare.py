@@ -11,7 +11,7 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.calibration import Tare as TareRecord
 from tissue_probe.devices.device import Samples
 from tissue_probe.identification.free_air import Refused, free_air_zero
-from tissue_probe.signals import NANOSECONDS
+from tissue_probe.signals import NANOSECONDS, FloatArray
 
 #: So much of the latest samples tells contact from free air [s].
 WINDOW = 1.0
@@ -64,21 +64,26 @@ class Tare:
         Refused
             If no samples come, the probe is in contact, or that cannot be told.
         """
+        position, force = self._latest()
+        tool = self.calibration.tip_mass, self.calibration.load_cell_stiffness
+        zero = free_air_zero(position, force, self._period, *tool)
+        with self._lock:
+            self._force = zero
+            stamp = self._start + round(self._count * self._period * NANOSECONDS)
+            record = TareRecord(stamp=stamp, force=zero)
+            self.calibration = self.calibration.changed(tares=(*self.calibration.tares, record))
+        return zero
+
+    def _latest(self) -> tuple[FloatArray, FloatArray]:
+        """Return position and untared force of the window; the fit must not hold up samples."""
         with self._lock:
             if not self._running:
                 raise Refused("no samples come: activate the driver, in free air, then tare")
-            position, force = (
-                np.concatenate([np.empty(0), *(getattr(each, name) for each in self._recent)])
-                for name in ("position", "force")
-            )
             if self._recent_count * self._period < 0.9 * WINDOW:
                 raise Refused(f"the samples began less than {WINDOW:g} s ago: tare again")
-            tool = self.calibration.tip_mass, self.calibration.load_cell_stiffness
-            self._force = free_air_zero(position, force, self._period, *tool)
-            stamp = self._start + round(self._count * self._period * NANOSECONDS)
-            record = TareRecord(stamp=stamp, force=self._force)
-            self.calibration = self.calibration.changed(tares=(*self.calibration.tares, record))
-            return self._force
+            recent = list(self._recent)
+        position = np.concatenate([samples.position for samples in recent])
+        return position, np.concatenate([samples.force for samples in recent])
 
     def _remember(self, samples: Samples) -> None:
         self._count += samples.position.size

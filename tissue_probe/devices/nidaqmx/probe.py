@@ -42,6 +42,7 @@ class _Closes(Protocol):
 _Closeable = TypeVar("_Closeable", bound=_Closes)
 
 ENCODERS: dict[str, type[Encoder]] = {"counter": CounterEncoder, "hctl2032": Hctl2032}
+STOPPED = "the DAQ was stopped while it was read"
 #: Largest voltage of the output, either way [V]; what is allowed, the limits say.
 COIL_SPAN = 10.0
 #: A voltage so near to an end of the amplifier's span, as a part of it, may be any beyond it.
@@ -109,7 +110,8 @@ class NiDaqmxProbe:
                 self._input.start()
             except BaseException:
                 self._sampling = True  # whatever was started must be stopped
-                self.stop()
+                with suppress(DeviceError):
+                    self.stop()
                 raise
 
     def read(self, count: int) -> Samples:
@@ -134,9 +136,12 @@ class NiDaqmxProbe:
         except DeviceError:
             self._failed = True
             if not self._sampling:
-                raise DeviceError("the DAQ was stopped while it was read") from None
+                raise DeviceError(STOPPED) from None
             raise
-        self.commanded_voltage = float(command[-1])
+        with self._lock:
+            if not self._sampling:
+                raise DeviceError(STOPPED)
+            self.commanded_voltage = float(command[-1])
         return Samples(self._calibration.position(counts), self._calibration.force(volts), command)
 
     @property

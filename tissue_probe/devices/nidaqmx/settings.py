@@ -19,7 +19,7 @@ class NiDaqmxSettings(BaseModel):
     )
     device: str = setting("Dev1", "", "name of the DAQ in NI MAX or NI Hardware Configuration")
     sample_rate: float = setting(
-        2000.0, "Hz", "samples a second, to what the DAQ's clock can divide", ge=10.0, le=10000.0
+        2000.0, "Hz", "samples a second, to what the DAQ's clock can divide", ge=1.0, le=10000.0
     )
     force_channel: str = setting("ai0", "", "analog input of the load cell's amplifier")
     force_terminals: Literal["rse", "nrse", "differential"] = setting(

@@ -1,0 +1,30 @@
+"""The run on the DAQ counts what was recorded, and what was not."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks import daq
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("daq")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", "89")
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        return folder / "daq.mcap", daq.measure(folder, 2.0, say=lambda words: None)
+
+
+def test_every_published_sample_is_counted(run):
+    _, counted = run
+    assert counted["samples"] == counted["published"] > 4000
+    assert counted["lost"] == 0
+    assert f"{counted['samples']} samples, 0 lost" in daq.sentence(counted)
+
+
+def test_what_was_published_but_not_recorded_is_lost(run):
+    bag, counted = run
+    assert daq.count(bag, counted["published"] + 10)["lost"] == 10
