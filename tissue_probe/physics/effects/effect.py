@@ -43,14 +43,14 @@ class State:
     """A state that an effect brings along.
 
     ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
-    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
-    (of the order of the indentation where the probe is not at rest without load), "speed"
-    (likewise), "none", or "free" (of the order of the indentation in any case).
+    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length",
+    "force" or "speed" (of the order of what is measured where the probe is not at rest without
+    load), "none", or "free" (of the order of the indentation in any case).
     """
 
     symbol: sp.Symbol
     motion: sp.Expr
-    start: sp.Expr = sp.Integer(0)
+    start: sp.Expr = sp.S.Zero
     spread: str = "length"
 
 
@@ -156,19 +156,19 @@ class Effect:
     family: str
     physics: str
     parameters: tuple[Parameter, ...] = ()
-    force: sp.Expr = sp.Integer(0)
+    force: sp.Expr = sp.S.Zero
     contact: sp.Expr = TISSUE_FORCE
-    surface: tuple[sp.Expr, sp.Expr] = (sp.Integer(0), sp.Integer(0))
-    drag: sp.Expr = sp.Integer(0)
-    inertia: sp.Expr = sp.Integer(0)
+    surface: tuple[sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero)
+    drag: sp.Expr = sp.S.Zero
+    inertia: sp.Expr = sp.S.Zero
     coil: tuple[sp.Expr, sp.Expr] = (POSITION, POSITION_RATE)
     stretch: sp.Expr = STRETCH
-    engaged: sp.Expr = sp.Integer(1)
-    cell: sp.Expr = sp.Integer(1)
+    engaged: sp.Expr = sp.S.One
+    cell: sp.Expr = sp.S.One
     output: sp.Expr = FORCE
     position: sp.Expr = POSITION
-    delay: sp.Expr = sp.Integer(0)
-    rounded: sp.Expr = sp.Integer(0)
+    delay: sp.Expr = sp.S.Zero
+    rounded: sp.Expr = sp.S.Zero
     states: tuple[State, ...] = ()
     switches: tuple[Switch, ...] = ()
     strengths: int = 1
