@@ -11,6 +11,9 @@ from tissue_probe.physics.response import course, respond
 from tissue_probe.settings import SettingsError
 from tissue_probe.signals import SampleBlock, TissueEstimates
 
+# A kernel is compiled for each model.
+pytestmark = pytest.mark.timeout(600)
+
 PERIOD, NOISE = 5e-4, 0.005
 START = 1_700_000_000_000_000_000
 
@@ -55,7 +58,7 @@ CASES = [
     ("ukf", "standard_linear_solid"),
     ("ekf", "force_lag"),  # a state in the output
     ("robust_ekf", "mains_hum"),  # the time in the output, strengths estimated
-    ("ekf", "tissue_motion"),  # the time in the motion
+    ("robust_ekf", "tissue_motion"),  # the time in the motion
     ("robust_ekf", "contact_loss"),  # a switch
     ("ekf", "encoder_interpolation"),  # the position
 ]

@@ -16,6 +16,9 @@ from tissue_probe.physics.response import course, respond
 from tissue_probe.signals import SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
+# The node's kernel is compiled first, here, so that the node only loads it.
+pytestmark = pytest.mark.timeout(600)
+
 PERIOD, SAMPLES, BLOCK = 5e-4, 3000, 10
 
 

@@ -135,7 +135,7 @@ def test_contact_is_lost_and_regained_at_the_right_instants(name):
     force = force_of(composition, values, position).force
     assert events >= 10
     rms = np.sqrt(np.mean(truth**2))
-    assert np.sqrt(np.mean((force - truth) ** 2)) < 1e-3 * rms
+    assert np.sqrt(np.mean((force - truth) ** 2)) < 2e-3 * rms
     # In shorter steps the events themselves err by next to nothing.
     coil = halved(halved(course(composition.kernel, position, PERIOD, values)))
     start = np.zeros(len(composition.kernel.STATES))
