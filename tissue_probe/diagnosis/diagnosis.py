@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.separation import Suggestion, suggest
 from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.rigs import admits
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
@@ -106,6 +107,7 @@ def diagnose(
         If the samples are such that any fit would be worthless; says why and what to do.
     """
     begun = time.perf_counter()
+    admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
     findings = [finding for each in measurements for finding in _inspected(each)]
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
@@ -115,12 +117,12 @@ def diagnose(
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
-        ladder = climb(composition, clean, instrument, library)
+        ladder = climb(composition, clean, instrument, admitted)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
-    hidden = unseen(ladder.final, library, instrument) if ladder.verdict == "adequate" else ()
+    hidden = unseen(ladder.final, admitted, instrument) if ladder.verdict == "adequate" else ()
     rivals = tied if indistinguishable else [ladder.final]
-    suggestion = suggest(rivals, instrument, library, hidden)
+    suggestion = suggest(rivals, instrument, admitted, hidden)
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
     validated = {
         fit.composition.names: error(fit, validation, instrument) for fit in models if validation
@@ -161,4 +163,7 @@ def _without_spoilt(measurement: Measurement) -> Measurement:
         if finding.name in SPOILT:
             for first, stop in finding.spans:
                 used[first:stop] = False
-    return replace(measurement, used=used & measurement.used)
+    if used.all():
+        return measurement
+    # The noise is estimated anew: where samples repeat there seems to be none.
+    return replace(measurement, used=used & measurement.used, noise=0.0)

@@ -120,7 +120,7 @@ class _Function:
         if not modes:
             return f"def switch({ARGUMENTS}, f, g, rate, dg):\n    return"
         rates = [sp.Symbol(f"rate_of_{state}", real=True) for state in self.model.states]
-        states = conditions.jacobian(self.model.states) * sp.Matrix(rates)
+        states = conditions.jacobian(self.model.states) * sp.Matrix(len(rates), 1, rates)
         coil = sum(
             (conditions.diff(a) * b for a, b in zip(COIL[:2], COIL[1:], strict=True)),
             sp.zeros(len(modes), 1),

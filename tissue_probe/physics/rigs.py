@@ -108,7 +108,7 @@ def rigid_probe(
         If an effect acts on the spring of the load cell.
     """
     for effect in effects:
-        if (effect.cell, effect.stretch, effect.engaged) != (1, STRETCH, 1):
+        if not admits("rigid_probe", effect):
             raise ValueError(
                 f"{effect.name} acts on the load cell's spring, and a rigid probe has none; "
                 "leave it out, or choose the rig compliant_probe"
@@ -130,6 +130,12 @@ def rigid_probe(
 
 
 RIGS = {"compliant_probe": compliant_probe, "rigid_probe": rigid_probe}
+
+
+def admits(rig: str, effect: Effect) -> bool:
+    """Whether a rig has what an effect acts on: the load cell's spring is missing in one."""
+    beside_the_cell = (effect.cell, effect.stretch, effect.engaged) == (1, STRETCH, 1)
+    return rig != "rigid_probe" or beside_the_cell
 
 
 class _Pressed:

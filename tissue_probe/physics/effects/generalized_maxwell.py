@@ -26,8 +26,8 @@ GENERALIZED_MAXWELL = Effect(
     parameters=(
         Parameter(K1, "N/m", default=200.0, lower=0.0, upper=1e5),
         Parameter(K2, "N/m", default=200.0, lower=0.0, upper=1e5),
-        Parameter(R1, "1/s", default=5.0, lower=1e-2, upper=2e3),
-        Parameter(R2, "1/s", default=100.0, lower=1e-2, upper=2e3),
+        Parameter(R1, "1/s", default=5.0, lower=1e-4, upper=2e3),
+        Parameter(R2, "1/s", default=100.0, lower=1e-4, upper=2e3),
     ),
     force=F1 + F2,
     states=(

@@ -21,7 +21,7 @@ STANDARD_LINEAR_SOLID = Effect(
     physics="A spring k1 in series with a damper k1 / r beside the tissue: it yields at rate r",
     parameters=(
         Parameter(RELAXING_STIFFNESS, "N/m", default=300.0, lower=0.0, upper=1e5),
-        Parameter(RATE, "1/s", default=50.0, lower=1e-2, upper=2e3),
+        Parameter(RATE, "1/s", default=50.0, lower=1e-4, upper=2e3),
     ),
     # The branch's force f follows f' = k1 x' - r f.
     force=BRANCH,
