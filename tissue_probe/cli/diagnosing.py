@@ -38,6 +38,9 @@ class TissueName(str, Enum):
     generalized_maxwell = "generalized_maxwell"
 
 
+#: What may be known of the tissue, such as that there is none.
+TISSUE = ("stiffness", "damping")
+
 Rig = Annotated[RigName, typer.Option(help="How the instrument couples to the tissue.")]
 TissueOption = Annotated[TissueName, typer.Option("--tissue", help="The model to begin with.")]
 KnownRig = Annotated[
@@ -49,7 +52,8 @@ Constants = Annotated[
         "--constant",
         metavar="NAME=VALUE[+-SD]",
         help="A constant of the rig and its standard deviation, SI units, such as "
-        "tip_mass=0.04+-0.001; may be given several times.",
+        "tip_mass=0.04+-0.001, or what is known of the tissue, such as stiffness=0; may be given "
+        "several times.",
     ),
 ]
 EffectFiles = Annotated[
@@ -94,10 +98,10 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
     for text in constants:
         name, _, number = text.partition("=")
         value, _, deviation = number.partition("+-")
-        if name not in values:
+        if name not in (*values, *TISSUE):
             raise ValueError(
                 f"--constant {text}: {name} is no constant of {rig.value}; "
-                f"give one of {', '.join(values)}"
+                f"give one of {', '.join((*values, *TISSUE))}"
             )
         try:
             values[name] = (float(value), float(deviation or 0.0))

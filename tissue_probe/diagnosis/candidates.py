@@ -45,7 +45,8 @@ def fit_base(
     fits = []
     for stiffness in (300.0, 2000.0):
         values = problem.nominal.copy()
-        values[names.index("stiffness")] = stiffness
+        if problem.free[names.index("stiffness")]:
+            values[names.index("stiffness")] = stiffness
         starts = [z for z, _ in problem.begin(values)]
         fits.append(search(problem, values, starts))
     found = [fit for fit in fits if fit is not None]

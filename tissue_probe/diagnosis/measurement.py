@@ -73,7 +73,8 @@ class Measurement:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
         if not self.noise > 0:
-            object.__setattr__(self, "noise", max(noise_floor(self.force), 1e-12))
+            floor = noise_floor(self.force[self.used], self.position[self.used])
+            object.__setattr__(self, "noise", max(floor, 1e-12))
 
     @property
     def times(self) -> FloatArray:

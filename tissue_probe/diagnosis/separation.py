@@ -14,6 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import refit
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.visibility import SEEN, visibility
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.effects import Effect
@@ -98,6 +99,8 @@ def suggest(
         return None
     tried = []
     for excitation, preload, duration in EXPERIMENTS:
+        if not _is_sampled(excitation, rivals[0].measurements[0].sample_period):
+            continue
         measurement = _made(rivals[0], excitation, preload, duration)
         if measurement is None:
             continue
@@ -115,6 +118,12 @@ def suggest(
     if len(rivals) > 1 and apart < 1.02:
         return Suggestion({}, 0.0, 0.0, apart, "; ".join(helps) or "calibrate the rig")
     return Suggestion(told, preload, duration, apart, "; ".join(helps) if apart < 1.1 else "")
+
+
+def _is_sampled(excitation: Mapping[str, object], period: float) -> bool:
+    """Whether a recorder of this sample period follows the excitation."""
+    fastest = float(str(excitation.get("stop", excitation.get("frequency"))))
+    return fastest * period * PER_CYCLE <= 1.0
 
 
 def _made(
