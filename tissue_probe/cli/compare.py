@@ -24,6 +24,7 @@ def compare(
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
     site: measured.Site = None,
+    lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
     rig: asked.Rig = asked.RigName.compliant_probe,
     tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
@@ -53,7 +54,7 @@ def compare(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
-    taken = asked.measurements(measured.read_measured(files, layout, starts, site))
+    taken = asked.measurements(measured.read_measured(files, layout, starts, site, lowpass))
     instrument = asked.instrument(rig, known_rig, constant or [])
     if model:
         fit = asked.held(model, taken)

@@ -23,6 +23,7 @@ def diagnose(
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
     site: measured.Site = None,
+    lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
     rig: asked.Rig = asked.RigName.compliant_probe,
     tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
@@ -44,8 +45,8 @@ def diagnose(
         position_polarity, topic,
     )  # fmt: skip
     diagnosis = asked.diagnosis(
-        measured.read_measured(files, layout, starts, site),
-        measured.read_measured(validate or [], layout, starts, site),
+        measured.read_measured(files, layout, starts, site, lowpass),
+        measured.read_measured(validate or [], layout, starts, site, lowpass),
         asked.composition(rig, tissue),
         asked.instrument(rig, known_rig, constant or []),
         effects or [],

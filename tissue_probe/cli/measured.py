@@ -119,6 +119,15 @@ Site = Annotated[
     typer.Option(metavar="NUMBER", help="Site of a scan; each is another piece of tissue."),
 ]
 
+Lowpass = Annotated[
+    float | None,
+    typer.Option(
+        metavar="HERTZ",
+        help="Take out of position and force alike what is faster, and keep 2.5 samples a cycle "
+        "of it.",
+    ),
+]
+
 StartsOption = Annotated[
     Starts, typer.Option("--starts", help="Whether the probe rested before the first sample.")
 ]
@@ -184,7 +193,11 @@ def layout(
 
 
 def read_measured(
-    paths: Sequence[Path], layout: Layout, starts: Starts = Starts.auto, site: int | None = None
+    paths: Sequence[Path],
+    layout: Layout,
+    starts: Starts = Starts.auto,
+    site: int | None = None,
+    lowpass: float | None = None,
 ) -> list[Segment]:
     """Read measurements, cut into segments where samples are missing.
 
@@ -196,12 +209,15 @@ def read_measured(
     RecordingError
         If a file cannot be read, or does not tell all that is needed; says which option does.
     """
-    return [segment for path in paths for segment in _segments(path, layout, starts, site)]
+    return [segment for path in paths for segment in _segments(path, layout, starts, site, lowpass)]
 
 
-def _segments(path: Path, layout: Layout, starts: Starts, site: int | None) -> list[Segment]:
+def _segments(
+    path: Path, layout: Layout, starts: Starts, site: int | None, lowpass: float | None
+) -> list[Segment]:
     from tissue_probe.recording.any_file import read_any
     from tissue_probe.recording.errors import RecordingError
+    from tissue_probe.recording.lowpass import lowpassed
     from tissue_probe.recording.stretches import dwell_blocks, known_stretches
 
     recording, notes = read_any(path, layout)
@@ -212,8 +228,9 @@ def _segments(path: Path, layout: Layout, starts: Starts, site: int | None) -> l
     told = [*notes, *_told(path, sum(filled for _, filled in cut), stretches)]
     chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
     segments = []
-    for number, stretch in enumerate(chosen):
-        rested = starts if stretch is stretches[0] or starts != Starts.at_rest else Starts.moving
+    for number, piece in enumerate(chosen):
+        stretch = lowpassed(piece, lowpass) if lowpass else piece
+        rested = starts if piece is stretches[0] or starts != Starts.at_rest else Starts.moving
         part = f", part {number + 1}" if len(chosen) > 1 else ""
         segments.append(
             Segment(

@@ -1,0 +1,62 @@
+"""Taking out of measurements what is faster than the motion.
+
+What belongs here: one filter for all channels alike, so that none comes late against another.
+What does not: estimating the noise (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.signal import butter, sosfiltfilt
+
+from tissue_probe.signals import SampleBlock
+
+ORDER = 4
+#: Samples that are kept in a cycle of the cut-off frequency: what is left of noise stays white.
+KEPT = 2.5
+
+
+def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
+    """Filter position and force alike, without delay, and keep as many samples as that leaves.
+
+    A linear model holds for filtered signals as it does for the raw ones, and its acceleration
+    term no longer drowns in the position's resolution, which two derivatives magnify.
+
+    Parameters
+    ----------
+    block : SampleBlock
+        Finite samples.
+    frequency : float
+        Where a Butterworth filter of fourth order, run forth and back, halves the signal [Hz].
+
+    Raises
+    ------
+    ValueError
+        If the samples are too few, or taken too slowly, for this filter.
+
+    Notes
+    -----
+    M. Gautier, "Dynamic identification of robots with power model", IEEE ICRA (1997), 1922-1927:
+    the "parallel filtering" and decimation of robot identification.
+    """
+    rate = 1.0 / block.sample_period
+    if not 0.0 < KEPT * frequency <= rate:
+        raise ValueError(
+            f"--lowpass {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
+            f"and up to {rate / KEPT:.4g} Hz"
+        )
+    if len(block) < 100:
+        raise ValueError(f"--lowpass: {len(block)} samples are too few to be filtered; give 100")
+    sections = butter(ORDER, frequency, fs=rate, output="sos")
+    every = int(rate / (KEPT * frequency) + 1e-9)
+    position, force = (
+        sosfiltfilt(sections, channel)[::every] for channel in (block.position, block.force)
+    )
+    return replace(
+        block,
+        sample_period=every * block.sample_period,
+        position=position.copy(),
+        force=force.copy(),
+        command=block.command[::every].copy(),
+    )
