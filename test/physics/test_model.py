@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tissue_probe.physics.effects import EFFECTS
-from tissue_probe.physics.effects.hardening import HARDENING
-from tissue_probe.physics.effects.relaxation import RELAXATION
+from tissue_probe.physics.effects.cubic_stiffening import CUBIC_STIFFENING
+from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
 from tissue_probe.physics.rigs import compliant_probe
 from tissue_probe.physics.simulation import simulate
 
@@ -14,15 +13,15 @@ M, K0, B0 = 0.04, 9700.0, 0.8
 MODELS = {
     "plain": compliant_probe(),
     "offset": compliant_probe(force_offset=True),
-    "relaxation": compliant_probe([RELAXATION]),
-    "hardening": compliant_probe([HARDENING]),
-    "both": compliant_probe([RELAXATION, HARDENING], force_offset=True),
+    "relaxing": compliant_probe([STANDARD_LINEAR_SOLID]),
+    "stiffening": compliant_probe([CUBIC_STIFFENING]),
+    "both": compliant_probe([STANDARD_LINEAR_SOLID, CUBIC_STIFFENING], force_offset=True),
 }
 VALUES = {
     "plain": [450.0, 5.0],
     "offset": [450.0, 5.0, 0.1],
-    "relaxation": [450.0, 5.0, 300.0, 40.0],
-    "hardening": [450.0, 5.0, 2e8],
+    "relaxing": [450.0, 5.0, 300.0, 40.0],
+    "stiffening": [450.0, 5.0, 2e8],
     "both": [450.0, 5.0, 0.1, 300.0, 40.0, 2e8],
 }
 
@@ -121,9 +120,9 @@ def stroke_rate(t):
 
 def test_a_branch_that_relaxes_is_stepped_exactly_too():
     times = np.arange(400) * 5e-4
-    values = VALUES["relaxation"]
+    values = VALUES["relaxing"]
     truth = integrated(values, stroke, stroke_rate, times, relaxing=(300.0, 40.0))
-    force = forces("relaxation", values, stroke(times), 5e-4).force
+    force = forces("relaxing", values, stroke(times), 5e-4).force
     # What is left is the cubic interpolation of the coil between samples.
     assert np.abs(force - truth).max() < 2e-6 * np.abs(truth).max()
 
@@ -133,26 +132,16 @@ def test_a_nonlinear_step_errs_by_less_than_a_millionth_of_the_force(cubic):
     values = [450.0, 5.0, cubic]
     times, fine = np.arange(401) * 5e-4, np.arange(6401) * 5e-4 / 16
     truth = integrated(values, stroke, stroke_rate, times, cubic=cubic)
-    converged = forces("hardening", values, stroke(fine), 5e-4 / 16).force[::16]
+    converged = forces("stiffening", values, stroke(fine), 5e-4 / 16).force[::16]
     assert np.abs(converged - truth).max() < 2e-8 * np.abs(truth).max()
     # Under a cubic input, which is interpolated exactly, all error is the rule's.
-    force = forces("hardening", values, 4e-3 * (times / 0.2) ** 3, 5e-4).force
-    sixteenth = forces("hardening", values, 4e-3 * (fine / 0.2) ** 3, 5e-4 / 16).force[::16]
+    force = forces("stiffening", values, 4e-3 * (times / 0.2) ** 3, 5e-4).force
+    sixteenth = forces("stiffening", values, 4e-3 * (fine / 0.2) ** 3, 5e-4 / 16).force[::16]
     assert np.abs(force - sixteenth).max() < 1e-6 * np.abs(sixteenth).max()
-
-
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-def test_an_effect_of_no_strength_changes_nothing(effect):
-    assert effect.force.subs(effect.parameters[0].symbol, 0) == 0
-    assert len(effect.motion) == len(effect.states)
-    for parameter in effect.parameters:
-        assert parameter.lower <= parameter.default <= parameter.upper
-    for text in (effect.physics, effect.assumptions, effect.reference):
-        assert text
 
 
 def test_the_models_know_which_of_them_are_linear():
     linear = {name: model.is_linear for name, model in MODELS.items()}
     assert linear == {
-        "plain": True, "offset": True, "relaxation": True, "hardening": False, "both": False
+        "plain": True, "offset": True, "relaxing": True, "stiffening": False, "both": False
     }  # fmt: skip

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from tissue_probe.physics.effects.relaxation import RELAXATION
+from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
 from tissue_probe.physics.observability import is_observable, observability_matrix
 from tissue_probe.physics.rigs import compliant_probe
 
@@ -58,7 +58,7 @@ def test_a_constant_force_can_be_told_apart_too():
 
 
 def test_a_relaxing_branch_can_be_told_apart_too():
-    model = compliant_probe([RELAXATION])
+    model = compliant_probe([STANDARD_LINEAR_SOLID])
     matrix = observability_matrix(model)
     values = motion(sp.Rational(1, 1000), sp.Rational(1, 100), sp.Rational(3, 2000), 1, 7, 3)
     numbers = iter([300, 40, sp.Rational(1, 5000), 2, 5, 1, 3])
