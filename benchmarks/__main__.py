@@ -10,7 +10,18 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import daq, estimators, estimators_speed, live, machine, offline, report
+from benchmarks import (
+    daq,
+    diagnosis,
+    diagnosis_report,
+    estimators,
+    estimators_speed,
+    live,
+    machine,
+    offline,
+    report,
+)
+from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
 
 RESULTS = Path(__file__).parent / "results"
@@ -27,8 +38,19 @@ class Part(str, Enum):
     offline = "offline"
     estimators = "estimators"
     speed = "speed"
+    diagnosis = "diagnosis"
     daq = "daq"
     all = "all"
+
+
+class Rig(str, Enum):
+    """Whether a challenge's rig is the nominal one, or off within its tolerances."""
+
+    exact = "exact"
+    tolerant = "tolerant"
+
+
+Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 
 
 def main(
@@ -37,8 +59,18 @@ def main(
         float, typer.Option(min=1.0, help="Time of each live measurement, and of `daq` [s].")
     ] = 60.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
+    count: Annotated[
+        int, typer.Option(min=1, help="`diagnosis`: recordings of one effect in each cell.")
+    ] = diagnosis.COUNT,
+    first_seed: Annotated[
+        int, typer.Option(min=diagnosis.FIRST_SEED, help="Of the challenges of `diagnosis`.")
+    ] = diagnosis.FIRST_SEED,
+    rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
+    excitations: Annotated[
+        list[Excitation] | None, typer.Option(help="Of `diagnosis`; all by default.")
+    ] = None,
 ) -> None:
-    """Measure the live suite, the filters off line, how exact they are, and what a sample costs.
+    """Measure the live suite, the filters, and how often a hidden effect is named.
 
     `daq` counts the samples of the driver on a DAQ, which `all` leaves out.
     """
@@ -46,6 +78,7 @@ def main(
     RESULTS.mkdir(exist_ok=True)
     bag = RESULTS / "run.mcap"
     results: dict[str, object] = {"machine": machine.describe()}
+    batteries: dict[str, diagnosis.Battery] = {}
     try:
         if part == Part.daq:
             bag = RESULTS / "daq.mcap"
@@ -59,13 +92,23 @@ def main(
             results["estimators"] = estimators.measure(range(FIRST_SEED, FIRST_SEED + seeds))
         if part in (Part.speed, Part.all):
             results["speed"] = estimators_speed.measure()
+        if part in (Part.diagnosis, Part.all):
+            rigs, kinds = (
+                [each.value for each in some] for some in (rig or Rig, excitations or Excitation)
+            )
+            batteries = diagnosis.measure(count, first_seed, rigs, kinds)
+            results["diagnosis"] = diagnosis_report.results(batteries)
     except SessionError as error:
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
     if part != Part.daq:
         report.show(results, Console())
-    print(f"kept in {report.keep(results, RESULTS)}; the recording is {bag}")
+    for table in diagnosis_report.tables(batteries):
+        Console().print(table)
+    if bag.exists():
+        print(f"the recording is {bag}")
+    print(f"kept in {report.keep(results, RESULTS)}")
 
 
 if __name__ == "__main__":

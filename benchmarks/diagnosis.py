@@ -1,0 +1,188 @@
+"""How far the diagnosis can be trusted: sealed challenges of seeds that no test uses.
+
+What belongs here: dealing the challenges, diagnosing them, marking the diagnoses.
+What does not: tables (``diagnosis_report``), what counts as right (``challenge.grading``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import count as count_from
+from sys import modules
+from typing import Any
+
+import numpy as np
+
+from benchmarks import sparse_regression
+from tissue_probe.challenge import simulator
+from tissue_probe.challenge.grading import Diagnosis, Grade, Kind, grade, kind_of
+from tissue_probe.challenge.instrument import FORCE_NOISE
+from tissue_probe.challenge.series import SHOWN, deal
+from tissue_probe.challenge.simulator import PINK_NOISE, Challenge, Rig, make_challenge
+from tissue_probe.challenge.trajectory import DURATIONS
+from tissue_probe.diagnosis import diagnosis
+from tissue_probe.diagnosis.answer import answer
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+#: Seeds of the tests are smaller.
+FIRST_SEED = 500_000
+#: Recordings of one hidden effect in each cell, of each excitation on each rig.
+COUNT = 2
+#: For as many of these, and for a part of as many, a cell has one of each other kind.
+TO_ANOTHER = 3
+#: Length of the recordings whose time counts [s].
+TIMED = 2.0
+
+
+@dataclass
+class Battery:
+    """What was hidden on one rig, and what was said of it, by the recordings' seeds.
+
+    Attributes
+    ----------
+    answers : dict
+        Fields of each ``Answer``.
+    diagnoses, regressions : dict
+        Of the suite, and of sparse regression.
+    heldout : list of float
+        Error on the second recording over the rms of the noise [-], where exactly what was hidden
+        was added.
+    seconds : list of float
+        Time of each diagnosis of a 2 s recording, kernels compiled.
+    """
+
+    answers: dict[str, dict[str, Any]] = field(default_factory=dict)
+    diagnoses: dict[str, Diagnosis] = field(default_factory=dict)
+    regressions: dict[str, Diagnosis] = field(default_factory=dict)
+    heldout: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def marks(self) -> tuple[Grade, Grade]:
+        """Return the marks of the suite, and of sparse regression."""
+        return grade(self.answers, self.diagnoses), grade(self.answers, self.regressions)
+
+
+def measure(
+    count: int,
+    first_seed: int,
+    rigs: Sequence[str],
+    excitations: Sequence[str],
+    say: Callable[[str], None] = print,
+) -> dict[str, Battery]:
+    """Return a battery for each rig.
+
+    Parameters
+    ----------
+    count : int
+        Recordings of one hidden effect for each excitation; a third of it of each other kind.
+    first_seed : int
+        Of the first challenge; each further one has a larger one.
+    rigs, excitations : sequences of str
+        Names that ``make_challenge`` knows.
+    say : callable
+        Told of each miss as it is met: seed, excitation, rig, preload, what was hidden (alone: rms
+        left by Kelvin-Voigt over the noise); verdict, effects added, [the indistinguishable],
+        residual over noise of the base and each step, the first of the ranking with theirs.
+    """
+    batteries = {rig: Battery() for rig in rigs}
+    for rig, challenge in challenges(count, first_seed, rigs, excitations):
+        take(batteries[rig], challenge, say)
+    return batteries
+
+
+def challenges(
+    count: int, first_seed: int, rigs: Sequence[str], excitations: Sequence[str]
+) -> Iterator[tuple[str, Challenge]]:
+    """Yield rigs and challenges; single effects are dealt so that each comes equally often."""
+    random, seeds = np.random.default_rng(first_seed), count_from(first_seed)
+    hands = {rig: iter(deal("one", count * len(excitations), random)) for rig in rigs}
+    for excitation in excitations:
+        for rig in rigs:
+            for _ in range(count):
+                yield rig, make_challenge(next(seeds), next(hands[rig]), excitation, rig)
+            for _ in range(-(-count // TO_ANOTHER)):
+                yield rig, make_challenge(next(seeds), (), excitation, rig)
+                yield rig, _two(random, seeds, excitation, rig)
+                (outside,) = deal("outside", 1, random)
+                yield rig, make_challenge(next(seeds), outside, excitation, rig)
+
+
+def _two(
+    random: np.random.Generator, seeds: Iterator[int], excitation: simulator.Kind, rig: Rig
+) -> Challenge:
+    """Hide two effects of which each would show alone."""
+    while True:
+        (effects,) = deal("two", 1, random)
+        challenge = make_challenge(next(seeds), effects, excitation, rig)
+        if min(challenge.answer.ratios.values()) >= SHOWN:
+            return challenge
+
+
+def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> None:
+    """Diagnose a challenge, and note what was said."""
+    sealed = challenge.answer
+    name, excitation = str(sealed.seed), sealed.excitation["kind"]
+    tolerant = sealed.rig["name"] == "tolerant"
+    instrument = Instrument() if tolerant else Instrument().exact()
+    battery.answers[name] = asdict(sealed)
+    battery.regressions[name] = sparse_regression.diagnose(challenge.recording)
+    measured = _measurement(challenge.recording, at_rest=excitation != "sine10ss")
+    timed = DURATIONS[excitation] == TIMED
+    try:
+        found = _diagnose(measured, instrument, warm=timed)
+    except ValueError as error:
+        say(f"{_told(sealed)}: no diagnosis: {error}")
+        return
+    battery.diagnoses[name] = Diagnosis.parse(answer(found).model_dump())
+    if timed:
+        battery.seconds.append(found.seconds)
+    if sealed.effects and set(found.effects) == set(sealed.effects):
+        second = _measurement(challenge.second, at_rest=True)
+        noise = np.hypot(FORCE_NOISE, PINK_NOISE if tolerant else 0.0)
+        battery.heldout.append(diagnosis.error(found.ladder.final, [second], instrument) / noise)
+    if not _right(battery.answers[name], battery.diagnoses[name]):
+        say(f"{_told(sealed)}: {_said(found)}")
+
+
+def _measurement(record: simulator.Measurement, at_rest: bool) -> Measurement:
+    return Measurement(record.position, record.force, record.sample_period, at_rest)
+
+
+def _diagnose(measured: Measurement, instrument: Instrument, warm: bool) -> diagnosis.Diagnosis:
+    """Diagnose a measurement; ``warm``: once more if kernels had to be compiled or loaded."""
+    while True:
+        loaded = len(modules)
+        found = diagnosis.diagnose(Composition(), [measured], instrument, EFFECTS)
+        if not warm or len(modules) == loaded:
+            return found
+
+
+def _right(sealed: Mapping[str, Any], said: Diagnosis) -> bool:
+    """Whether it counts as right for what was hidden, by the strictest mark."""
+    marks = grade({"": sealed}, {"": said})
+    if kind_of(sealed) == Kind.none:
+        return marks.false_alarms.right == 0
+    strictest = (marks.first, marks.absorbed, marks.two, marks.unexplained)
+    return all(count.right == count.total for count in strictest)
+
+
+def _told(sealed: simulator.Answer) -> str:
+    """Return what makes the challenge again, and how strong the hidden effects are."""
+    hidden = " + ".join(f"{name} ({ratio:.1f})" for name, ratio in sealed.ratios.items())
+    kind, preload = sealed.excitation["kind"], 1e3 * sealed.excitation["preload"]
+    rig = sealed.rig["name"]
+    return f"{sealed.seed} {kind} {rig}, preload {preload:.1f} mm, {hidden or 'none'}"
+
+
+def _said(found: diagnosis.Diagnosis) -> str:
+    """Return the verdict, and what each of its models leaves in units of the noise."""
+    ladder = found.ladder
+    ratios = " > ".join(f"{fit.ratio:.3f}" for fit in (ladder.base, *ladder.steps))
+    ranking = ", ".join(
+        f"{fit.composition.names[-1]} {fit.ratio:.3f}" for fit in ladder.ranking[:3]
+    )
+    added, tied = "+".join(found.effects), "/".join(found.indistinguishable)
+    return f"{found.verdict} {added} [{tied}] {ratios}; ranking {ranking}"
