@@ -103,14 +103,15 @@ class Fit:
     @property
     def noise(self) -> float:
         """Standard deviation of the force's white noise over all measurements [N]."""
-        squares = [m.noise**2 * m.force.size for m in self.measurements]
+        squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]
         return float(np.sqrt(sum(squares) / self.samples))
 
     @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown."""
         counted = self.unknowns * np.log(self.samples) + self.start_penalty
-        return float(self.samples * np.log(self.cost) + counted)
+        cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
+        return float(self.samples * np.log(cost) + counted)
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:

@@ -1,0 +1,28 @@
+"""Recordings of the challenge as what is fitted: data from a simulator that shares no code with it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from tissue_probe.challenge.simulator import Challenge, make_challenge
+from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.physics.effects import EFFECTS
+
+TOLERANT = Instrument()
+EXACT = TOLERANT.exact()
+
+
+@cache
+def challenge(
+    seed: int, *effects: str, excitation="sine10", rig="exact", preload: float | None = None
+) -> Challenge:
+    return make_challenge(seed, effects, excitation, rig, preload)
+
+
+def measurement(made, at_rest=True) -> Measurement:
+    return Measurement(made.position, made.force, made.sample_period, at_rest)
+
+
+def library(*names):
+    """Return a few effects of the library, by name."""
+    return {name: EFFECTS[name] for name in names}

@@ -1,0 +1,116 @@
+"""From samples to a verdict, on recordings of the challenge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden import EXACT, challenge, library, measurement
+
+from tissue_probe.diagnosis import diagnosis
+from tissue_probe.diagnosis.ranking import EXPLAINED
+from tissue_probe.physics.composition import Composition
+
+NOISE = 5e-3
+FEW = library("cubic_stiffening", "exponential_stiffening", "coulomb_friction")
+#: What Kelvin-Voigt absorbs under a steady sine without preload, and what it does not.
+ABSORBED = (
+    *("standard_linear_solid", "added_mass", "force_gain", "load_cell_stiffness_error"),
+    *("force_lag", "channel_delay"),
+)
+NOT_ABSORBED = ("cubic_stiffening", "mains_hum", "force_drift")
+
+
+def diagnose(made, effects=FEW, at_rest=True, second=False, **asked):
+    return diagnosis.diagnose(
+        Composition(),
+        [measurement(made.recording, at_rest)],
+        EXACT,
+        effects,
+        [measurement(made.second)] if second else [],
+        **asked,
+    )
+
+
+def test_the_right_effect_is_proved_on_a_second_recording():
+    made = challenge(11, "cubic_stiffening")
+    found = diagnose(made, second=True)
+    assert (found.verdict, found.effects) == ("missing", ("cubic_stiffening",))
+    assert found.heldout(found.ladder.final) < 1.05 * NOISE
+    assert found.heldout(found.ladder.base) > 10 * NOISE
+    wrong = ("coulomb_friction",)
+    assert found.validated[wrong] > 10 * NOISE
+    assert {(), ("cubic_stiffening",)} <= set(found.validated)
+
+
+def test_without_a_second_recording_blocks_of_the_first_are_held_out():
+    found = diagnose(challenge(11, "cubic_stiffening"))
+    assert found.validated == {}
+    final = found.ladder.final
+    assert found.heldout(final) == final.heldout_rmse
+    assert 0.95 * NOISE < final.heldout_rmse < 1.1 * NOISE
+
+
+@pytest.mark.parametrize("effect", ["adc_saturation", "stuck_samples"])
+def test_faults_of_the_converter_are_named_and_left_out_of_the_fit(effect):
+    found = diagnose(challenge(21, effect))
+    assert (found.verdict, found.effects) == ("missing", (effect,))
+    assert found.spoilt == (effect,)
+    (used,) = (each.used for each in found.ladder.base.measurements)
+    assert 0.5 < np.mean(used) < 1.0
+    assert found.ladder.final.ratio < EXPLAINED
+    assert [finding.name for finding in found.findings] == [effect]
+
+
+def test_a_clean_recording_is_adequate():
+    found = diagnose(challenge(21, preload=2e-3))
+    assert (found.verdict, found.effects, found.indistinguishable) == ("adequate", (), ())
+
+
+def test_what_a_steady_sine_cannot_show_is_listed_and_an_experiment_is_proposed():
+    made = challenge(21, excitation="sine10ss", preload=0.0)
+    found = diagnose(made, library(*ABSORBED, *NOT_ABSORBED), at_rest=False)
+    assert found.verdict == "adequate"
+    assert set(ABSORBED) <= set(found.unseen)
+    assert not set(NOT_ABSORBED) & set(found.unseen)
+    assert found.suggestion.excitation["amplitude"] > 0
+    assert found.suggestion.duration >= 2.0
+
+
+def test_a_broadband_record_under_preload_could_have_shown_everything():
+    made = challenge(22, excitation="msine60", preload=2e-3)
+    effects = library("standard_linear_solid", "added_mass", "force_gain", "force_lag")
+    found = diagnose(made, effects)
+    assert (found.verdict, found.unseen) == ("adequate", ())
+    assert found.suggestion is None
+
+
+def test_what_is_absorbed_is_not_claimed():
+    made = challenge(31, "force_gain", excitation="sine10ss", preload=0.0)
+    found = diagnose(made, library(*ABSORBED), at_rest=False)
+    assert found.verdict == "adequate"
+    assert "force_gain" in found.unseen
+
+
+def test_effects_that_cannot_be_told_apart_are_named_together_with_what_would_tell():
+    # The same physics under another name: no experiment tells them apart.
+    twin = replace(FEW["cubic_stiffening"], name="twin")
+    found = diagnose(challenge(11, "cubic_stiffening"), {**FEW, "twin": twin})
+    assert found.verdict == "ambiguous"
+    assert set(found.indistinguishable) == {"cubic_stiffening", "twin"}
+    assert found.suggestion.excitation == {}
+    assert found.suggestion.separation == pytest.approx(1.0, abs=0.02)
+
+
+def test_samples_that_are_worthless_are_refused():
+    made = challenge(21).recording
+    still = measurement(replace(made, position=np.zeros(made.position.size)))
+    with pytest.raises(ValueError, match="position"):
+        diagnosis.diagnose(Composition(), [still], EXACT, FEW)
+
+
+def test_what_is_wanted_is_added_and_nothing_else():
+    found = diagnose(challenge(11, "cubic_stiffening"), wanted=["coulomb_friction"])
+    assert found.ladder.effects == ("coulomb_friction",)
+    assert found.verdict == "unexplained"

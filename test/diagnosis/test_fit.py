@@ -1,0 +1,167 @@
+"""Fits of data whose truth is known: from the challenge's simulator, or this folder's specimen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden import EXACT, TOLERANT, challenge, measurement
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from specimen import Specimen, multisine, sine
+
+from tissue_probe.diagnosis.candidates import extent, fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+PERIOD = 5e-4
+
+
+def specimen_measurement(specimen, motion, seed=0, duration=2.0):
+    position, _, _, force = specimen.measure(motion, duration, seed)
+    return Measurement(position, force, specimen.sample_period, at_rest=True)
+
+
+def fitted(measurements, *effects, instrument=EXACT):
+    base = fit_base(Composition(), measurements, instrument)
+    for name in effects:
+        (base,) = fit_candidates(base, [EFFECTS[name]], instrument)
+    return base
+
+
+def within(fit, truth, deviations=3.0):
+    """Assert that fitted values are the true ones to so many of their standard deviations."""
+    for name, value in truth.items():
+        off = (fit.named()[name] - value) / fit.deviations()[name]
+        assert abs(off) < deviations, f"{name} is off by {off:.1f} standard deviations"
+
+
+@pytest.mark.parametrize(
+    ("effect", "seed", "preload", "names"),
+    [
+        ("standard_linear_solid", 3, None, {"branch_stiffness": "relaxing_stiffness",
+                                            "branch_rate": "relaxation_rate"}),
+        ("cubic_stiffening", 7, 2e-3, {"cubic": "cubic_stiffness"}),
+        ("coulomb_friction", 5, None, {"coulomb": "coulomb_force"}),
+        ("contact_loss", 4, None, {}),
+    ],
+)  # fmt: skip
+def test_what_was_hidden_is_recovered_within_three_standard_deviations(
+    effect, seed, preload, names
+):
+    made = challenge(seed, effect, preload=preload)
+    fit = fitted([measurement(made.recording)], effect)
+    assert fit.converged
+    assert fit.ratio < 1.05
+    hidden = made.answer.parameters[effect]
+    truth = {ours: float(np.ravel(hidden[theirs])[0]) for theirs, ours in names.items()}
+    within(fit, {**made.answer.tissue, **truth})
+
+
+@pytest.mark.parametrize("cubic", [0.0, 6e7])
+def test_95_percent_intervals_hold_the_truth_as_often_as_they_say(cubic):
+    specimen = Specimen(stiffness=800.0, damping=4.0, cubic=cubic)
+    position, _, force, _ = specimen.measure(sine(), 1.0)
+    noises = 5e-3 * np.random.default_rng(0).standard_normal((20, force.size))
+    truth = {"stiffness": 800.0, "damping": 4.0} | ({"cubic_stiffness": cubic} if cubic else {})
+    effects = ["cubic_stiffening"] if cubic else []
+    first = fitted([Measurement(position, force + noises[0], PERIOD, True)], *effects)
+    hits = []
+    for noise in noises:
+        seen = Measurement(position, force + noise, PERIOD, True)
+        fit = refit(first, first.composition, EXACT, [seen])
+        values, deviations = fit.named(), fit.deviations()
+        hits += [abs(values[n] - v) < 1.96 * deviations[n] for n, v in truth.items()]
+        assert max(deviations[n] / abs(v) for n, v in truth.items()) < 0.1  # and not by being wide
+    assert np.mean(hits) >= 0.85
+
+
+def test_tolerances_are_drawn_to_the_nominal_rig_and_hold_the_true_one():
+    made = challenge(12, excitation="msine60", rig="tolerant", preload=2e-3)
+    fit = fitted([measurement(made.recording)], instrument=TOLERANT)
+    true = {**made.answer.rig, "contact_position": made.answer.rig["contact_zero"]}
+    for name, (nominal, tolerance) in PAPER_RIG.items():
+        assert abs(fit.named()[name] - nominal) < 3.5 * tolerance
+        assert 0.0 < fit.deviations()[name] <= 1.05 * tolerance
+        off = fit.named()[name] - true[name]
+        assert abs(off) < 5.0 * fit.deviations()[name] + 0.5 * tolerance
+    within(fit, made.answer.tissue, deviations=5.0)  # 1/f noise is not white
+
+
+def test_a_rig_that_is_known_is_held():
+    fit = fitted([measurement(challenge(7, preload=2e-3).recording)])
+    for name, (nominal, _) in PAPER_RIG.items():
+        assert (fit.named()[name], fit.deviations()[name]) == (nominal, 0.0)
+
+
+def test_samples_that_are_not_used_change_nothing():
+    specimen = Specimen()
+    clean = specimen_measurement(specimen, sine(), seed=1)
+    spoilt, used = clean.force.copy(), np.ones(clean.force.size, dtype=bool)
+    spoilt[1000:1400] += 5.0
+    used[1000:1400] = False
+    fit = fitted([replace(clean, force=spoilt, used=used)])
+    within(fit, {"stiffness": specimen.stiffness, "damping": specimen.damping})
+    assert fit.samples == clean.force.size - 400
+    assert fit.ratio == pytest.approx(1.0, abs=0.05)
+    assert fit.rmse == pytest.approx(5e-3, rel=0.05)
+    assert fit.heldout_rmse == pytest.approx(5e-3, rel=0.05)
+    assert fit.noise == pytest.approx(5e-3, rel=0.05)
+
+
+def test_measurements_of_one_specimen_are_fitted_together():
+    specimen = Specimen(stiffness=600.0, damping=6.0)
+    runs = [
+        specimen_measurement(specimen, motion, seed)
+        for seed, motion in enumerate((sine(), sine(), multisine(), multisine(seed=1)))
+    ]
+    alone, together = fitted(runs[:1]), fitted(runs)
+    within(together, {"stiffness": 600.0, "damping": 6.0})
+    assert len(together.residuals) == len(together.starts) == 4
+    assert together.samples == 4 * alone.samples
+    assert together.deviations()["stiffness"] < 0.6 * alone.deviations()["stiffness"]
+    assert together.ratio == pytest.approx(1.0, abs=0.03)
+
+
+def test_measurements_of_two_specimens_do_not_fit_together():
+    stiff = specimen_measurement(Specimen(stiffness=1200.0), sine())
+    soft = specimen_measurement(Specimen(stiffness=600.0), sine())
+    assert fitted([stiff]).ratio < 1.05
+    assert fitted([stiff, soft]).ratio > 10.0
+
+
+def test_what_is_held_out_shows_what_the_fit_hides():
+    made = challenge(7, "cubic_stiffening", preload=2e-3)
+    base = fitted([measurement(made.recording)])
+    assert base.heldout_rmse >= base.rmse
+    clean = fitted([measurement(challenge(7, preload=2e-3).recording)])
+    assert clean.heldout_rmse == pytest.approx(clean.rmse, rel=0.01)
+
+
+FEW = [EFFECTS[name] for name in ("cubic_stiffening", "contact_loss")]
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    samples=hnp.arrays(
+        float,
+        st.tuples(st.integers(2, 2), st.integers(12, 120)),
+        elements=st.floats(-1e6, 1e6, width=32) | st.sampled_from([0.0, 1e-3, 1.0]),
+    ),
+    at_rest=st.booleans(),
+)
+def test_any_finite_samples_are_fitted_or_refused_in_a_sentence(samples, at_rest):
+    seen = Measurement(*samples, PERIOD, at_rest)
+    assert np.isfinite(list(vars(extent([seen])).values())).all()
+    try:
+        base = fit_base(Composition(), [seen], TOLERANT)
+    except ValueError as refused:
+        assert "check the units" in str(refused)  # noqa: PT017
+        return
+    for fit in (base, *fit_candidates(base, FEW, TOLERANT)):
+        assert np.isfinite(fit.values).all()
+        assert np.isfinite([fit.rmse, fit.heldout_rmse, fit.bic]).all()
+        assert min(fit.deviations().values()) >= 0.0

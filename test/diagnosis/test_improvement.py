@@ -1,0 +1,86 @@
+"""The ladder: what is added, where it ends, what is dropped again."""
+
+from __future__ import annotations
+
+import pytest
+from hidden import EXACT, TOLERANT, challenge, library, measurement
+
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.improvement import _needed, climb, climb_by
+from tissue_probe.diagnosis.ranking import EXPLAINED
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+FEW = library("standard_linear_solid", "cubic_stiffening", "coulomb_friction", "mains_hum")
+
+
+def climbed(made, known=EXACT, effects=FEW):
+    return climb(Composition(), [measurement(made.recording)], known, effects)
+
+
+@pytest.mark.parametrize("instrument", [EXACT, TOLERANT], ids=["exact", "tolerant"])
+def test_nothing_is_added_to_what_is_adequate(instrument):
+    rig = "exact" if instrument is EXACT else "tolerant"
+    ladder = climbed(challenge(14, rig=rig, preload=2e-3), instrument)
+    assert ladder.verdict == "adequate"
+    assert ladder.effects == ()
+    assert ladder.final is ladder.base
+    assert len(ladder.ranking) == len(FEW)
+
+
+@pytest.mark.parametrize(
+    ("effect", "seed"), [("standard_linear_solid", 3), ("cubic_stiffening", 7), ("mains_hum", 5)]
+)
+def test_the_one_effect_that_is_missing_is_added(effect, seed):
+    ladder = climbed(challenge(seed, effect, preload=2e-3))
+    assert (ladder.verdict, ladder.effects, ladder.tied) == ("missing", (effect,), (effect,))
+    assert ladder.base.ratio > 1.3
+    assert ladder.final.ratio < EXPLAINED
+    assert ladder.final.heldout_rmse < ladder.base.heldout_rmse
+
+
+def test_two_effects_are_added_one_after_the_other():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    effects = library("load_cell_stiffness_error", "coulomb_friction", "mains_hum")
+    ladder = climbed(made, effects=effects)
+    assert set(ladder.effects) == {"load_cell_stiffness_error", "coulomb_friction"}
+    errors = [fit.ratio for fit in (ladder.base, *ladder.steps)]
+    assert len(errors) == 3
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < EXPLAINED
+
+
+def test_what_no_effect_explains_is_unexplained():
+    ladder = climbed(challenge(7, "hertz_contact"), effects=library("mains_hum", "force_bias"))
+    assert ladder.verdict == "unexplained"
+    assert ladder.final.ratio > EXPLAINED
+
+
+def test_an_effect_that_became_superfluous_is_dropped():
+    made = challenge(7, "cubic_stiffening", preload=2e-3)
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    path = [base]
+    for name in ("mains_hum", "cubic_stiffening"):
+        path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
+    (kept,) = _needed(base, path[1:], EXACT)
+    assert kept.composition.names == ("cubic_stiffening",)
+    assert kept.ratio == pytest.approx(path[-1].ratio, rel=0.01)
+
+
+def test_what_is_needed_is_kept():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    path = [base]
+    for name in made.answer.effects:
+        path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
+    assert _needed(base, path[1:], EXACT) == path[1:]
+
+
+def test_what_is_asked_for_is_added_whether_it_is_missing_or_not():
+    clean = [measurement(challenge(14, preload=2e-3).recording)]
+    ladder = climb_by(
+        Composition(), clean, EXACT, list(library("mains_hum", "force_bias").values())
+    )
+    assert ladder.effects == ("mains_hum", "force_bias")
+    assert ladder.verdict == "adequate"
+    assert len(ladder.steps) == 2

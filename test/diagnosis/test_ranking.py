@@ -1,0 +1,107 @@
+"""The rules by which fits are compared, on fits of which only the figures that count are set."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from hidden import EXACT, challenge, measurement
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tissue_probe.diagnosis.candidates import fit_base
+from tissue_probe.diagnosis.ranking import (
+    LEAST_GAIN,
+    LEAST_SHARE,
+    SIMPLER,
+    TIE,
+    added,
+    ranked,
+    significant,
+    ties,
+)
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+NAMES = ("standard_linear_solid", "generalized_maxwell", "cubic_stiffening", "mains_hum")
+
+
+@cache
+def base():
+    """Return a fit of real data, for the others to differ from."""
+    return fit_base(Composition(), [measurement(challenge(7, preload=2e-3).recording)], EXACT)
+
+
+def fit(effect, bic, ratio=1.0):
+    """Return a fit with one effect more, of a given criterion and residual over noise."""
+    plain = base()
+    scale = ratio / plain.ratio
+    made = replace(
+        plain,
+        composition=plain.composition.plus(EFFECTS[effect]),
+        residuals=tuple(scale * residual for residual in plain.residuals),
+    )
+    return replace(made, cost=made.cost * np.exp((bic - made.bic) / made.samples))
+
+
+def names(fits):
+    return [added(each).name for each in fits]
+
+
+def test_the_figures_of_the_fits_are_those_asked_for():
+    made = fit("mains_hum", 1234.0, 1.7)
+    assert abs(made.bic - 1234.0) < 1e-6
+    assert abs(made.ratio - 1.7) < 1e-9
+
+
+def test_better_is_what_gains_enough_and_leaves_less():
+    plain, less = fit("mains_hum", 1000.0, 2.0), 2.0 * (1.0 - 2 * LEAST_SHARE)
+    assert significant(plain, fit("mains_hum", 1000.0 - 1.1 * LEAST_GAIN, less))
+    assert not significant(plain, fit("mains_hum", 1000.0 - 0.9 * LEAST_GAIN, less))
+    same = 2.0 * (1.0 - 0.5 * LEAST_SHARE)
+    assert not significant(plain, fit("mains_hum", 0.0, same))  # whatever the criterion says
+    assert not significant(plain, plain)
+
+
+def test_the_best_criterion_comes_first():
+    fits = [fit("mains_hum", 300.0), fit("cubic_stiffening", 100.0), fit("force_bias", 200.0)]
+    assert names(ranked(fits)) == ["cubic_stiffening", "force_bias", "mains_hum"]
+
+
+def test_a_simpler_effect_stands_before_one_that_contains_it_unless_that_gains_much():
+    simple = fit("standard_linear_solid", 100.0)
+    little = fit("generalized_maxwell", 100.0 - 0.9 * SIMPLER)
+    much = fit("generalized_maxwell", 100.0 - 1.1 * SIMPLER)
+    assert names(ranked([little, simple]))[0] == "standard_linear_solid"
+    assert names(ranked([much, simple]))[0] == "generalized_maxwell"
+
+
+def test_every_effect_that_contains_another_stands_back():
+    for effect in EFFECTS.values():
+        for simpler in effect.simpler:
+            order = ranked([fit(effect.name, 100.0 - 0.5 * SIMPLER), fit(simpler, 100.0)])
+            assert names(order) == [simpler, effect.name]
+
+
+def test_what_is_as_good_is_not_told_apart():
+    fits = ranked([
+        fit("cubic_stiffening", 100.0),
+        fit("mains_hum", 100.0 + 0.9 * TIE),
+        fit("force_bias", 100.0 + 1.1 * TIE),
+    ])  # fmt: skip
+    assert names(ties(fits)) == ["cubic_stiffening", "mains_hum"]
+
+
+def test_an_effect_is_no_rival_of_one_that_it_contains():
+    order = ranked([fit("standard_linear_solid", 100.0), fit("generalized_maxwell", 99.0)])
+    assert names(ties(order)) == ["standard_linear_solid"]
+
+
+@given(st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=4))
+def test_ranking_loses_nothing_and_ties_begin_with_the_first(criteria):
+    fits = [fit(name, bic) for name, bic in zip(NAMES, criteria, strict=False)]
+    order = ranked(fits)
+    assert sorted(names(order)) == sorted(names(fits))
+    assert ties(order)[0] is order[0]
+    assert min(each.bic for each in fits) >= order[0].bic - SIMPLER
