@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Extent
 from tissue_probe.physics.effects.effect import TISSUE_FORCE
+from tissue_probe.physics.rigs import admits
 from tissue_probe.signals import FloatArray
 
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
@@ -97,7 +98,7 @@ def fit_candidates(
     base : Fit
         The model as it is.
     effects : iterable of Effect
-        What may be added; what cannot be fitted is left out.
+        What may be added; what cannot be fitted, or acts on what the rig has not, is left out.
     instrument : Instrument
         What is known of the rig.
     followed : int, optional
@@ -108,6 +109,7 @@ def fit_candidates(
         for effect in effects
         if effect.name not in base.composition.names
         for form in (replace(effect, forms=()), *effect.forms)
+        if admits(base.composition.rig, form)
     ]
     with ThreadPoolExecutor(THREADS) as pool:
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument), forms))

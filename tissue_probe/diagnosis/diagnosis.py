@@ -117,7 +117,7 @@ def diagnose(
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
-        ladder = climb(composition, clean, instrument, admitted)
+        ladder = climb(composition, clean, instrument, library)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
     hidden = unseen(ladder.final, admitted, instrument) if ladder.verdict == "adequate" else ()

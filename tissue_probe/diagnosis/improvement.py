@@ -118,7 +118,9 @@ def climb_by(
     for effect in wanted:
         found = fit_candidates([base, *steps][-1], [effect], instrument)
         if not found:
-            raise ValueError(f"{effect.name} cannot be fitted to these measurements")
+            raise ValueError(
+                f"{effect.name} cannot be fitted to these measurements of a {composition.rig}"
+            )
         steps += found
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if steps[-1].ratio > EXPLAINED:
