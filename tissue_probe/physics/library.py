@@ -172,8 +172,22 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
 
 
 def changed(effect: Effect) -> list[str]:
-    """Name what an effect still does with its strengths at ``neutral``; nothing, if it is right."""
+    """Name what an effect still does with its strengths at ``neutral``; nothing, if it is right.
+
+    States that stay where they start are taken to be there.
+    """
     at = {entry.symbol: effect.neutral for entry in effect.parameters[: effect.strengths]}
+    start = {state.symbol: state.start for state in effect.states}
+    at |= {
+        state.symbol: state.start
+        for state in effect.states
+        if sp.simplify(sp.sympify(state.motion).subs(at).subs(start)) == 0
+    }
+    # A state that starts at 0 and that nothing moves from there stays 0.
+    still = {state.symbol: 0 for state in effect.states if state.start == 0}
+    moved = [sp.simplify(state.motion.subs(at).subs(still)) for state in effect.states]
+    if all(rate == 0 for rate in moved):
+        at |= still
     default = Effect("", "", "")
     places = ("force", "contact", "drag", "inertia", "stretch", "engaged", "cell", "output",
               "position", "delay", "rounded")  # fmt: skip
