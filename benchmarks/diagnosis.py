@@ -87,6 +87,7 @@ def measure(
         left by Kelvin-Voigt over the noise); verdict, effects added, [the indistinguishable],
         residual over noise of the base and each step, the first of the ranking with theirs.
     """
+    say(f"diagnosis: challenges from seed {first_seed} on; told are those not marked as right")
     batteries = {rig: Battery() for rig in rigs}
     for rig, challenge in challenges(count, first_seed, rigs, excitations):
         take(batteries[rig], challenge, say)

@@ -11,6 +11,8 @@ function of the state.
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import NDArray
 from pysindy import STLSQ
@@ -69,7 +71,9 @@ def _support(columns: FloatArray, target: FloatArray) -> BoolArray:
     lowest = _criterion(columns[:, support], target)
     for threshold in THRESHOLDS:
         optimizer = STLSQ(threshold=threshold, alpha=1e-6, max_iter=50)
-        kept = np.asarray(optimizer.fit(columns, target[:, None]).coef_)[0] != 0.0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that nothing is left is no surprise
+            kept = np.asarray(optimizer.fit(columns, target[:, None]).coef_)[0] != 0.0
         if not kept.any():
             break
         criterion = _criterion(columns[:, kept], target)
