@@ -8,8 +8,12 @@ from numpy.testing import assert_array_equal
 from pyarrow import csv as arrow_csv
 from pyarrow import parquet
 
+from conftest import palpate
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.model_file import save
 from tissue_probe.recording.reader import read_recording
 
 COLUMNS = [
@@ -198,3 +202,25 @@ def test_of_several_topics_of_samples_one_is_chosen(run, fails, bag, messages, s
     assert "samples on several topics, choose one: " in fails("estimate", recorded)
     assert run("estimate", recorded, "--topic", "/left/samples").status == 0
     assert len(table("estimates.csv")["time"]) == 10
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_an_improved_model_is_taken_from_its_file(run, fails, tmp_path):
+    composition = Composition(effects=(EFFECTS["force_gain"],))
+    entries = composition.entries(map(str, composition.model.values))
+    values = {entry.name: entry.default for entry in entries} | {"gain_error": 0.2}
+    save(tmp_path / "model.yaml", composition, values, {})
+    time = np.arange(4000) * 5e-4
+    position, force = palpate(time, 450.0, 5.0)
+    columns = np.stack([time, position, 1.2 * force], axis=1)
+    np.savetxt(tmp_path / "gain.csv", columns, delimiter=",", header="t,u,F", comments="")
+    outcome = run("estimate", "gain.csv", "--model", "model.yaml")
+    assert outcome.status == 0, outcome.err
+    stiffness = float(outcome.out.partition("stiffness ")[2].split()[0])
+    assert stiffness == pytest.approx(450.0, rel=0.02)
+    (tmp_path / "model.yaml").write_text("version: 1\n")
+    assert "model.yaml: rig is missing" in fails("estimate", "gain.csv", "--model", "model.yaml")
+    assert "rls knows Kelvin-Voigt tissue only" in fails(
+        "estimate", "gain.csv", "--model", "model.yaml", "--estimator", "rls"
+    )

@@ -58,7 +58,6 @@ CASES = [
     ("ukf", "standard_linear_solid"),
     ("ekf", "force_lag"),  # a state in the output
     ("robust_ekf", "mains_hum"),  # the time in the output, strengths estimated
-    ("robust_ekf", "tissue_motion"),  # the time in the motion
     ("robust_ekf", "contact_loss"),  # a switch
     ("ekf", "encoder_interpolation"),  # the position
 ]
@@ -79,6 +78,20 @@ def test_innovations_fall_to_the_noise_on_the_same_data(name, effect, tmp_path):
     assert np.mean(last_half(improved).normalized_innovation_squared) == pytest.approx(1.0, abs=0.1)
     assert improved.stiffness[-1] == pytest.approx(450.0, rel=0.01)
     assert improved.damping[-1] == pytest.approx(5.0, rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_surface_that_breathes_is_followed(tmp_path):
+    """The time is in the motion; phase and stiffness multiply, so that both take their time."""
+    composition = Composition(effects=(EFFECTS["tissue_motion"],))
+    block = measured(composition)
+    path = written(tmp_path / "model.yaml", composition)
+    plain = Estimator("robust_ekf", EstimatorSettings()).process(block)
+    improved = Estimator("robust_ekf", EstimatorSettings(model=path)).process(block)
+    before, after = rms(last_half(plain).innovation), rms(last_half(improved).innovation)
+    assert before > 1.5 * NOISE
+    assert after - NOISE < 0.3 * (before - NOISE)
+    assert improved.stiffness[-1] == pytest.approx(450.0, rel=0.02)
 
 
 @pytest.mark.slow
