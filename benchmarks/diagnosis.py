@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import count as count_from
+from itertools import cycle
 from sys import modules
 from typing import Any
 
@@ -31,7 +32,7 @@ from tissue_probe.physics.effects import EFFECTS
 FIRST_SEED = 500_000
 #: Recordings of one hidden effect in each cell, of each excitation on each rig.
 COUNT = 2
-#: For as many of these, and for a part of as many, a cell has one of each other kind.
+#: To as many of these, or a part of as many, on each rig there is one of each other kind.
 TO_ANOTHER = 3
 #: Length of the recordings whose time counts [s].
 TIMED = 2.0
@@ -77,7 +78,7 @@ def measure(
     Parameters
     ----------
     count : int
-        Recordings of one hidden effect for each excitation; a third of it of each other kind.
+        Recordings of one hidden effect for each excitation; a third as many of each other kind.
     first_seed : int
         Of the first challenge; each further one has a larger one.
     rigs, excitations : sequences of str
@@ -99,16 +100,17 @@ def challenges(
 ) -> Iterator[tuple[str, Challenge]]:
     """Yield rigs and challenges; single effects are dealt so that each comes equally often."""
     random, seeds = np.random.default_rng(first_seed), count_from(first_seed)
-    hands = {rig: iter(deal("one", count * len(excitations), random)) for rig in rigs}
-    for excitation in excitations:
-        for rig in rigs:
-            for _ in range(count):
-                yield rig, make_challenge(next(seeds), next(hands[rig]), excitation, rig)
-            for _ in range(-(-count // TO_ANOTHER)):
-                yield rig, make_challenge(next(seeds), (), excitation, rig)
-                yield rig, _two(random, seeds, excitation, rig)
-                (outside,) = deal("outside", 1, random)
-                yield rig, make_challenge(next(seeds), outside, excitation, rig)
+    for rig in rigs:
+        singles = count * len(excitations)
+        others = -(-singles // TO_ANOTHER)
+        dealt = zip(deal("one", singles, random), cycle(excitations), strict=False)
+        for effects, excitation in dealt:
+            yield rig, make_challenge(next(seeds), effects, excitation, rig)
+        dealt = zip(deal("outside", others, random), cycle(excitations), strict=False)
+        for outside, excitation in dealt:
+            yield rig, make_challenge(next(seeds), outside, excitation, rig)
+            yield rig, make_challenge(next(seeds), (), excitation, rig)
+            yield rig, _two(random, seeds, excitation, rig)
 
 
 def _two(
