@@ -8,6 +8,7 @@ from tissue_probe.physics.effects.channel_delay import CHANNEL_DELAY
 from tissue_probe.physics.effects.contact_loss import CONTACT_LOSS
 from tissue_probe.physics.effects.coulomb_friction import COULOMB_FRICTION
 from tissue_probe.physics.effects.cubic_stiffening import CUBIC_STIFFENING
+from tissue_probe.physics.effects.effect import Effect, Extent, Parameter, State, Switch
 from tissue_probe.physics.effects.encoder_interpolation import ENCODER_INTERPOLATION
 from tissue_probe.physics.effects.encoder_quantization import ENCODER_QUANTIZATION
 from tissue_probe.physics.effects.exponential_stiffening import EXPONENTIAL_STIFFENING
@@ -27,7 +28,6 @@ from tissue_probe.physics.effects.stiffness_step import STIFFNESS_STEP
 from tissue_probe.physics.effects.stribeck_friction import STRIBECK_FRICTION
 from tissue_probe.physics.effects.structural_mode import STRUCTURAL_MODE
 from tissue_probe.physics.effects.tissue_motion import TISSUE_MOTION
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter, State, Switch
 
 __all__ = ["EFFECTS", "Effect", "Extent", "Parameter", "State", "Switch"]
 
