@@ -1,7 +1,8 @@
 """The driver on a DAQ, which is there only as its vendor's protocol, for as long as one likes.
 
-What belongs here: that no sample is lost between the DAQ's clock and the recording. What does not:
-the estimators, which do not know where samples come from (``live``).
+What belongs here: that no sample is lost between the DAQ's clock and the recording, and how fast
+its digital lines are read. What does not: the estimators, which do not know where samples come
+from (``live``).
 """
 
 from __future__ import annotations
@@ -11,11 +12,16 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks import suite
 from benchmarks.live import measure_usage
-from daq_server import X_SERIES, Board, DaqServer
+from daq_server import USB_6002, X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
+from tissue_probe.devices import NiDaqmxSettings
 from tissue_probe.devices.calibration import Calibration
+from tissue_probe.devices.nidaqmx.connection import Connection
+from tissue_probe.devices.nidaqmx.decoder import Hctl2032
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import iterate_raw, read_recording
 from tissue_probe.signals import NANOSECONDS
@@ -59,7 +65,30 @@ def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) ->
             session.deactivate()
             suite.spend(session, suite.LAST_WORDS)
             published = int(session.health["/probe/driver"]["samples published"])
-    return {"seconds": duration, "published": published, **count(bag, published), **usage}
+    say("daq: the decoder on static lines")
+    counted = count(bag, published)
+    return {
+        "seconds": duration,
+        "published": published,
+        **counted,
+        **usage,
+        "decoder": time_decoder(),
+    }
+
+
+def time_decoder(readings: int = 500) -> dict[str, float]:
+    """Return how long readings of an HCTL-2032 over a USB-6002's static lines take [s]."""
+    settings = NiDaqmxSettings(encoder="hctl2032")
+    with DaqServer(
+        Board(USB_6002, Calibration.load(stock_configuration("calibration.yaml")))
+    ) as on:
+        connection = Connection(on.address, settings.timeout)
+        decoder = Hctl2032(connection, settings, sample_period=1.0)
+        times = [decoder.time_reading() for _ in range(readings)]
+        decoder.close()
+        connection.close()
+    median, high = np.percentile(times, (50, 99))
+    return {"operation": USB_6002.digital_time, "median": float(median), "p99": float(high)}
 
 
 def count(bag: Path, published: int) -> dict[str, float]:
@@ -76,9 +105,13 @@ def count(bag: Path, published: int) -> dict[str, float]:
 
 
 def sentence(counted: dict[str, object]) -> str:
-    """Say in one line what was counted."""
+    """Say what was counted and timed."""
+    decoder = counted["decoder"]
     cores = counted["cpu_cores"]["driver"]
     return (
         f"{counted['seconds']:.0f} s on the DAQ: {counted['samples']} samples, {counted['lost']} "
-        f"lost, {counted['rate']:.3f} a second; the driver kept {cores:.2f} cores busy"
+        f"lost, {counted['rate']:.3f} a second; the driver kept {cores:.2f} cores busy\n"
+        f"HCTL-2032 over static lines, {1e3 * decoder['operation']:g} ms an operation: a reading "
+        f"takes {1e3 * decoder['median']:.1f} ms (median), {1e3 * decoder['p99']:.1f} ms (99 %), "
+        f"so {1.0 / decoder['median']:.0f} a second at the most"
     )

@@ -339,3 +339,14 @@ def test_lateness_is_how_long_samples_wait(bench):
     assert probe.worst_lateness == pytest.approx(0.5, abs=0.001)
     probe.read(500)
     assert probe.worst_lateness == pytest.approx(0.25, abs=0.001)
+
+
+def test_a_driver_that_fell_behind_soon_has_all_that_waited(bench):
+    now = [0.0]
+    made = bench(X_SERIES, clock=lambda: now[0])
+    probe = made.probe()
+    probe.start(DRIVE)
+    now[0] = 0.4
+    commands = np.concatenate([probe.read(10).command for _ in range(20)])
+    assert len(made.board.acquisition) == 0
+    np.testing.assert_allclose(commands, DRIVE(np.arange(200) * 5e-4), atol=1e-9)

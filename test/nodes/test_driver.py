@@ -314,3 +314,12 @@ def test_a_phantom_that_is_not_there_keeps_the_driver_unconfigured(session, tmp_
     running = session(driver(simulated__phantom=str(tmp_path / "none.yaml")))
     assert not change_state(running, Transition.TRANSITION_CONFIGURE)
     assert "none.yaml" in running.log("driver")
+
+
+def test_a_transition_that_the_state_does_not_have_is_refused_and_survived(session):
+    running = session(driver())
+    assert not change_state(running, Transition.TRANSITION_DEACTIVATE)
+    assert "refused: there is no transition" in running.log("driver")
+    activate(running)
+    assert not change_state(running, Transition.TRANSITION_CONFIGURE)
+    assert state_of(running) == State.PRIMARY_STATE_ACTIVE

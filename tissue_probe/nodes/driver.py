@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel, model_validator
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
@@ -31,6 +31,7 @@ from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInte
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.emergency_stop import EmergencyStop
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
@@ -105,7 +106,7 @@ class ExcitationSettings(BaseModel):
         return parse_excitation({name: getattr(self, name) for name in names})
 
 
-class Driver(LifecycleNode):
+class Driver(SturdyLifecycleNode):
     """Runs one device; unconfigured, inactive or active as a lifecycle node.
 
     configure makes the device, activate starts the excitation and the samples, deactivate puts

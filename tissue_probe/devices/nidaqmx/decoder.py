@@ -58,7 +58,7 @@ class Hctl2032:
         self._data = DigitalSingleChannelReader(self._data_task.in_stream)
         self._timeout = settings.timeout
         self._zero = 0
-        self.reading_time = max(self._timed_reading() for _ in range(TIMED))
+        self.reading_time = max(self.time_reading() for _ in range(TIMED))
         fastest = SHARE / self.reading_time
         if fastest * sample_period < 1.0:
             raise DeviceError(
@@ -98,6 +98,12 @@ class Hctl2032:
         self._control_task.close()
         self._data_task.close()
 
+    def time_reading(self) -> float:
+        """Read the decoder once; return how long it took [s]."""
+        begin = time.perf_counter()
+        self._count()
+        return time.perf_counter() - begin
+
     def _count(self) -> int:
         value = 0
         for selection in BYTES:
@@ -105,11 +111,6 @@ class Hctl2032:
             value = value << 8 | self._data.read_one_sample_port_byte(self._timeout)
         self._control.write_one_sample_port_byte(OE, self._timeout)
         return value
-
-    def _timed_reading(self) -> float:
-        begin = time.perf_counter()
-        self._count()
-        return time.perf_counter() - begin
 
 
 def _signed(count: int) -> int:
