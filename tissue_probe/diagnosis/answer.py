@@ -5,6 +5,7 @@ What belongs here: names, types and meanings, version-numbered. What does not: h
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Annotated, Any, Literal
 
@@ -166,3 +167,7 @@ def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
         parameters={name: value for name, value in values.items() if name in kept},
         converged=fit.converged,
     )
+
+
+if __name__ == "__main__":
+    print(json.dumps(Answer.model_json_schema(), indent=2))

@@ -142,9 +142,7 @@ class _Proposals:
             promised, after, begun = promise(self.problem, values, starts)
             # A strength that was proposed stands for a nonlinear effect: a step may lead astray.
             direct = effect.parameters and effect.parameters[0].name in proposed
-            proposals.append(
-                (promised, values if direct else after, starts if direct else begun)
-            )
+            proposals.append((promised, values if direct else after, starts if direct else begun))
         proposals.sort(key=lambda proposal: proposal[0])
         self.promise = proposals[0][0] if proposals else np.inf
         self.known = base.cost

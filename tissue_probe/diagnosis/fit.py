@@ -122,11 +122,11 @@ class Fit:
         )
 
     def named(self) -> dict[str, float]:
-        """Values by name."""
+        """Return values by name."""
         return dict(zip(self.composition.kernel.VALUES, map(float, self.values), strict=True))
 
     def deviations(self) -> dict[str, float]:
-        """Standard deviations of the values by name."""
+        """Return standard deviations of the values by name."""
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         return dict(zip(self.composition.kernel.VALUES, map(float, deviations), strict=True))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.physics.effects import Effect
 
 #: A better fit is real where the BIC falls by more than this and the residual by this share.
 LEAST_GAIN, LEAST_SHARE = 20.0, 0.012
@@ -23,8 +24,7 @@ EXPLAINED = 1.06
 def significant(simple: Fit, better: Fit) -> bool:
     """Whether the second fit explains more than noise would let it."""
     return (
-        simple.bic - better.bic > LEAST_GAIN
-        and better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
+        simple.bic - better.bic > LEAST_GAIN and better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
     )
 
 
@@ -53,6 +53,6 @@ def ties(order: Sequence[Fit]) -> list[Fit]:
     ]
 
 
-def added(fit: Fit):
-    """The effect that a fit has more than the model it was added to."""
+def added(fit: Fit) -> Effect:
+    """Return the effect that a fit has more than the model it was added to."""
     return fit.composition.effects[-1]

@@ -27,7 +27,9 @@ _I = types.Array(types.int64, 1, "C")
 # the states, shape (n, q), and of the coil, shape (3, q). What follows is filled:
 RATE = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _M)  # z' and its derivatives along T
 OUTPUT = types.float64(_F8, _V, _V, _V, _V, _M, _M, _V)  # derivatives of the force it returns
-SWITCH = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M)  # given z': g, g', derivatives of g
+SWITCH = types.void(
+    _F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M
+)  # of z': g, g', derivatives
 BEGIN = types.void(_V, _F8, _F8, _V)  # of values, measured position and force: the states' start
 TRUE_POSITION = types.void(_V, _V, _V, _V, _M)  # times, measured, values: fills true and changes
 # A step is divided so that the fastest eigenvalue times a part's length stays below LONGEST.
@@ -217,9 +219,7 @@ def _parts(rate, p, z, u, mode, dU, period):
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _run(
-    rate, output, switch, p, z, mode, pieces, changes, columns, period, force, sensitivity
-):
+def _run(rate, output, switch, p, z, mode, pieces, changes, columns, period, force, sensitivity):
     n, q, s = z.size, sensitivity.shape[1], mode.size
     T, dU, u = np.zeros((n, q)), np.zeros((3, q)), np.zeros(3)
     for i in range(n):
@@ -364,7 +364,9 @@ def _transitions(rate, p, n, q, period):
 
 
 @njit(
-    types.void(types.FunctionType(RATE), types.FunctionType(OUTPUT), _V, _V, _M, _C, _I, _F8, _V, _M),
+    types.void(
+        types.FunctionType(RATE), types.FunctionType(OUTPUT), _V, _V, _M, _C, _I, _F8, _V, _M,
+    ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _run_linear(rate, output, p, z, pieces, changes, columns, period, force, sensitivity):

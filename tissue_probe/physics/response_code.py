@@ -7,6 +7,7 @@ What does not: running it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import sympy as sp
 
@@ -122,7 +123,7 @@ class _Function:
         rates = [sp.Symbol(f"rate_of_{state}", real=True) for state in self.model.states]
         states = conditions.jacobian(self.model.states) * sp.Matrix(len(rates), 1, rates)
         coil = sum(
-            (conditions.diff(a) * b for a, b in zip(COIL[:2], COIL[1:], strict=True)),
+            (conditions.diff(a) * b for a, b in pairwise(COIL)),
             sp.zeros(len(modes), 1),
         )
         speed = states + coil + conditions.diff(TIME)

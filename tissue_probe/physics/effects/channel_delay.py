@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import Effect, Parameter
 
 DELAY = sp.Symbol("channel_delay", real=True)
 

@@ -8,6 +8,7 @@ STEP = sp.Symbol("encoder_step", positive=True)
 # Finer steps are an encoder's own, and smaller than what the force can tell.
 COARSE = 3e-7
 
+
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose the step seen in the positions, where it is coarse."""
     return [{"encoder_step": extent.step}] if extent.step > COARSE else []

@@ -44,7 +44,5 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
 
 
 _TOUCHES = Switch(TOUCHING, INDENTATION, -INDENTATION)
-_NEVER_PULLS = _form(
-    TOUCHING * PUSHING, (_TOUCHES, Switch(PUSHING, TISSUE_FORCE, -TISSUE_FORCE))
-)
+_NEVER_PULLS = _form(TOUCHING * PUSHING, (_TOUCHES, Switch(PUSHING, TISSUE_FORCE, -TISSUE_FORCE)))
 HERTZ_CONTACT = _form(TOUCHING, (_TOUCHES,), (_NEVER_PULLS,))

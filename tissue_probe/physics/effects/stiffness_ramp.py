@@ -29,9 +29,7 @@ STIFFNESS_RAMP = Effect(
     ),
     force=CHANGE
     * INDENTATION
-    * sp.Piecewise(
-        (0, TIME < BEGIN), (1, TIME > BEGIN + LENGTH), ((TIME - BEGIN) / LENGTH, True)
-    ),
+    * sp.Piecewise((0, TIME < BEGIN), (1, TIME > BEGIN + LENGTH), ((TIME - BEGIN) / LENGTH, True)),
     of_run=("ramp_begin", "ramp_duration"),
     starts=starts,
     simpler=("stiffness_step",),
