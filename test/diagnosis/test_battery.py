@@ -22,14 +22,20 @@ from tissue_probe.physics.effects import EFFECTS
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
-#: One effect of each family that the record shows, with a seed.
+#: One effect of each family, with an excitation that shows it and a seed.
 HIDDEN = (
     ("standard_linear_solid", "sine10", 901),
     ("cubic_stiffening", "sine10", 902),
+    ("contact_loss", "sine10", 910),
     ("coulomb_friction", "sine10", 903),
+    ("backlash", "sine10", 911),
     ("added_mass", "sine10", 904),
+    ("force_gain", "sine10", 912),
+    ("force_bias", "sine10", 913),
+    ("tissue_motion", "sine10", 914),
     ("mains_hum", "sine10", 905),
     ("force_lag", "sine10", 906),
+    ("encoder_interpolation", "sine10", 915),
     ("stiffness_ramp", "chirp60", 907),
 )
 
