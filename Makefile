@@ -6,19 +6,32 @@ unexport PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LI
 
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
+SEED := 14
 PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 	$(shell find msg_defs crtk_msgs -type f)
 
-.PHONY: demo test lint benchmark setup clean help
+.PHONY: demo hidden-effect test lint benchmark setup clean help
 
 help: ## List the targets.
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map.png, estimates.png.
 	$(BIN)/tissue_probe demo
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
 	$(BIN)/python -m pytest
+
+hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
+	rm -rf hidden-effect
+	$(BIN)/tissue_probe challenge make --count 1 --hide two --seed $(SEED) --rig tolerant \
+		--excitation chirp60 --answers hidden-effect/answers.sealed.json hidden-effect/recordings
+	cd hidden-effect && $(BIN)/tissue_probe compare recordings/0001.csv --starts at-rest
+	cd hidden-effect && $(BIN)/tissue_probe diagnose recordings/0001.csv --starts at-rest \
+		--validate recordings/0001_second.csv --json 0001.json
+	cd hidden-effect && $(BIN)/tissue_probe improve recordings/0001.csv --starts at-rest \
+		--validate recordings/0001_second.csv --output answer
+	@echo "The seal is opened. Hidden were:"
+	@sed -n '/"effects": \[/,/\]/s/^ *"\([a-z_]*\)",*$$/- \1/p' hidden-effect/answers.sealed.json
 
 lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings and import contracts.
 	$(BIN)/ruff check .

@@ -37,6 +37,21 @@ from tissue_probe.report.page import render
 
 #: Samples of a record that the report carries; a longer one is shown from its beginning.
 DRAWN = 8000
+#: What the field writes for the symbols that every model has.
+LETTERS = {
+    "tip_position": "x",
+    "tip_velocity": "\\dot{x}",
+    "position": "u",
+    "position_rate": "\\dot{u}",
+    "stiffness": "k",
+    "damping": "\\beta",
+    "tip_mass": "m",
+    "load_cell_stiffness": "k_0",
+    "load_cell_damping": "\\beta_0",
+    "contact_position": "u_0",
+    "force_offset": "F_0",
+    "time": "t",
+}
 
 
 def write(
@@ -150,10 +165,26 @@ def equations(fit: Fit) -> tuple[str, ...]:
     """Return a model's equations in LaTeX: a rate a state, then the force."""
     model = fit.composition.model
     lines = [
-        f"\\frac{{d}}{{dt}} {sp.latex(state)} = {sp.latex(rate)}"
+        f"\\frac{{d}}{{dt}} {_latex(state)} = {_latex(rate)}"
         for state, rate in zip(model.states, model.motion, strict=True)
     ]
-    return (*lines, f"F = {sp.latex(model.output)}")
+    return (*lines, f"F = {_latex(model.output)}")
+
+
+def _latex(expression: sp.Expr) -> str:
+    """Set an expression with the letters of the field, and words where it has none."""
+    names = {symbol: LETTERS.get(str(symbol)) or _words(str(symbol))
+             for symbol in expression.free_symbols}  # fmt: skip
+    return sp.latex(expression, symbol_names=names)
+
+
+def _words(name: str) -> str:
+    """Set a name such as relaxation_rate_1 upright, its number as an index."""
+    stem, _, number = name.rpartition("_")
+    if not number.isdigit():
+        stem, number = name, ""
+    words = "\\ ".join(stem.split("_"))
+    return f"\\mathrm{{{words}}}" + (f"_{{{number}}}" if number else "")
 
 
 def _rung(fit: Fit, before: Fit | None) -> str:
@@ -176,7 +207,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
     return tuple(
         ReportParameter(
             entry.name,
-            sp.latex(entry.symbol),
+            _latex(entry.symbol),
             values[entry.name],
             values[entry.name] - 1.96 * deviations[entry.name],
             values[entry.name] + 1.96 * deviations[entry.name],

@@ -1,0 +1,161 @@
+"""``compare``, ``diagnose`` and ``improve`` on recordings of the challenge."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+from tissue_probe.challenge.folder import write_recordings
+from tissue_probe.challenge.simulator import make_challenge
+from tissue_probe.diagnosis.answer import Answer
+
+#: The kernels of every effect are compiled where no earlier run has done so.
+pytestmark = pytest.mark.timeout(900)
+
+HIDDEN = "cubic_stiffening"
+RESTED = ("--starts", "at-rest")
+
+
+@pytest.fixture(scope="module")
+def made():
+    return make_challenge(11, (HIDDEN,), "sine10", "tolerant", 2e-3)
+
+
+@pytest.fixture
+def recorded(tmp_path, made):
+    """Write both recordings as tables, and the first as a bag; return its table."""
+    write_recordings(tmp_path, "data", made, "csv")
+    write_recordings(tmp_path, "bag", made, "mcap")
+    return tmp_path / "data.csv"
+
+
+def said(text):
+    """Return what was printed without its line breaks."""
+    return " ".join(text.split())
+
+
+def test_the_table_with_forces_in_tension_and_the_bag_get_the_same_answer(run, recorded, tmp_path):
+    table = np.loadtxt(recorded, delimiter=",", skiprows=1) * [1.0, 1.0, -1.0]
+    np.savetxt("data.csv", table, delimiter=",", header="t,u,F", comments="", fmt="%.17g")
+    named = ("--position", "u", "--force", "F", "--force-polarity", "tension")
+    outcome = run("diagnose", "data.csv", *named, *RESTED, "--json", "out.json")
+    assert outcome.status == 0, outcome.err
+    again = run("diagnose", "bag.mcap", *RESTED, "--json", "bag.json")
+    assert again.status == 0, again.err
+    told, other = (
+        Answer.model_validate_json((tmp_path / name).read_text()) for name in ("out.json", "bag.json")
+    )
+    assert told.effects == other.effects == [HIDDEN]
+    assert told.verdict == other.verdict == "missing"
+    assert told.ranking[0].effect == HIDDEN
+    assert [each.effect for each in told.ranking[:3]] == [each.effect for each in other.ranking[:3]]
+    assert told.rmse.training.final == pytest.approx(other.rmse.training.final, rel=1e-3)
+    assert told.noise_floor == pytest.approx(5e-3, rel=0.1)
+    assert f"Missing: {HIDDEN}." in said(outcome.out)
+    assert max(map(len, outcome.out.splitlines()[:12])) <= 80
+
+
+def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
+    run, recorded, tmp_path
+):
+    outcome = run(
+        "improve", "data.csv", *RESTED, "--add", HIDDEN, "--validate", "data_second.csv",
+        "--json", "out.json", "--output", "better",
+    )  # fmt: skip
+    assert outcome.status == 0, outcome.err
+    files = {path.name: path for path in (tmp_path / "better").iterdir()}
+    assert set(files) == {"model.yaml", "ladder.png", "compare.png", "report.html"}
+    model = yaml.safe_load(files["model.yaml"].read_text())
+    assert [HIDDEN] == [each if isinstance(each, str) else each["name"] for each in model["effects"]]
+    for name in ("ladder.png", "compare.png"):
+        assert files[name].read_bytes().startswith(b"\x89PNG")
+    page = files["report.html"].read_text(encoding="utf-8")
+    assert HIDDEN in page
+    assert "<math" in page
+    assert not re.search(r'(?:src|href)="https?://', page)
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert told["effects"] == [HIDDEN]
+    assert told["rmse"]["heldout"]["final"] < 0.3 * told["rmse"]["heldout"]["base"]
+    assert "held out [mN]" in outcome.out
+    again = run("compare", "data.csv", *RESTED, "--model", "better/model.yaml")
+    assert again.status == 0, again.err
+    ratio = float(re.search(r"error / noise +([\d.]+)", again.out)[1])
+    assert ratio < 1.1
+
+
+def test_compare_prints_the_error_beside_the_noise_and_where_it_is(run, recorded, tmp_path):
+    outcome = run("compare", "data.csv", *RESTED, "--output", "where.svg")
+    assert outcome.status == 0, outcome.err
+    for words in ("mN rms", "% of the force's rms", "noise floor", "error / noise", "Here: "):
+        assert words in outcome.out
+    assert float(re.search(r"error / noise +([\d.]+)", outcome.out)[1]) > 2.0
+    assert re.search(r"stiffness +\d+(\.\d+)? \+- [\d.]+ N/m", outcome.out)
+    assert (tmp_path / "where.svg").read_text().lstrip().startswith("<?xml")
+
+
+def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):
+    from pathlib import Path
+
+    mine = Path(__file__).parents[2] / "docs" / "my_effect.py"
+    outcome = run(
+        "improve", "data.csv", *RESTED, "--effects", mine, "--add", "quadratic_drag"
+    )  # fmt: skip
+    assert outcome.status == 0, outcome.err
+    assert "+ quadratic_drag" in said(outcome.out)
+    assert "quadratic_drag" in (tmp_path / "improved" / "model.yaml").read_text()
+
+
+TIME = np.arange(4000) * 5e-4
+WAVE = 1e-3 * np.sin(2 * np.pi * 10.0 * TIME)
+FORCE = 450.0 * WAVE + 5e-3 * np.random.default_rng(0).standard_normal(TIME.size)
+
+
+def table(position, force, time=TIME):
+    rows = np.column_stack([time, position, force])
+    lines = (",".join("" if np.isnan(v) else f"{v:.12g}" for v in row) for row in rows)
+    return "t,u,F\n" + "\n".join(lines) + "\n"
+
+
+BAD = {
+    "too short": (table(WAVE[:100], FORCE[:100], TIME[:100]), "short"),
+    "no motion": (table(1e-3 + 0.0 * WAVE, FORCE), "position"),
+    "no contact": (table(WAVE, FORCE - 450.0 * WAVE), "contact"),
+    "constant force": (table(WAVE, 0.0 * FORCE), "force"),
+    "wrong polarity": (table(WAVE, -FORCE), "polarity"),
+    "wrong units": (table(1e-6 * WAVE, FORCE), "unit"),
+    "no numbers": (table(np.nan * WAVE, FORCE), "no sample"),
+    "one gap after another": (table(WAVE[::7], FORCE[::7], TIME[::7] ** 1.5), ""),
+}
+
+
+@pytest.mark.parametrize("what", BAD)
+@pytest.mark.parametrize("command", ["compare", "diagnose", "improve"])
+def test_worthless_measurements_get_one_sentence(fails, tmp_path, command, what):
+    content, word = BAD[what]
+    (tmp_path / "bad.csv").write_text(content)
+    assert word in fails(command, "bad.csv", *RESTED)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("none.csv",), "No such file"),
+        (("data.csv", "--force-unit", "stone"), "stone"),
+        (("data.csv", "--constant", "mass=0.04"), "mass is no constant of compliant_probe"),
+        (("data.csv", "--constant", "tip_mass=heavy"), "give NAME=VALUE"),
+        (("data.csv", "--effects", "none.py"), "no such file of effects"),
+        (("data.csv", "--position", "depth"), "depth"),
+    ],
+)
+def test_options_that_cannot_be_met_get_one_sentence(fails, recorded, arguments, words):
+    assert words in fails("diagnose", *arguments)
+
+
+def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):
+    told = fails("improve", "data.csv", "--add", "magic")
+    assert "--add magic: no such effect" in told
+    assert HIDDEN in told
