@@ -11,12 +11,15 @@ import typer
 
 from tissue_probe.cli import app
 from tissue_probe.devices import DEVICES
+from tissue_probe.diagnosis import improvement, ranking, visibility
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+DIAGNOSIS = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
 DOCUMENTS = {"README.md": README, "docs/architecture.md": ARCHITECTURE}
+ALL_DOCUMENTS = {**DOCUMENTS, "docs/diagnosis.md": DIAGNOSIS}
 NODES = ROOT / "tissue_probe" / "nodes"
 SOURCES = "\n".join(path.read_text(encoding="utf-8") for path in sorted(NODES.glob("*.py")))
 PROGRAM = typer.main.get_command(app)
@@ -46,7 +49,7 @@ def names(cell: str) -> list[str]:
     return re.findall(r"`([^`]+)`", cell)
 
 
-CALLS = [call for text in DOCUMENTS.values() for call in commands(text, "tissue_probe")]
+CALLS = [call for text in ALL_DOCUMENTS.values() for call in commands(text, "tissue_probe")]
 LAUNCHES = [words[3:] for call in commands(README, "ros2") if "launch" in (words := call.split())]
 
 
@@ -71,9 +74,9 @@ def _context():
     return typer.Context(PROGRAM, info_name="tissue_probe")
 
 
-@pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.parametrize("document", ALL_DOCUMENTS)
 def test_every_relative_link_and_picture_exists(document):
-    text = re.sub(r"^```.*?^```", "", DOCUMENTS[document], flags=re.M | re.S)
+    text = re.sub(r"^```.*?^```", "", ALL_DOCUMENTS[document], flags=re.M | re.S)
     targets = re.findall(r"\]\(([^)\s]+)\)", text)
     assert targets
     headings = {
@@ -87,11 +90,11 @@ def test_every_relative_link_and_picture_exists(document):
             assert (ROOT / document).parent.joinpath(target).exists(), target
 
 
-@pytest.mark.parametrize("document", DOCUMENTS)
+@pytest.mark.parametrize("document", ALL_DOCUMENTS)
 def test_every_file_that_is_named_exists(document):
     roots = (ROOT, ROOT / "tissue_probe")
     pattern = r"(?:[\w.]+/)+[\w*]+\.(?:py|yaml|txt|msg|toml)"
-    found = set(re.findall(rf"`({pattern})`", DOCUMENTS[document]))
+    found = set(re.findall(rf"`({pattern})`", ALL_DOCUMENTS[document]))
     examples = {name for name in found if "/my_" in name}
     for name in found - examples:
         assert any(list(root.glob(name)) for root in roots), name
@@ -101,8 +104,8 @@ def test_every_file_that_is_named_exists(document):
 def test_every_make_target_exists(document):
     text = DOCUMENTS[document]
     named = {target for call in commands(text, "make") for target in call.split()[1:2]}
-    named |= set(re.findall(r"`make (\w+)`", text))
-    rules = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    named |= set(re.findall(r"`make ([\w-]+)`", text))
+    rules = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
     assert named
     assert named <= rules
 
@@ -224,3 +227,12 @@ def test_the_python_snippet_reads_a_recording(tmp_path, monkeypatch, capsys):
         writer.finish()
     exec(compile(snippet, "README.md", "exec"), {})
     assert capsys.readouterr().out == "7 0.0 0.0\n"
+
+
+def test_the_thresholds_of_the_diagnosis_are_those_of_the_code():
+    rows = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) \|", DIAGNOSIS, re.M)
+    constants = {**vars(ranking), **vars(improvement), **vars(visibility)}
+    assert {name for name, _ in rows} >= {"LEAST_GAIN", "LEAST_SHARE", "TIE", "SIMPLER", "SHARE"}
+    assert {name: float(value) for name, value in rows} == {
+        name: float(constants[name]) for name, _ in rows
+    }

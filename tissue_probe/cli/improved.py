@@ -175,7 +175,7 @@ def _latex(expression: sp.Expr) -> str:
     """Set an expression with the letters of the field, and words where it has none."""
     names = {symbol: LETTERS.get(str(symbol)) or _words(str(symbol))
              for symbol in expression.free_symbols}  # fmt: skip
-    return sp.latex(expression, symbol_names=names)
+    return sp.latex(expression, symbol_names=names, mul_symbol="\\,")
 
 
 def _words(name: str) -> str:
