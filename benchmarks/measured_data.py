@@ -30,7 +30,8 @@ PROBING = (
     "--rig rigid_probe --constant tip_mass=0"
 )
 ELASTOMER = (
-    "--position disp_mm --force-polarity compression --rig rigid_probe --constant tip_mass=0"
+    "--position disp_mm --force-polarity compression --starts at-rest --rig rigid_probe "
+    "--constant tip_mass=0"
 )
 #: The drive by A. Janot, M. Gautier, M. Brunot (Nonlinear System Identification Benchmarks, 2019),
 #: which names these values: least squares on the inverse model.
