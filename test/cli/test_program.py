@@ -14,9 +14,11 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    "calibrate",
-    *("compare", "diagnose", "improve", "challenge"),
+    *("compare", "diagnose", "improve", "challenge", "calibrate"),
 ]
+
+DIAGNOSING = ("compare", "diagnose", "improve")
+MODEL_DEFAULTS = ["into", "auto", "compliant_probe", "kelvin_voigt"]
 
 
 def in_a_process(*arguments, **environment):
@@ -41,10 +43,12 @@ def test_the_overview_names_every_command_with_a_whole_sentence(run):
         assert "..." not in listed
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", [*COMMANDS, *(f"challenge {name}" for name in ("make", "grade"))]
+)
 def test_every_help_fits_80_columns_and_says_what_the_command_does(run, command):
     for option in ("--help", "-h"):
-        outcome = run(command, option)
+        outcome = run(*command.split(), option)
         assert outcome.status == 0
         assert outcome.err == ""
         usage, _, what, *_ = outcome.out.splitlines()
@@ -63,6 +67,7 @@ def test_every_help_fits_80_columns_and_says_what_the_command_does(run, command)
         ("info", ["[s]"]),
         ("excitation", ["[m]", "[Hz]", "[s]", "[N/m]", "[N s/m]", "[N]"]),
         ("reproduce", ["[N/m]", "[N s/m]", "[N]"]),
+        *((command, ["[s]", "(u_mm)", "(F_mN)", "SI units"]) for command in DIAGNOSING),
     ],
 )
 def test_the_help_shows_units(run, command, units):
@@ -76,7 +81,10 @@ def test_the_help_shows_units(run, command, units):
     [
         (
             "estimate",
-            ["estimates.csv", "ekf", "t", "u", "F", "compression", "as recorded, else yes"],
+            [
+                *("estimates.csv", "ekf", "t", "u", "F", "compression", "as recorded, else yes"),
+                "(the recording's own, else Kelvin-Voigt tissue)",
+            ],
         ),
         ("export", ["samples.csv"]),
         ("map", ["map.png", "the recorded estimates"]),
@@ -90,6 +98,9 @@ def test_the_help_shows_units(run, command, units):
             ],
         ),
         ("reproduce", ["all", "reproduction"]),
+        ("compare", [*MODEL_DEFAULTS, "compare.png"]),
+        ("diagnose", MODEL_DEFAULTS),
+        ("improve", [*MODEL_DEFAULTS, "improved"]),
     ],
 )
 def test_the_help_shows_defaults(run, command, defaults):

@@ -1,4 +1,4 @@
-"""Recordings of the challenge as what is fitted: data from a simulator that shares no code with it."""
+"""Recordings of the challenge, as what is fitted: their simulator shares no code with the fit."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def diagnose(
     validate: asked.Validate = None,
     json: asked.Json = None,
 ) -> None:
-    """Say which physical effect a model misses, or that none is, or that it cannot be told.
+    """Say which physical effect a model misses, if any can be told.
 
     Every effect of the library is added to the model, fitted, and judged by what it does to the
     error on data it was not fitted to. Further effects follow while the error falls.
@@ -51,8 +51,6 @@ def diagnose(
         asked.instrument(rig, known_rig, constant or []),
         effects or [],
     )
-    for finding in diagnosis.findings:
-        print(f"note: {finding.sentence}")
     told = answer(diagnosis)
     table = Table(title="The model with one effect more, the best first", title_justify="left")
     for name in ("effect", "family", "error [mN]", "held out [mN]", "BIC gain"):

@@ -128,11 +128,10 @@ def measurements(segments: Sequence[Segment]) -> list[Measurement]:
     for each in segments:
         for note in each.notes:
             print(f"note: {note}")
-        fatal = [
-            f for f in inspect(each.position, each.force, each.sample_period).findings if f.fatal
-        ]
-        if fatal:
-            raise ValueError(f"{each.source}: {fatal[0].sentence}")
+        for finding in inspect(each.position, each.force, each.sample_period).findings:
+            if finding.fatal:
+                raise ValueError(f"{each.source}: {finding.sentence}")
+            print(f"note: {each.source}: {finding.sentence}")
         rested = each.starts is Starts.at_rest
         found.append(Measurement(each.position, each.force, each.sample_period, rested))
     return found

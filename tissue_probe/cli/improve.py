@@ -45,7 +45,7 @@ def improve(
         ),
     ] = Path("improved"),
 ) -> None:
-    """Add the effects that are missing one by one, and print how the error falls.
+    """Add what is missing, effect by effect, while the error falls.
 
     Writes model.yaml, which estimators and the simulated probe take, ladder.png, compare.png of the
     base model and report.html, which works off line.
