@@ -56,6 +56,7 @@ def test_the_table_with_forces_in_tension_and_the_bag_get_the_same_answer(run, r
     assert [each.effect for each in told.ranking[:3]] == [each.effect for each in other.ranking[:3]]
     assert told.rmse.training.final == pytest.approx(other.rmse.training.final, rel=1e-3)
     assert told.noise_floor == pytest.approx(5e-3, rel=0.1)
+    assert "held out [mN]" in outcome.out
     assert f"Missing: {HIDDEN}." in said(outcome.out)
     assert max(map(len, outcome.out.splitlines()[:12])) <= 80
 
@@ -107,7 +108,9 @@ def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):
 
 TIME = np.arange(4000) * 5e-4
 WAVE = 1e-3 * np.sin(2 * np.pi * 10.0 * TIME)
-FORCE = 450.0 * WAVE + 5e-3 * np.random.default_rng(0).standard_normal(TIME.size)
+NOISE = 5e-3 * np.random.default_rng(0).standard_normal(TIME.size)
+FORCE = 450.0 * WAVE + NOISE
+PRESSED = 2e-3 + WAVE + 5e-4 * np.sin(2 * np.pi * 3.0 * TIME)
 
 
 def table(position, force, time=TIME):
@@ -135,7 +138,8 @@ def test_worthless_measurements_get_one_sentence(fails, tmp_path, command, what)
 
 
 @pytest.mark.parametrize(
-    ("position", "force", "word"), [(WAVE, -FORCE, "polarity"), (1e-4 * WAVE, FORCE, "unit")]
+    ("position", "force", "word"),
+    [(PRESSED, NOISE - 450.0 * PRESSED, "polarity"), (1e-4 * WAVE, FORCE, "unit")],
 )
 def test_doubtful_measurements_are_compared_with_a_note(run, tmp_path, position, force, word):
     (tmp_path / "doubtful.csv").write_text(table(position, force))

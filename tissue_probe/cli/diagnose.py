@@ -61,7 +61,7 @@ def diagnose(
         errors = ["" if e is None else f"{1e3 * e:.4g}" for e in (each.rmse, each.heldout_rmse)]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         table.add_row(each.effect, each.family, *errors, gain)
-    Console().print(table)
+    Console(markup=False, highlight=False).print(table)  # units stand in square brackets
     for sentence in asked.verdict(diagnosis):
         print(sentence)
     if json:

@@ -76,7 +76,7 @@ def improve(
             f"{1e3 * diagnosis.heldout(fit):.4g}",
             f"{fit.ratio:.3g}" + ("" if fit.converged else " (did not settle)"),
         )
-    Console().print(table)
+    Console(markup=False, highlight=False).print(table)  # units stand in square brackets
     for name, value in asked.table(ladder.final):
         print(f"  {name:26s} {value}")
     for sentence in asked.verdict(diagnosis):
