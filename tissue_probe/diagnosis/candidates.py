@@ -88,9 +88,7 @@ def refit(
     return search(problem, values, [z for z, _ in problem.begin(values)])
 
 
-def fit_candidates(
-    base: Fit, effects: Iterable[Effect], instrument: Instrument, followed: int | None = None
-) -> list[Fit]:
+def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument) -> list[Fit]:
     """Fit the model with each effect added, in the form of it that fits best.
 
     Parameters
@@ -101,8 +99,6 @@ def fit_candidates(
         What may be added; what cannot be fitted, or acts on what the rig has not, is left out.
     instrument : Instrument
         What is known of the rig.
-    followed : int, optional
-        How many of the effects are fitted, in the order of what one step promises; all by default.
     """
     forms = [
         form
@@ -114,9 +110,6 @@ def fit_candidates(
     with ThreadPoolExecutor(THREADS) as pool:
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
-        if followed is not None:
-            names = list(dict.fromkeys(each.effect.name for each in proposed))[:followed]
-            proposed = [each for each in proposed if each.effect.name in names]
         bar = Bar(base.cost)
         fits = [fit for found in pool.map(lambda each: each.fits(bar), proposed) for fit in found]
     best: dict[str, Fit] = {}
@@ -137,7 +130,7 @@ class _Proposals:
         proposals = []
         tried = list(effect.starts(extent(base.measurements)))
         for known, proposed in product(begin, tried):
-            values = _values(self.problem, known, effect, proposed)
+            values = start_values(self.problem, known, effect, proposed)
             starts = begin_states(self.problem, base, values)
             promised, after, begun = promise(self.problem, values, starts)
             # A strength that was proposed stands for a nonlinear effect: a step may lead astray.
@@ -187,12 +180,17 @@ def _pressed(base: Fit, instrument: Instrument) -> list[dict[str, float]]:
     return [] if fit is None else [fit.named()]
 
 
-def _values(
-    problem: Problem, base: dict[str, float], effect: Effect, proposed: dict[str, float]
+def start_values(
+    problem: Problem,
+    known: Mapping[str, float],
+    effect: Effect | None,
+    proposed: Mapping[str, float],
 ) -> FloatArray:
-    strengths = {p.name: effect.neutral for p in effect.parameters[: effect.strengths]}
-    known = base | strengths | dict(proposed)
-    values = np.array([known.get(e.name, e.default) for e in problem.composition.values])
+    """Values to begin a search with: those known, no strength, what is proposed, defaults."""
+    named = effect.parameters[: effect.strengths] if effect else ()
+    strengths = {parameter.name: effect.neutral for parameter in named}
+    given = {**known, **strengths, **proposed}
+    values = np.array([given.get(e.name, e.default) for e in problem.composition.values])
     return np.clip(values, problem.lower, problem.upper)
 
 

@@ -14,6 +14,7 @@ from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import EXPLAINED, added, ranked, significant, ties
+from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
@@ -21,7 +22,7 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.7
 #: How many first effects a second is tried on, how many second ones are followed, how many in all.
-BEAM, FOLLOWED, MOST = 3, 6, 3
+BEAM, FOLLOWED, MOST = 3, 5, 3
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def climb(
     paths = [(fit,) for fit in ranking[:BEAM] if significant(base, fit)]
     best = paths[0]
     while best[-1].ratio > EXPLAINED and len(best) < MOST:
-        longer = _longer(paths, instrument, library)
+        longer = _longer(base, paths, instrument, library)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
         paths, best = longer[:BEAM], longer[0]
@@ -129,12 +130,16 @@ def climb_by(
 
 
 def _longer(
-    paths: Sequence[tuple[Fit, ...]], instrument: Instrument, library: Mapping[str, Effect]
+    base: Fit,
+    paths: Sequence[tuple[Fit, ...]],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
 ) -> list[tuple[Fit, ...]]:
     """Return every path with one effect more, the best first, each set of effects once."""
     longer: dict[frozenset[str], tuple[Fit, ...]] = {}
     for path in paths:
-        fits = fit_candidates(path[-1], library.values(), instrument, FOLLOWED)
+        effects = screened(path[-1], base.composition, library.values(), instrument, FOLLOWED)
+        fits = fit_candidates(path[-1], effects, instrument)
         for fit in ranked(fits):
             names = frozenset(fit.composition.names)
             if names not in longer or fit.bic < longer[names][-1].bic:

@@ -12,7 +12,7 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.physics.effects import Effect
 
 #: A better fit is real where the BIC falls by more than this and the residual by this share.
-LEAST_GAIN, LEAST_SHARE = 20.0, 0.012
+LEAST_GAIN, LEAST_SHARE = 20.0, 0.009
 #: Fits whose BIC is within this of the best are not distinguished from it.
 TIE = 14.0
 #: An effect that contains a simpler one stands back where its BIC gains less than this.

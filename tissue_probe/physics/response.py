@@ -27,9 +27,7 @@ _I = types.Array(types.int64, 1, "C")
 # the states, shape (n, q), and of the coil, shape (3, q). What follows is filled:
 RATE = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _M)  # z' and its derivatives along T
 OUTPUT = types.float64(_F8, _V, _V, _V, _V, _M, _M, _V)  # derivatives of the force it returns
-SWITCH = types.void(
-    _F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M
-)  # of z': g, g', derivatives
+SWITCH = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M)  # of z': g, g', derivatives
 BEGIN = types.void(_V, _F8, _F8, _V)  # of values, measured position and force: the states' start
 TRUE_POSITION = types.void(_V, _V, _V, _V, _M)  # times, measured, values: fills true and changes
 # A step is divided so that the fastest eigenvalue times a part's length stays below LONGEST.

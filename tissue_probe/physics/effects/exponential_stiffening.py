@@ -10,8 +10,8 @@ _DEPTH = INDENTATION / LENGTH
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose lengths from a fifth of the indentation to twice it."""
-    return [{"exponential_length": extent.indentation * f} for f in (0.2, 0.4, 0.8, 1.6)]
+    """Propose lengths from a fifth of the indentation to many times it."""
+    return [{"exponential_length": extent.indentation * f} for f in (0.2, 0.4, 0.8, 1.6, 5.0, 15.0)]
 
 
 def _form(shape: sp.Expr, assumptions: str, forms: tuple[Effect, ...] = ()) -> Effect:

@@ -1,0 +1,127 @@
+"""Which effects promise something beside those that a model already has.
+
+What belongs here: a score of effects that does without composing them with the model, whose code
+would have to be generated and compiled for every pair. What does not: fitting the few that remain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.candidates import THREADS, begin_states, extent, start_values
+from tissue_probe.diagnosis.fit import Fit, Problem
+from tissue_probe.diagnosis.measurement import Instrument
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.rigs import admits
+from tissue_probe.signals import FloatArray
+
+
+def screened(
+    fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument, most: int
+) -> list[Effect]:
+    """Return the effects, each in its best form, that promise most beside a fitted model.
+
+    What an effect changes in the force is taken from the model without the others, at the fitted
+    values; the part of it that the fitted model's own parameters and starts can make is projected
+    out, and what is left is compared with the residual (a score test).
+
+    Parameters
+    ----------
+    fit : Fit
+        The model as it is.
+    alone : Composition
+        The model to which effects are added one at a time, such as the base of a ladder.
+    effects : iterable of Effect
+        What may be added.
+    instrument : Instrument
+        What is known of the rig.
+    most : int
+        How many effects to return.
+    """
+    own, residual = _own(fit, instrument)
+    basis = np.linalg.qr(own)[0]
+    residual = residual - basis @ (basis.T @ residual)
+    forms = [
+        form
+        for effect in effects
+        if effect.name not in (*fit.composition.names, *alone.names)
+        for form in (replace(effect, forms=()), *effect.forms)
+        if admits(fit.composition.rig, form)
+    ]
+
+    def score(form: Effect) -> float:
+        changes = _changes(fit, alone, form, instrument)
+        return max((_explained(change, basis, residual) for change in changes), default=0.0)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        scores = list(pool.map(score, forms))
+    best: dict[str, Effect] = {}
+    for index in np.argsort(scores)[::-1]:
+        best.setdefault(forms[index].name, forms[index])
+    return list(best.values())[:most]
+
+
+def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
+    """Sum of squares of the residual that a change of the force could explain."""
+    if not np.isfinite(change).all():
+        return 0.0
+    change = change - basis @ (basis.T @ change)
+    size = np.linalg.norm(change, axis=0)
+    change = change[:, size > 0] / size[size > 0]
+    weights = np.linalg.lstsq(change, residual, rcond=1e-8)[0]
+    return float(np.sum((change @ weights) ** 2))
+
+
+def _changes(
+    fit: Fit, alone: Composition, effect: Effect, instrument: Instrument
+) -> Iterator[FloatArray]:
+    """Yield what the effect's strengths change in the force, over the noise, for each start."""
+    without = Problem(alone, fit.measurements, instrument)
+    plain = start_values(without, fit.named(), None, {})
+    bare = _residuals(without, plain, begin_states(without, fit, plain))
+    problem = Problem(alone.plus(effect), fit.measurements, instrument)
+    strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
+    columns = [problem.kernel.VALUES.index(name) + problem.states for name in strengths]
+    for proposed in effect.starts(extent(fit.measurements)):
+        values = start_values(problem, fit.named(), effect, proposed)
+        starts = begin_states(problem, fit, values)
+        with np.errstate(all="ignore"):
+            if not strengths or strengths[0] in proposed:
+                yield (bare - _residuals(problem, values, starts))[:, None]
+            else:
+                yield _stacked(
+                    problem, [s[:, columns] for _, s in problem.simulate(values, starts)]
+                )
+
+
+def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> FloatArray:
+    parts = [residual[:, None] for residual, _ in problem.simulate(values, starts)]
+    return _stacked(problem, parts)[:, 0]
+
+
+def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
+    """Return what the fitted model's unknowns change in the force, and its residual, over noise."""
+    problem = Problem(fit.composition, fit.measurements, instrument)
+    n = problem.states
+    simulated = problem.simulate(fit.values, fit.starts)
+    by_value = _stacked(problem, [s[:, n:][:, problem.free] for _, s in simulated])
+    by_start = []
+    for index in range(len(simulated)):
+        parts = [s[:, :n] * (i == index) for i, (_, s) in enumerate(simulated)]
+        by_start.append(_stacked(problem, parts))
+    own = np.concatenate([by_value, *by_start], axis=1)
+    own = own[:, np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)]
+    residual = _stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
+    return own / np.linalg.norm(own, axis=0), residual
+
+
+def _stacked(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
+    """Join arrays of all measurements, each over its noise, unused samples zero."""
+    measurements = problem.measurements
+    weights = [(m.used / m.noise)[:, None] for m in measurements]
+    return np.concatenate([part * w for part, w in zip(parts, weights, strict=True)])
