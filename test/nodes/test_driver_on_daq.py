@@ -37,7 +37,7 @@ def daq(request):
 
 def on_daq(server: DaqServer, **parameters: object) -> NodeProcess:
     # A busy machine may be late by a second.
-    patient = {"nidaqmx__expiry": 2.0, "limits__stale_limit": 2.0}
+    patient = {"nidaqmx__expiry": 2.0, "limits__stale_limit": 1.5}
     return driver(device="nidaqmx", nidaqmx__server=server.address, **patient | parameters)
 
 
@@ -79,7 +79,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone: check its cable",
     ),
-    "stall": (lambda server: server.board.faults.stall(), "no sample came for 2 s"),
+    "stall": (lambda server: server.board.faults.stall(), "no sample came for 1.5 s"),
     "dead": (lambda server: server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda server: setattr(server.board.faults, "saturated", True),
