@@ -10,6 +10,9 @@ SEED := 14
 PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 	$(shell find msg_defs crtk_msgs -type f)
 
+# Tests in which processes live in real time: one after the other, so that none disturbs another.
+LIVE := test/nodes test/launch test/benchmarks
+
 .PHONY: demo hidden-effect test lint benchmark setup clean help
 
 help: ## List the targets.
@@ -19,7 +22,8 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 	$(BIN)/tissue_probe demo
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile $(addprefix --ignore=,$(LIVE))
+	$(BIN)/python -m pytest $(LIVE)
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
 	rm -rf hidden-effect

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from tissue_probe.devices.device import Device, DeviceError, Samples
 from tissue_probe.devices.interlock import Interlock
 from tissue_probe.devices.limits import LimitMonitor, Limits
@@ -29,6 +31,11 @@ class GuardedDevice:
         Coil current for each volt of the command, for a coil at rest [A/V].
     interlock : Interlock
         What a failure trips.
+
+    Attributes
+    ----------
+    started : int
+        When the device began to sample [ns of the monotonic clock].
     """
 
     def __init__(
@@ -41,6 +48,7 @@ class GuardedDevice:
         self._interlock = interlock
         self._watchdog = Watchdog(self._trip_as_stale)
         self._running = False
+        self.started = 0
 
     def change_limits(self, limits: Limits) -> None:
         """Guard by other limits, from the next read on; an excitation above them trips."""
@@ -93,6 +101,7 @@ class GuardedDevice:
         try:
             self._monitor.begin()
             self._device.start(excitation)
+            self.started = time.monotonic_ns()  # before the watchdog's thread takes its time
             self._running = True
             self._watchdog.start(self._monitor.limits.stale_limit)
             self._refuse_if_tripped()

@@ -186,7 +186,7 @@ class Driver(SturdyLifecycleNode):
             return TransitionCallbackReturn.FAILURE
         self._stopping.clear()
         self._began = time.monotonic()
-        start = self.get_clock().now().nanoseconds
+        start = self.get_clock().now().nanoseconds - (time.monotonic_ns() - self._device.started)
         self._publisher.begin(start, self._device.sample_period)
         self._tare.begin(start, self._device.sample_period)
         self._thread = threading.Thread(target=self._acquire, name="acquisition")

@@ -13,7 +13,7 @@ SHORTEST = 1e-4
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose lags from a fraction of a millisecond up."""
-    return [{"lag_time": lag} for lag in (2e-4, 5e-4, 1e-3, 2e-3, 5e-3)]
+    return [{"lag_time": lag} for lag in (2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2)]
 
 
 # A low-pass of time constant tau reads F - tau F'_lagged: exactly F where tau is 0.
