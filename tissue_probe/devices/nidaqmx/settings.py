@@ -26,9 +26,9 @@ class NiDaqmxSettings(BaseModel):
         "rse", "", "what the amplifier's output is measured against"
     )
     force_low: float = setting(
-        -10.0, "V", "lowest voltage that the load cell's amplifier gives", ge=-10.0, le=10.0
+        -10.0, "V", "lowest voltage that the load cell's amplifier gives", ge=-10.0, le=9.9
     )
-    force_high: float = setting(10.0, "V", "highest voltage that it gives", ge=-10.0, le=10.0)
+    force_high: float = setting(10.0, "V", "highest voltage that it gives", ge=-9.9, le=10.0)
     coil_channel: str = setting("ao0", "", "analog output to the coil's amplifier")
     encoder: Literal["counter", "hctl2032"] = setting(
         "counter", "", "what counts the encoder: the DAQ's quadrature counter, or an HCTL-2032"
