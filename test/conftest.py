@@ -4,11 +4,16 @@ import shutil
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from tissue_probe.recording.definitions import message_definition
 from tissue_probe.recording.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS
+
+# No test asserts a time, and a first example may load a library or compile a kernel.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 REPOSITORY = Path(__file__).parents[1]
 FOREIGN = {
