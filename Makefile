@@ -24,7 +24,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(addprefix --ignore=,$(LIVE))
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) test/nodes
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --reruns 1 test/nodes
 	$(BIN)/python -m pytest test/launch test/benchmarks
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
