@@ -11,13 +11,14 @@ def hidden(*effects, absorbed=()):
     return {"effects": list(effects), "absorbed": list(absorbed)}
 
 
-def told(verdict, ranking=(), indistinguishable=(), effects=()):
+def told(verdict, ranking=(), indistinguishable=(), effects=(), unseen=()):
     return Diagnosis.parse(
         {
             "verdict": verdict,
             "ranking": [{"effect": name, "family": "any"} for name in ranking],
             "indistinguishable": list(indistinguishable),
             "effects": list(effects),
+            "unseen": list(unseen),
         }
     )
 
@@ -56,6 +57,18 @@ def test_first_declared_first_three_and_family_of_one_effect():
         }
     }
     assert marks.first.share == pytest.approx(1 / 7)
+
+
+def test_an_effect_that_could_not_be_seen_is_declared_by_an_adequate_model_that_lists_it():
+    answers = {name: hidden("force_gain") for name in "abc"}
+    diagnoses = {
+        "a": told("adequate", unseen=["force_gain"]),
+        "b": told("adequate", unseen=["force_bias"]),
+        "c": told("missing", ["force_bias"], unseen=["force_gain"]),
+    }
+    marks = grade(answers, diagnoses)
+    assert pair(marks.declared) == (1, 3)
+    assert pair(marks.first) == (0, 3)
 
 
 def test_false_alarms_are_verdicts_other_than_adequate():
@@ -146,5 +159,5 @@ def test_kinds(answer, kind):
     ],
 )
 def test_a_diagnosis_of_another_shape_is_refused(wrong):
-    with pytest.raises(ValueError, match="verdict, ranking, indistinguishable and effects"):
+    with pytest.raises(ValueError, match="verdict, ranking, indistinguishable, effects, unseen"):
         Diagnosis.parse(wrong)

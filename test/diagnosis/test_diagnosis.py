@@ -114,3 +114,14 @@ def test_what_is_wanted_is_added_and_nothing_else():
     found = diagnose(challenge(11, "cubic_stiffening"), wanted=["coulomb_friction"])
     assert found.ladder.effects == ("coulomb_friction",)
     assert found.verdict == "unexplained"
+
+
+def test_disturbed_samples_are_left_out_and_the_rest_is_fitted():
+    made = challenge(14, preload=2e-3)
+    force = made.recording.force.copy()
+    force[200::400] += 2.0
+    found = diagnose(replace(made, recording=replace(made.recording, force=force)))
+    assert found.verdict == "adequate"
+    assert found.spoilt == ()
+    assert found.ladder.base.samples == force.size - 10
+    assert [finding.name for finding in found.findings] == ["spikes"]

@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 from tissue_probe.diagnosis.candidates import extent, fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.fit import FARTHEST
 from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -165,3 +166,33 @@ def test_any_finite_samples_are_fitted_or_refused_in_a_sentence(samples, at_rest
         assert np.isfinite(fit.values).all()
         assert np.isfinite([fit.rmse, fit.heldout_rmse, fit.bic]).all()
         assert min(fit.deviations().values()) >= 0.0
+
+
+def test_the_constants_of_a_rig_do_not_make_up_for_what_the_model_lacks():
+    made = challenge(3, "force_lag", rig="tolerant")
+    fit = fitted([measurement(made.recording)], instrument=TOLERANT)
+    assert fit.ratio > 1.3
+    for name, (value, deviation) in TOLERANT.constants.items():
+        assert abs(fit.named()[name] - value) <= FARTHEST * deviation * (1 + 1e-9)
+
+
+def test_a_coarse_encoder_explains_what_its_steps_leave():
+    made = challenge(4, "encoder_quantization", excitation="msine60")
+    (plain,) = [fitted([measurement(made.recording)])]
+    found = fitted([measurement(made.recording)], "encoder_quantization")
+    assert plain.ratio > 1.3
+    assert found.ratio < 1.06
+    assert found.rounding > 0.0
+    assert plain.rounding == 0.0
+
+
+@pytest.mark.parametrize("step", [1e-7, 5e-6])
+def test_the_encoders_step_is_found_where_no_move_is_as_small(step):
+    phase = 2 * np.pi * 10.0 * np.arange(400) * PERIOD + 0.4
+    position = np.round((2.3e-3 + 8e-4 * np.sin(phase)) / step) * step
+    assert Measurement(position, np.sin(phase), PERIOD).extent.step == pytest.approx(step)
+
+
+def test_a_smooth_position_has_no_step():
+    position = 8e-4 * np.sin(2 * np.pi * 10.0 * np.arange(400) * PERIOD)
+    assert Measurement(position, position, PERIOD).extent.step == 0.0

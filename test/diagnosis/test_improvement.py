@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.improvement import _needed, climb, climb_by
+from tissue_probe.diagnosis.improvement import _bettered, _needed, climb, climb_by
 from tissue_probe.diagnosis.ranking import EXPLAINED
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -84,3 +86,15 @@ def test_what_is_asked_for_is_added_whether_it_is_missing_or_not():
     assert ladder.effects == ("mains_hum", "force_bias")
     assert ladder.verdict == "adequate"
     assert len(ladder.steps) == 2
+
+
+def test_an_effect_found_on_a_longer_path_takes_its_place_in_the_ranking():
+    made = challenge(7, "cubic_stiffening", preload=2e-3)
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    hum, cubic = (
+        fit_candidates(base, [EFFECTS[name]], EXACT)[0]
+        for name in ("mains_hum", "cubic_stiffening")
+    )
+    stuck = replace(cubic, cost=base.cost)
+    assert _bettered([hum, stuck], cubic) == [cubic, hum]
+    assert _bettered([cubic, hum], stuck) == [cubic, hum]

@@ -136,6 +136,17 @@ def test_a_channel_that_sticks_is_no_body_motion(motion, bits, channel):
     assert np.count_nonzero(marked & stuck) > 0.6 * np.count_nonzero(stuck)
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_forces_that_stand_alone_are_told_one_by_one(motion):
+    position, force = measure("friction", motion)
+    disturbed = [100, 2000, 2004, 6500]
+    force[disturbed] += [0.5, -0.6, 0.5, 1.5]
+    (found,) = inspect(position, force, PERIOD).findings
+    assert found.name == "spikes"
+    assert found.spans == tuple((index, index + 1) for index in disturbed)
+    assert not found.fatal
+
+
 def test_a_channel_of_a_lower_rate_is_told_by_how_much():
     position, force = measure()
     finding = inspect(position, np.repeat(force[::4], 4), PERIOD)["stuck_samples"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from composed import PERIOD, force_of, halved, values_of, vibrating
+from composed import PERIOD, force_of, halved, risen, values_of, vibrating
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -145,3 +145,37 @@ def test_contact_is_lost_and_regained_at_the_right_instants(name):
     start = np.zeros(len(composition.kernel.STATES))
     finer = respond(composition.kernel, values, start, coil).force[::4]
     assert np.sqrt(np.mean((finer - truth[: finer.size]) ** 2)) < 1e-5 * rms
+
+
+def test_a_tip_that_hardly_sticks_moves_as_one_that_never_pulls():
+    # Damping tears it off deep in the tissue, where it sticks again as soon as it is pushed back.
+    times = np.arange(4000) * PERIOD
+    phases = np.random.default_rng(2).uniform(0.0, 2.0 * np.pi, 60)
+    angles = 2.0 * np.pi * np.arange(1, 61)[:, None] * times + phases[:, None]
+    position = 4e-3 * risen(times, 0.1) + 1e-4 * risen(times, 0.3) * np.sin(angles).sum(axis=0)
+    never_pulls = Composition(effects=EFFECTS["contact_loss"].forms)
+    sticking = Composition(effects=(EFFECTS["adhesion"],))
+    values = {"stiffness": 313.0, "damping": 6.4}
+    pushed = force_of(never_pulls, values_of(never_pulls, **values), position).force
+    stuck = force_of(sticking, values_of(sticking, pull_off_force=1e-6, **values), position).force
+    free = Composition()
+    assert np.ptp(force_of(free, values_of(free, **values), position).force - pushed) > 0.05
+    np.testing.assert_allclose(stuck, pushed, atol=1e-4)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.6, 0.9])
+def test_an_error_that_is_periodic_in_the_true_position_is_taken_off(share):
+    # As steep as ``share`` of what would make two positions read the same.
+    period = 2e-5
+    sine, cosine = share * period / (2.0 * np.pi) * np.array([0.6, -0.8])
+    true = 3e-4 * np.sin(2.0 * np.pi * 3.0 * np.arange(2000) * PERIOD)
+    angle = 2.0 * np.pi * true / period
+    read = true + sine * np.sin(angle) + cosine * np.cos(angle)
+    composition = Composition(effects=(EFFECTS["encoder_interpolation"],))
+    values = values_of(
+        composition, interpolation_sine=sine, interpolation_cosine=cosine, grating_period=period
+    )
+    kernel = composition.kernel
+    found = course(kernel, read, PERIOD, values).pieces[3]
+    off = np.sqrt(np.mean((found - true[:-1]) ** 2))
+    assert off < 0.01 * np.sqrt(np.mean((read - true) ** 2))

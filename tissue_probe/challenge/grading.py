@@ -48,12 +48,15 @@ class Diagnosis:
         Effects declared not to be told apart.
     effects : tuple of str
         Effects it would add, in order.
+    unseen : frozenset of str
+        Effects of which it says that the recording could not have shown them.
     """
 
     verdict: str
     ranking: tuple[str, ...] = ()
     indistinguishable: frozenset[str] = frozenset()
     effects: tuple[str, ...] = ()
+    unseen: frozenset[str] = frozenset()
 
     @classmethod
     def parse(cls, told: Mapping[str, Any]) -> Diagnosis:
@@ -70,10 +73,11 @@ class Diagnosis:
                 tuple(str(entry["effect"]) for entry in told["ranking"]),
                 frozenset(map(str, told["indistinguishable"])),
                 tuple(map(str, told["effects"])),
+                frozenset(map(str, told["unseen"])),
             )
         except (KeyError, TypeError) as error:
             raise ValueError(
-                f"a diagnosis has verdict, ranking, indistinguishable and effects: {error}"
+                f"a diagnosis has verdict, ranking, indistinguishable, effects, unseen: {error}"
             ) from error
 
     @property
@@ -89,6 +93,10 @@ class Diagnosis:
         if self.named == self.verdict:
             return frozenset()
         return self.indistinguishable | {self.named}
+
+    def declares(self, effect: str) -> bool:
+        """Whether it leaves room for an effect: claimed, or adequate as far as could be seen."""
+        return effect in self.claimed or (self.verdict == "adequate" and effect in self.unseen)
 
     @property
     def says(self) -> frozenset[str]:
@@ -123,7 +131,8 @@ class Grade:
     first : Count
         One hidden effect that shows: ranked first.
     declared : Count
-        The same: ranked first, or in the declared indistinguishable set.
+        The same: ranked first, in the declared indistinguishable set, or ``adequate`` with the
+        effect listed as one that the recording could not have shown.
     first_three : Count
         The same: among the first three of the ranking of a diagnosis that names an effect.
     family : Count
@@ -209,7 +218,7 @@ def _mark_one(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
     (hidden,) = effects
     named = diagnosis.named in LIBRARY
     marks.first.add(diagnosis.named == hidden)
-    marks.declared.add(hidden in diagnosis.claimed)
+    marks.declared.add(diagnosis.declares(hidden))
     marks.first_three.add(bool(diagnosis.claimed) and hidden in diagnosis.ranking[:3])
     marks.family.add(named and EFFECTS[diagnosis.named].family == EFFECTS[hidden].family)
     if diagnosis.claimed:

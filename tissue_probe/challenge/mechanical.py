@@ -87,8 +87,12 @@ def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _adhesion(strength: float, at: Situation, random: Random) -> Change:
-    """Let the contact tear off at a pull; it and the time in the air grow with the strength."""
-    share = random.uniform(0.1, 0.5) * np.sqrt(strength)
+    """Let the contact tear off at a pull; it and the time in the air grow with the strength.
+
+    The weakest pull is a share of the tissue's force that a load cell can tell from none, since
+    what is left without it is another effect (``contact_loss``).
+    """
+    share = random.uniform(0.25, 0.5) * np.sqrt(strength)
     pull = float(share * at.specimen.stiffness * at.amplitude)
     preload = (1.0 - strength) * _holding(at, pull)
     return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
@@ -187,7 +191,7 @@ MECHANICAL: dict[str, Effect] = {
     "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
     "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
-    "adhesion": Effect("contact", _adhesion, 0.01, 0.5, 1.0, sets_preload=True),
+    "adhesion": Effect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),
     "coulomb_friction": Effect("friction", _coulomb_friction, 1e-3, 0.1, 0.6),
     "stribeck_friction": Effect("friction", _stribeck_friction, 1e-3, 0.1, 0.4),
     "bouc_wen_hysteresis": Effect("friction", _bouc_wen_hysteresis, 1e-3, 0.2, 2.0),

@@ -116,7 +116,7 @@ def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
 
 ROWS = {
     "first": "one effect hidden: ranked first",
-    "declared": "  ranked first, or declared indistinguishable",
+    "declared": "  ranked first, or declared indistinguishable or unseen",
     "first_three": "  among the first three",
     "family": "  an effect of its family ranked first",
     "covered": "  claimed sets that hold it",

@@ -113,7 +113,7 @@ def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument)
         bar = Bar(base.cost)
         fits = [fit for found in pool.map(lambda each: each.fits(bar), proposed) for fit in found]
     best: dict[str, Fit] = {}
-    for fit in sorted(fits, key=lambda fit: fit.cost):
+    for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.cost):
         best.setdefault(fit.composition.names[-1], fit)
     return list(best.values())
 

@@ -23,9 +23,12 @@ from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.rigs import admits
+from tissue_probe.physics.rounding import COARSE, smoothed
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
+#: What is left out of every fit besides.
+DISTURBED = ("spikes",)
 #: How many of the ranking are tried on a second recording.
 VALIDATED = 8
 
@@ -113,7 +116,8 @@ def diagnose(
     if fatal:
         raise ValueError(fatal.sentence)
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    clean = [_without_spoilt(each) for each in measurements]
+    clean = [_finely_read(_without_spoilt(each)) for each in measurements]
+    validation = [_finely_read(each) for each in validation]
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
@@ -157,13 +161,21 @@ def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
 
 
 def _without_spoilt(measurement: Measurement) -> Measurement:
-    """Leave the clipped and the repeated samples out of the fit."""
+    """Leave the clipped, the repeated and the disturbed samples out of the fit."""
     used = np.ones(measurement.force.size, dtype=bool)
     for finding in _inspected(measurement):
-        if finding.name in SPOILT:
+        if finding.name in SPOILT + DISTURBED:
             for first, stop in finding.spans:
                 used[first:stop] = False
     if used.all():
         return measurement
     # The noise is estimated anew: where samples repeat there seems to be none.
     return replace(measurement, used=used & measurement.used, noise=0.0)
+
+
+def _finely_read(measurement: Measurement) -> Measurement:
+    """Smooth what a fine encoder has rounded; a coarse one is for the effects to explain."""
+    step = measurement.extent.step
+    if not 0.0 < step <= COARSE:
+        return measurement
+    return replace(measurement, position=smoothed(measurement.position, step, fine=True).course)

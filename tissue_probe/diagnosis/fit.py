@@ -16,6 +16,7 @@ import numpy as np
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
+from tissue_probe.physics.rounding import smoothed
 from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
@@ -24,6 +25,9 @@ SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
 BLOCKS = 8
+#: A rig's constant stays within this many standard deviations of its tolerance. Where the model
+#: lacks an effect, its residual would else outweigh any prior, and the rig make up for the effect.
+FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
 
@@ -58,6 +62,9 @@ class Fit:
         (to first order in what that changes).
     converged : bool
         Whether the search settled.
+    rounding : float
+        What is left of a coarse encoder's rounding in the simulated force, rms [N]; 0 where the
+        model has none.
     """
 
     composition: Composition
@@ -71,6 +78,7 @@ class Fit:
     unknowns: int
     start_penalty: float
     converged: bool
+    rounding: float
 
     @property
     def samples(self) -> int:
@@ -95,7 +103,7 @@ class Fit:
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            np.sum(residual[measurement.used] ** 2) / measurement.noise**2
+            np.sum(residual[measurement.used] ** 2) / (measurement.noise**2 + self.rounding**2)
             for residual, measurement in zip(self.residuals, self.measurements, strict=True)
         ]
         return float(np.sqrt(sum(squares) / self.samples))
@@ -169,6 +177,10 @@ class Problem:
         own = np.isinf(self.deviation)
         self.lower = np.array([e.lower for e in entries])
         self.upper = np.array([e.upper for e in entries])
+        tolerated = ~own & (self.deviation > 0)
+        reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
+        self.lower = np.where(tolerated, np.maximum(self.lower, self.nominal - reach), self.lower)
+        self.upper = np.where(tolerated, np.minimum(self.upper, self.nominal + reach), self.upper)
         self.logarithmic = own & (self.lower > 0)
         self.logarithmic &= self.upper > LOGARITHMIC * np.where(self.lower > 0, self.lower, 1.0)
         self.free = self.deviation > 0
@@ -415,7 +427,26 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         unknowns=problem.unknowns,
         start_penalty=_start_penalty(problem, point),
         converged=converged,
+        rounding=_rounding(problem, point),
     )
+
+
+def _rounding(problem: Problem, point: _Point) -> float:
+    """Simulate an error that smoothing a rounded position may have left; rms of the force [N]."""
+    kernel = problem.kernel
+    if kernel.ROUNDED < 0 or not point.values[kernel.ROUNDED] > 0:
+        return 0.0
+    unrounded = point.values.copy()
+    unrounded[kernel.ROUNDED] = 0.0
+    changes = []
+    for m, start in zip(problem.measurements, point.starts, strict=True):
+        found = smoothed(m.position, point.values[kernel.ROUNDED])
+        right, wrong = (
+            respond(kernel, unrounded, start, course(kernel, u, m.sample_period, unrounded)).force
+            for u in (found.course, found.course + found.error)
+        )
+        changes.append((wrong - right)[m.used])
+    return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
 
 
 def _start_penalty(problem: Problem, point: _Point) -> float:

@@ -93,6 +93,8 @@ def climb(
         paths, best = longer[:BEAM], longer[0]
     steps = _needed(base, best, instrument)
     first = steps[0]
+    if len(steps) == 1:
+        ranking = _bettered(ranking, first)
     tied = ties(ranking) if added(first) is added(ranking[0]) and len(steps) == 1 else [first]
     names = tuple(added(fit).name for fit in tied)
     verdict = "unexplained" if steps[-1].ratio > EXPLAINED else "missing"
@@ -127,6 +129,13 @@ def climb_by(
     if steps[-1].ratio > EXPLAINED:
         verdict = "unexplained"
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
+
+
+def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
+    """Put a fit in the place of a worse one with the same effect: a longer path led to it."""
+    others = [fit for fit in ranking if added(fit).name != added(found).name]
+    known = [fit for fit in ranking if added(fit).name == added(found).name]
+    return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
 
 
 def _longer(

@@ -29,6 +29,10 @@ PAPER_RIG = {
 RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
 
 
+#: Finer steps of the position are digits of its text, not an encoder's [m].
+FINEST = 5e-9
+
+
 @dataclass(frozen=True)
 class Instrument:
     """The rig, and its constants as (value, standard deviation), SI units.
@@ -108,11 +112,17 @@ class Measurement:
 
 
 def _step(position: FloatArray) -> float:
-    """Return the step of which all differences of position are multiples; 0 if there is none."""
-    moves = np.abs(np.diff(position))
-    moves = moves[moves > 1e-9]
-    if not moves.size:
-        return 0.0
-    step = float(np.median(moves[moves < 1.5 * np.min(moves)]))
-    off = np.abs(moves / step - np.rint(moves / step))
-    return step if np.max(off * step) < 0.05 * step + 1e-12 else 0.0
+    """Return the step of which all differences of position are multiples [m]; 0 if there is none.
+
+    Found as Euclid finds a common divisor: what is left over by the smallest is the next smallest.
+    """
+    moves = np.unique(np.abs(np.diff(position)))
+    step = np.min(moves[moves > FINEST], initial=np.inf)
+    while FINEST < step < np.inf:
+        off = np.abs(moves - step * np.rint(moves / step))
+        left = off[off > 0.05 * step]
+        if not left.size:
+            times = np.rint(moves / step)
+            return float(moves @ times / (times @ times))
+        step = np.min(left)
+    return 0.0

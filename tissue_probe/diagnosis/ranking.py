@@ -18,7 +18,7 @@ TIE = 14.0
 #: An effect that contains a simpler one stands back where its BIC gains less than this.
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
-EXPLAINED = 1.06
+EXPLAINED = 1.07
 
 
 def significant(simple: Fit, better: Fit) -> bool:

@@ -1,4 +1,4 @@
-"""Values that no sensor measured: cut off at a limit, or repeated.
+"""Values that no sensor measured: cut off at a limit, repeated, or far from their neighbours.
 
 What belongs here: what is said of them. What does not: finding them (``repeats``).
 """
@@ -8,16 +8,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, percentile_filter
 
 from tissue_probe.diagnosis.channel import Channel
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.repeats import Runs, clipped, stuck
+from tissue_probe.signals import FloatArray, IntArray
 
+#: Share of a cubic through the neighbours that each of them has, and how far off stands alone.
+_CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
+_ALONE, _LARGE = 12.0, 0.03  # times what is usual around it; times the rms of all
+_AROUND = 101  # samples
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
 
 
 def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterator[Finding]:
-    """Yield ``adc_saturation`` of the force and ``stuck_samples`` of either channel.
+    """Yield ``adc_saturation`` and ``spikes`` of the force, ``stuck_samples`` of either channel.
 
     Parameters
     ----------
@@ -38,12 +44,46 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
     if limits:
         yield _saturation(force, limits)
     at_limits = np.concatenate([np.empty(0), *(there.first for _, there in limits)])
+    held = np.zeros(known.size, dtype=bool)
     for channel in (position, force):
         found = repeated[channel.name]
+        for first, stop in found.spans():
+            held[first:stop] = True
         if channel is force:
             found = found[~np.isin(found.first, at_limits)]
         if found.first.size:
             yield _stuck(channel, found)
+    for _, there in limits:
+        for first, stop in there.spans():
+            held[first:stop] = True
+    # Where a channel begins to move, or is held and let go, the force turns as sharply.
+    excused = maximum_filter1d(held | _alone(position.values, 0.0), 7)
+    alone = np.flatnonzero(_alone(force.values, _LARGE) & ~excused & known)
+    if alone.size:
+        yield _spikes(alone, force.values.size)
+
+
+def _alone(values: FloatArray, large: float) -> np.ndarray:
+    """Tell the samples that stand out of the cubic through two neighbours to either side.
+
+    As far as no noise does, as ``large`` a share of their rms, and further than any of the
+    neighbours, which a spike throws off too.
+    """
+    off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
+    off[:2] = off[-2:] = 0.0
+    usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
+    highest = off >= maximum_filter1d(off, _CUBIC.size)
+    return highest & (off > _ALONE * usual) & (off > large * np.std(values))
+
+
+def _spikes(alone: IntArray, count: int) -> Finding:
+    return Finding(
+        "spikes",
+        f"{alone.size} of {count} forces stand alone, far from both neighbours, the first at "
+        f"sample {alone[0]}: disturbances of the electronics, left out; look for a loose contact "
+        "or a switching load.",
+        spans=tuple((int(index), int(index) + 1) for index in alone),
+    )
 
 
 def _known(found: Runs, known: np.ndarray) -> Runs:

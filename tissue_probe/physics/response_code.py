@@ -189,8 +189,10 @@ def _position(model: Model, moves: Sequence[sp.Symbol]) -> str:
     program.begin("for i in range(measured.size):")
     program.line(f"{TIME} = times[i]")
     program.line(f"{POSITION} = measured[i]")
-    program.set("true[i]", model.position)
-    for row, symbol in enumerate(moves):
-        program.set(f"changed[{row}, i]", model.position.diff(symbol))
+    wanted = sp.Matrix([model.position, *(model.position.diff(symbol) for symbol in moves)])
+    true, *changes = program.let_matrix("a", wanted)
+    program.set("true[i]", true)
+    for row, change in enumerate(changes):
+        program.set(f"changed[{row}, i]", change)
     program.end()
     return program.source("position(times, measured, p, true, changed)")

@@ -13,10 +13,22 @@ def _error(position: sp.Expr) -> sp.Expr:
     return SINE * sp.sin(angle) + COSINE * sp.cos(angle)
 
 
-# The error is periodic in the true position, of which the measured one is a first guess.
-_TRUE = POSITION
-for _ in range(4):
-    _TRUE = POSITION - _error(_TRUE)
+def _slope(position: sp.Expr) -> sp.Expr:
+    angle = 2 * sp.pi * position / PERIOD
+    return 2 * sp.pi / PERIOD * (SINE * sp.cos(angle) - COSINE * sp.sin(angle))
+
+
+def _improved(position: sp.Expr) -> sp.Expr:
+    """Take a step of Halley's towards the position whose error leads to the one that was read."""
+    off, slope = position + _error(position) - POSITION, 1 + _slope(position)
+    curvature = -((2 * sp.pi / PERIOD) ** 2) * _error(position)
+    return position - 2 * off * slope / (2 * slope**2 - off * curvature)
+
+
+# The error is periodic in the true position, which follows from the measured one as the eccentric
+# anomaly from the mean one (Kepler's equation).
+_STEEPEST = (2 * sp.pi / PERIOD) ** 2 * (SINE**2 + COSINE**2)
+_TRUE = _improved(POSITION - _error(POSITION) / sp.sqrt(1 + 2 * _slope(POSITION) + _STEEPEST))
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:

@@ -3,10 +3,9 @@
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.rounding import COARSE
 
 STEP = sp.Symbol("encoder_step", positive=True)
-# Finer steps are an encoder's own, and smaller than what the force can tell.
-COARSE = 3e-7
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:

@@ -25,8 +25,8 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     """Propose instants about one that was found, closer than the tissue is pressed and left."""
-    spacing = extent.duration / 25
-    return [{"step_time": found["step_time"] + spacing * i / 8} for i in range(-7, 8)]
+    spacings = (extent.duration / 25 / 8, extent.duration / 25 / 64)
+    return [{"step_time": found["step_time"] + i * s} for s in spacings for i in range(-7, 8) if i]
 
 
 STIFFNESS_STEP = Effect(

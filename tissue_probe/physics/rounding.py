@@ -1,0 +1,132 @@
+"""The smooth course of a position that was measured in coarse steps.
+
+What belongs here: smoothing what an encoder has rounded, and what smoothing leaves uncertain.
+What does not: finding the step (``diagnosis.measurement``), the effect (``effects``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+from scipy.ndimage import uniform_filter1d
+
+FloatArray = NDArray[np.float64]
+
+#: Finer steps are an encoder's own, and smaller than what the force can tell [m].
+COARSE = 3e-7
+#: Order of the difference that is kept small; the response falls with its double.
+ORDER = 4
+#: Samples over which the roughness of a motion counts as one.
+WINDOW = 200
+#: Weights of roughness that are tried, by halving; beyond, the equations lose their digits.
+LIGHTEST, HEAVIEST, HALVINGS = 1e-9, 1e9, 12
+ROUNDS = 4
+#: Share of its due that is taken off a coarse and a fine rounding. What stays rough of a coarse one
+#: is known (``Smoothed.error``), and what is smoothed away of the motion is not; of a fine one
+#: hardly anything can be smoothed away, but a steady sine is rounded alike in every period, by
+#: errors that may be larger than those of noise, and do not average out.
+CAUTION, LIBERTY = 0.97, 1.1
+#: Samples at either end over which a fine rounding is smoothed less: there a spline strays most.
+EDGE = 100
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """The course [m], and one of the errors that it may have [m]; both of shape (n,)."""
+
+    course: FloatArray
+    error: FloatArray
+
+
+def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
+    """Return the smoothest course within the errors of rounding.
+
+    Rounding to ``step`` q is taken as white noise of variance q^2/12 (Widrow and Kollar 2008),
+    the fourth difference of the true course as white too, with a variance that varies along the
+    record: Whittaker's graduation (1923) with a weight for each sample. The weights follow the
+    roughness found in the last round; their common factor is such that what is taken off has the
+    variance that rounding has (Morozov's principle of discrepancy, 1966).
+
+    Parameters
+    ----------
+    position : array, shape (n,)
+        Rounded displacement [m].
+    step : float
+        What it was rounded to [m], positive.
+    fine : bool
+        Whether the step is an encoder's own, finer than ``COARSE``: then ``LIBERTY`` is taken, but
+        for the ends, where the course stays with what was read.
+    """
+    data = np.ascontiguousarray(position, dtype=np.float64).tobytes()
+    return _smoothed(data, float(step), fine)
+
+
+@lru_cache(maxsize=8)
+def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
+    rounded = np.frombuffer(position) / step * np.sqrt(12.0)
+    if rounded.size <= 2 * ORDER:
+        return Smoothed(np.frombuffer(position), np.zeros(rounded.size))
+    random = np.random.default_rng(0)
+    probe = random.standard_normal(rounded.size)
+    count = rounded.size - ORDER
+    shape = edges = _edges(count) if fine else np.ones(count)
+    share = LIBERTY if fine else CAUTION
+    for _ in range(ROUNDS):
+        weight = _balanced(rounded, probe, shape, share)
+        course = _solve(weight, rounded)
+        roughness = uniform_filter1d(np.diff(course, ORDER) ** 2, WINDOW, mode="nearest")
+        shape = edges * roughness.mean() / (roughness + 1e-4 * roughness.mean() + 1e-300)
+    # Perturbing both kinds of noise and solving again draws from what is left uncertain.
+    rough = np.sqrt(weight) * random.standard_normal(weight.size)
+    error = _solve(weight, probe + _difference_transposed(rough))
+    unit = step / np.sqrt(12.0)
+    return Smoothed(course * unit, error * unit)
+
+
+def _edges(count: int) -> FloatArray:
+    """Let the bandwidth of the smoother, the eighth root of its weight, open towards the ends."""
+    place = np.arange(count) + 0.5
+    near = np.minimum(place, place[::-1]) / EDGE
+    return np.minimum(near, 1.0) ** (2 * ORDER)
+
+
+def _balanced(
+    rounded: FloatArray, probe: FloatArray, shape: FloatArray, share: float
+) -> FloatArray:
+    """Find the weights at which what is taken off is as large as white noise of variance 1.
+
+    Of n such errors a smoother S leaves n - trace(S); the trace is estimated by a random probe
+    (Hutchinson 1989).
+    """
+    low, high = np.log(LIGHTEST), np.log(HEAVIEST)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        weight = np.minimum(np.exp(middle) * shape, HEAVIEST)
+        course, followed = _solve(weight, np.stack([rounded, probe], axis=1)).T
+        due = share * (rounded.size - probe @ followed)
+        too_smooth = np.sum((course - rounded) ** 2) > due
+        low, high = (low, middle) if too_smooth else (middle, high)
+    return np.minimum(np.exp(low) * shape, HEAVIEST)
+
+
+def _solve(weight: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve (I + D' W D) s = right, D the fourth difference and W the weights."""
+    count = right.shape[0]
+    stencil = np.diff(np.eye(ORDER + 1), ORDER, axis=0)[0]
+    bands = np.zeros((ORDER + 1, count))
+    bands[0] = 1.0
+    for row in range(ORDER + 1):
+        for column in range(row, ORDER + 1):
+            bands[column - row, row : row + weight.size] += weight * stencil[row] * stencil[column]
+    return np.asarray(solveh_banded(bands, right, lower=True, check_finite=False))
+
+
+def _difference_transposed(values: FloatArray) -> FloatArray:
+    """Return D' values: what ``np.diff`` to the fourth order would be turned round."""
+    for _ in range(ORDER):
+        values = -np.diff(values, prepend=0.0, append=0.0)
+    return values
