@@ -297,7 +297,7 @@ FAULTS = {
         gone(DAQmxErrors.DRIVER_DEVICE_GUID_NOT_FOUND_ROUTING),
         "the DAQ is gone.*-88705",
     ),
-    "stall": (lambda made: made.board.faults.stall(), "no sample came for 1 s"),
+    "stall": (lambda made: setattr(made.board.faults, "stalled", True), "no sample came for 1 s"),
     "dead": (lambda made: made.server.die(), "gRPC device server does not answer"),
     "saturated": (
         lambda made: setattr(made.board.faults, "saturated", True),

@@ -183,7 +183,8 @@ def witnessed(tmp_path, session):
     def start(*arguments: str, fails_after: int | None = None):
         running = session()
         started.append(Witnessed(tmp_path, running, fails_after, *arguments))
-        activate(running)
+        if fails_after != -1:
+            activate(running)
         return running, started[-1]
 
     yield start
@@ -199,6 +200,14 @@ def test_the_coil_is_at_zero_after_the_process_is_told_to_end(witnessed, ending)
     driver_process.process.send_signal(ending)
     assert driver_process.process.wait(PATIENCE) == 0
     assert driver_process.voltages()[-1] == 0.0
+
+
+def test_a_configuration_that_broke_off_half_way_is_let_go_of(witnessed):
+    running, driver_process = witnessed(fails_after=-1)
+    assert not change_state(running, Transition.TRANSITION_CONFIGURE)
+    assert state_of(running) == State.PRIMARY_STATE_UNCONFIGURED
+    driver_process.process.send_signal(signal.SIGTERM)
+    assert driver_process.process.wait(PATIENCE) == 0
 
 
 @pytest.mark.parametrize("transition", ["DEACTIVATE", "ACTIVE_SHUTDOWN"])

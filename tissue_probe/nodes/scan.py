@@ -19,7 +19,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState
-from tissue_probe.devices.pacing import Pacer
+from tissue_probe.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import samples_from_message, site_to_message
 from tissue_probe.nodes.crtk import ENABLED
