@@ -21,7 +21,7 @@ from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices import NiDaqmxSettings
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.nidaqmx.connection import Connection
-from tissue_probe.devices.nidaqmx.decoder import Hctl2032
+from tissue_probe.devices.nidaqmx.decoder import Chip
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import iterate_raw, read_recording
 from tissue_probe.signals import NANOSECONDS
@@ -83,9 +83,9 @@ def time_decoder(readings: int = 500) -> dict[str, float]:
         Board(USB_6002, Calibration.load(stock_configuration("calibration.yaml")))
     ) as on:
         connection = Connection(on.address, settings.timeout)
-        decoder = Hctl2032(connection, settings, sample_period=1.0)
-        times = [decoder.time_reading() for _ in range(readings)]
-        decoder.close()
+        chip = Chip(connection, settings)
+        times = [chip.time_reading() for _ in range(readings)]
+        chip.close()
         connection.close()
     median, high = np.percentile(times, (50, 99))
     return {"operation": USB_6002.digital_time, "median": float(median), "p99": float(high)}

@@ -29,7 +29,9 @@ from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 PATIENCE = 40.0
 
 STAGE = NodeProcess("stage", "stage", "/stage")
-SCAN = NodeProcess("scan", "scan")
+#: Where a test is of something else, samples may be late by more than a theatre could allow.
+PATIENT = {"samples_timeout": 10.0}
+SCAN = NodeProcess("scan", "scan", parameters=PATIENT)
 
 
 #: Domains are taken in turn: what a test leaves behind dies before its domain comes round again.

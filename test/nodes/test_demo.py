@@ -33,7 +33,7 @@ def demo(folder: Path, *arguments: str) -> subprocess.Popen:
 
 @pytest.mark.slow
 def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(tmp_path):
-    running = demo(tmp_path, "--dwell-time", "0.4")
+    running = demo(tmp_path, "--dwell-time", "0.2")
     printed, said = running.communicate(timeout=150)
     assert running.returncode == 0, said
     assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed

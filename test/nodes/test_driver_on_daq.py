@@ -24,6 +24,7 @@ from conftest import (
     deactivate,
     driver,
     driver_log,
+    estimator,
     own_domain,
     state_of,
 )
@@ -35,7 +36,7 @@ from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import read_recording
 from tissue_probe.signals import SampleBlock, join
-from tissue_probe_msgs.msg import ProbeSamples
+from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
 CALIBRATION = Calibration.load(stock_configuration("calibration.yaml"))
 #: Half a step of the stock excitation next to a zero [V].
@@ -236,3 +237,21 @@ def test_the_papers_daq_is_refused_at_2_khz_with_one_sentence(session):
         assert not change_state(running, Transition.TRANSITION_CONFIGURE)
         assert "the HCTL-2032 can be read" in running.log("driver")
         assert "not 2000: give nidaqmx.sample_rate" in running.log("driver")
+
+
+def test_the_papers_daq_gives_a_stiffness_where_the_coil_moves_slowly():
+    """One decoder reading in 20 ms, forces at 2 kHz, and the stock parameters for it."""
+    board = Board(USB_6002, CALIBRATION, stiffness=620.0, damping=6.0)
+    with DaqServer(board) as server:
+        on_server = {"nidaqmx.server": server.address, "nidaqmx.expiry": 2.0}
+        processes = [NodeProcess("driver", "driver", parameters=on_server), estimator("robust_ekf")]
+        with Session(processes, stock_configuration("usb6002.yaml")) as running:
+            estimates = collect(running.node, TissueEstimate, "/probe/robust_ekf/estimate")
+            running.activate({"/probe/driver": 1, "/probe/robust_ekf": 1})
+            running.wait_until(
+                lambda: estimates and estimates[-1].sequence > 6000, "three seconds of samples"
+            )
+    last = estimates[-1]
+    assert last.status == TissueEstimate.CONVERGED
+    assert last.stiffness == pytest.approx(620.0, rel=0.02)
+    assert abs(last.stiffness - 620.0) < 5.0 * last.stiffness_variance**0.5 < 0.02 * 620.0
