@@ -29,7 +29,9 @@ from tissue_probe.signals import NANOSECONDS
 SAMPLES_TOPIC = "/probe/samples"
 
 
-def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) -> dict[str, object]:
+def measure(
+    folder: Path, seconds: float, say: Callable[[str], None] = print, readings: int = 500
+) -> dict[str, object]:
     """Return what was counted of a run of the driver on the DAQ.
 
     Parameters
@@ -40,6 +42,8 @@ def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) ->
         Duration of the run [s].
     say : callable
         Told what is under way.
+    readings : int
+        How many readings of the decoder are timed.
 
     Raises
     ------
@@ -72,11 +76,11 @@ def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) ->
         "published": published,
         **counted,
         **usage,
-        "decoder": time_decoder(),
+        "decoder": time_decoder(readings),
     }
 
 
-def time_decoder(readings: int = 500) -> dict[str, float]:
+def time_decoder(readings: int) -> dict[str, float]:
     """Return how long readings of an HCTL-2032 over a USB-6002's static lines take [s]."""
     settings = NiDaqmxSettings(encoder="hctl2032")
     with DaqServer(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from domain_coordinator import domain_id
 
 from benchmarks import daq
 
@@ -12,10 +13,11 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("daq")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", "89")
+    with domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        return folder / "daq.mcap", daq.measure(folder, 2.0, say=lambda words: None)
+        counted = daq.measure(folder, 0.5, say=lambda words: None, readings=20)
+        return folder / "daq.mcap", counted
 
 
 def test_every_published_sample_is_counted(run):

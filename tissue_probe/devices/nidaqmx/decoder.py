@@ -11,6 +11,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Sequence
+from statistics import median
 
 import numpy as np
 from nidaqmx.stream_readers import DigitalSingleChannelReader
@@ -79,9 +80,9 @@ class Chip:
         self.count()
         return time.perf_counter() - begin
 
-    def slowest_reading(self) -> float:
-        """Return how long the slowest of some readings took [s]."""
-        return max(self.time_reading() for _ in range(TIMED))
+    def time_readings(self) -> list[float]:
+        """Read some times; return how long each took [s], the slowest last."""
+        return sorted(self.time_reading() for _ in range(TIMED))
 
     def close(self) -> None:
         """Let go of the lines."""
@@ -110,7 +111,7 @@ class Hctl2032:
         self, connection: Connection, settings: NiDaqmxSettings, sample_period: float
     ) -> None:
         self._chip = Chip(connection, settings)
-        fastest = SHARE / self._chip.slowest_reading()
+        fastest = SHARE / self._chip.time_readings()[-1]
         if fastest * sample_period < 1.0:
             raise DeviceError(
                 f"the HCTL-2032 can be read {fastest:.0f} times a second over these lines, not "
@@ -164,7 +165,7 @@ class InterpolatedHctl2032:
     ) -> None:
         self._chip = Chip(connection, settings)
         self._period = sample_period
-        self._reading_time = self._chip.slowest_reading()
+        self._reading_time = median(self._chip.time_readings())
 
     def arm(self, excitation: Excitation) -> None:
         """Call the present count 0; the coil rests until the load cell starts.
