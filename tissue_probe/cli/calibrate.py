@@ -168,7 +168,8 @@ def delay(
 ) -> None:
     """Find the delay of the force channel, from a run in free air.
 
-    The coil moves at 10 Hz or more for 5 s or longer; calibrate the tool before. From the next
+    The coil moves at 10 Hz or more for 5 s or longer (at 2 Hz, widely, for a minute, where a slow
+    decoder allows no more); calibrate the tool before. From the next
     configuration on the driver takes the delay [s] of the force after the position out of its
     samples: 0.1 ms would cost some 3 % of k at 30 Hz. A delay that it took out already counts.
     """
