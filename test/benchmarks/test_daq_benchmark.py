@@ -30,3 +30,11 @@ def test_every_published_sample_is_counted(run):
 def test_what_was_published_but_not_recorded_is_lost(run):
     bag, counted = run
     assert daq.count(bag, counted["published"] + 10)["lost"] == 10
+
+
+def test_the_papers_own_daq_gives_the_stiffness_behind_its_channels(run):
+    _, counted = run
+    slow = counted["slow"]
+    assert slow["stiffness"] == pytest.approx(daq.SLOW_TISSUE[0], rel=0.1)  # after half a second
+    assert 0.0 < slow["stiffness_sd"] < 0.1 * slow["stiffness"]
+    assert f"stiffness {slow['stiffness']:.1f} ±" in daq.sentence(counted)

@@ -155,8 +155,8 @@ class Driver(SturdyLifecycleNode):
             self._tare = Tare(calibration)
             device_type = DEVICES[settings.device]
             device_settings = read(self, device_type.Settings, f"{settings.device}.")
-            device = device_type(device_settings, calibration)
             limits = read(self, Limits, "limits.")
+            device = device_type(device_settings, calibration)
             self._device = GuardedDevice(
                 device, limits, calibration.current_per_volt, self._interlock
             )
