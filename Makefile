@@ -14,6 +14,8 @@ PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 # two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
 SIDE_BY_SIDE := --numprocesses 2 --dist
+# Two workers on two cores: threads of each would only wait for those of the other.
+test: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect test lint benchmark setup clean help
 

@@ -23,6 +23,7 @@ from tissue_probe.devices import (
     Tripped,
 )
 from tissue_probe.devices.calibration import Calibration
+from tissue_probe.devices.nidaqmx.decoder import SampleClock
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.signals import FloatArray, SampleBlock
@@ -261,6 +262,15 @@ def test_between_readings_of_the_decoder_the_position_is_that_of_the_coil(bench)
     assert found.stiffness[-1] == pytest.approx(700.0, rel=0.02)
     # Later than its instant by half an operation, and by what the machine takes: k for each second.
     assert found.damping[-1] == pytest.approx(6.0, abs=700.0 * 2e-3)
+
+
+def test_readings_are_placed_in_time_by_the_samples_that_arrived_soonest():
+    """Samples arrive up to 20 ms late, and the DAQ's clock is 50 ppm fast."""
+    random, clock = np.random.default_rng(3), SampleClock(5e-4)
+    rate, begin = 2000.0 * (1.0 + 5e-5), 5000.0
+    for now in begin + np.arange(0.025, 60.0, 0.025):
+        clock.see(int(rate * (now - random.uniform(0.0, 0.02) - begin)) + 1, now)
+    assert clock.samples_at(now) == pytest.approx(rate * (now - begin), abs=2.0)
 
 
 def test_an_excitation_that_the_decoder_cannot_follow_is_refused_with_one_that_it_can(bench):
