@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import pytest
 from domain_coordinator import domain_id
 
@@ -13,7 +15,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("daq")
-    with domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+    with domain_id(count(97).__next__) as domain, pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(domain))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         counted = daq.measure(folder, 0.5, say=lambda words: None, readings=20)
