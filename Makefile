@@ -10,9 +10,12 @@ SEED := 14
 PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 	$(shell find msg_defs crtk_msgs -type f)
 
-# Tests in which processes live in real time: apart from those that need the whole processor.
+# Tests in which processes live in real time: apart from those that need the whole processor, and in
+# two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
-SIDE_BY_SIDE := --numprocesses 2 --dist loadfile
+SIDE_BY_SIDE := --numprocesses 2 --dist
+# Two workers on two cores: threads of each would only wait for those of the other.
+test: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect test lint benchmark setup clean help
 
@@ -23,9 +26,9 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 	$(BIN)/tissue_probe demo
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) $(addprefix --ignore=,$(LIVE))
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) --reruns 1 test/nodes
-	$(BIN)/python -m pytest test/launch test/benchmarks
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE))
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --reruns 1 test/nodes
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
 	rm -rf hidden-effect

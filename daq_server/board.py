@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -88,6 +89,8 @@ class Board:
         Of the tissue under the tip [N/m], [N s/m].
     force_noise : float
         Standard deviation of the load cell's noise [N].
+    skew : int
+        How many samples the force comes after the position; before it, where negative.
     clock : callable
         The time [s].
     """
@@ -99,6 +102,7 @@ class Board:
         stiffness: float = 450.0,
         damping: float = 5.0,
         force_noise: float = 0.005,
+        skew: int = 0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.model = model
@@ -112,6 +116,8 @@ class Board:
         self._noise = np.random.default_rng(0), force_noise
         self._clock = clock
         self._count = 0
+        self._late_force = deque([0.0] * max(0, skew), maxlen=max(0, skew) + 1)
+        self._late_position = deque([0.0] * max(0, -skew), maxlen=max(0, -skew) + 1)
         self.reset()
 
     def reset(self) -> None:
@@ -172,6 +178,9 @@ class Board:
             if voltage is not None:
                 self.put_out(voltage)
         position, force = self._plant.step(self.coil_voltage)
+        self._late_position.append(position)
+        self._late_force.append(force)
+        position, force = self._late_position[0], self._late_force[0]
         if not self.faults.stuck:
             self._count = round(float(self._calibration.counts(position)))
         if self.acquisition is None:

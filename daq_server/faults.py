@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-
 from nidaqmx.error_codes import DAQmxErrors
 
 _WORDS = {
@@ -43,6 +41,8 @@ class Faults:
         The load cell's amplifier is at the end of its range.
     stuck : bool
         The encoder's signals no longer change.
+    stalled : bool
+        Reads wait for ever.
     """
 
     def __init__(self) -> None:
@@ -50,19 +50,8 @@ class Faults:
         self.overrun = False
         self.saturated = False
         self.stuck = False
-        self._flowing = threading.Event()
-        self._flowing.set()
-
-    def stall(self) -> None:
-        """Let reads wait for ever."""
-        self._flowing.clear()
+        self.stalled = False
 
     def clear(self) -> None:
         """Mend all."""
-        self.gone = None
-        self.overrun = self.saturated = self.stuck = False
-        self._flowing.set()
-
-    def wait_while_stalled(self, timeout: float) -> bool:
-        """Wait at most so long [s]; return whether reads flow."""
-        return self._flowing.wait(timeout)
+        self.__init__()

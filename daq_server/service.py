@@ -289,7 +289,7 @@ class Service(NiDAQmxServicer):
                 raise DaqmxError(Code.SAMPLES_NO_LONGER_AVAILABLE)
             if task.acquisition is not acquisition:
                 raise DaqmxError(Code.RUNTIME_ABORTED_ROUTING)
-            flowing = board.faults.wait_while_stalled(0.0)
+            flowing = not board.faults.stalled
             if flowing and (len(acquisition) >= count or time.monotonic() >= deadline):
                 break
             if not context.is_active():

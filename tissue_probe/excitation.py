@@ -44,6 +44,11 @@ class _Signal(BaseModel, ABC):
     def period(self) -> float | None:
         """After which time the signal repeats exactly [s]; None if it does not."""
 
+    @property
+    @abstractmethod
+    def highest_frequency(self) -> float:
+        """Frequency of the fastest sine in the signal [Hz]."""
+
     @abstractmethod
     def _unit(self, time: FloatArray) -> FloatArray:
         """Return the signal at amplitude 1."""
@@ -59,6 +64,11 @@ class Sine(_Signal):
     def period(self) -> float:
         """After which time the signal repeats [s]."""
         return 1.0 / self.frequency
+
+    @property
+    def highest_frequency(self) -> float:
+        """The frequency [Hz]."""
+        return self.frequency
 
     def _unit(self, time: FloatArray) -> FloatArray:
         return np.sin(2.0 * np.pi * self.frequency * time)
@@ -80,6 +90,11 @@ class _Sweep(_Signal):
         """The duration of a sweep, if it holds whole cycles [s]: the phase is carried over."""
         cycles = 0.5 * (self.start + self.stop) * self.duration
         return self.duration if abs(cycles - round(cycles)) < 1e-9 else None
+
+    @property
+    def highest_frequency(self) -> float:
+        """Where the sweep ends [Hz]."""
+        return self.stop
 
 
 class SteppedSweep(_Sweep):
@@ -147,6 +162,11 @@ class Multisine(_Signal):
         """The inverse of ``spacing`` [s], if ``start`` is a multiple of it."""
         turn = self.start / self.spacing
         return 1.0 / self.spacing if abs(turn - round(turn)) < 1e-9 else None
+
+    @property
+    def highest_frequency(self) -> float:
+        """Frequency of the fastest sine [Hz], ``stop`` at the most."""
+        return self.stop
 
     @property
     def _phases(self) -> FloatArray:

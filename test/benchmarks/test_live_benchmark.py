@@ -2,8 +2,10 @@
 
 import json
 from io import StringIO
+from itertools import count
 
 import pytest
+from domain_coordinator import domain_id
 from rich.console import Console
 
 from benchmarks import live, machine, offline, report
@@ -19,15 +21,16 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def results(folder):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("ROS_DOMAIN_ID", "88")
+    with domain_id(count(95).__next__) as domain, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(domain))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        measured = live.measure(folder, 2.0)
-    return {
-        "machine": machine.describe(),
-        "live": measured,
-        "offline": offline.measure(folder / "run.mcap"),
-    }
+        patch.setattr(live, "SETTLING", 0.5)
+        patch.setattr(offline, "REPETITIONS", 1)
+        return {
+            "machine": machine.describe(),
+            "live": live.measure(folder, 1.0),
+            "offline": offline.measure(folder / "run.mcap"),
+        }
 
 
 def counted(run, node, what="samples"):
@@ -39,7 +42,7 @@ def test_every_node_receives_every_message(results, mode):
     run = results["live"][mode]
     for row in run["counts"]:
         assert row["lost"] == 0, row
-        assert row["received"] == row["published"] > 2000, row
+        assert row["received"] == row["published"] > 500, row
     assert {row["node"] for row in run["counts"]} >= set(NODES) - {"driver"}
 
 
@@ -65,7 +68,7 @@ def test_cpu_and_memory_are_known_of_every_process(results):
 
 def test_every_filter_is_timed_off_line(results):
     found = results["offline"]
-    assert found["recording_seconds"] > 2.0
+    assert found["recording_seconds"] > 1.0
     assert set(found["warm_seconds"]) == {"read", *ESTIMATORS}
     assert set(found["command_seconds"]) == set(ESTIMATORS)
 

@@ -38,13 +38,13 @@ def nominal() -> Calibration:
 
 @pytest.fixture
 def recorded(tmp_path, messages, record, nominal):
-    """Write raw volts and counts to a bag, as a driver with the nominal calibration does."""
+    """Write raw volts and counts to a bag, as a driver with that calibration does."""
 
-    def write(name, volts, counts):
+    def write(name, volts, counts, calibration=nominal):
         volts, counts = np.broadcast_arrays(volts, counts)
-        position, force = nominal.position(counts), nominal.force(volts)
+        position, force = calibration.position(counts), calibration.force(volts)
         block = SampleBlock(START, 0, PERIOD, position, force, np.zeros(force.size))
-        text = yaml.safe_dump(nominal.text)
+        text = yaml.safe_dump(calibration.text)
         entries = [("/probe/samples", messages.SAMPLES, START, messages.samples(block))]
         return record(tmp_path / name, entries, {"/probe/driver": {"calibration": text}})
 
@@ -140,6 +140,20 @@ def test_the_delay_of_the_force_is_found(run, tmp_path, recorded, nominal):
     assert found.force_delay == pytest.approx(2e-4, abs=1e-5)
     low, high = found.intervals["force_delay"]
     assert low < 2e-4 < high
+
+
+def test_a_delay_that_was_taken_out_already_counts(run, tmp_path, recorded, nominal):
+    """The driver left 0.05 ms of it by what the file had, and the recording says so."""
+    known = nominal.changed(force_delay=1.5e-4)
+    known.save(tmp_path / "calibration.yaml")
+    position, force = in_free_air(nominal, delay=5e-5)
+    path = recorded("air.mcap", nominal.volts(force), nominal.counts(position), known)
+    assert run("calibrate", "delay", path).status == 0
+    assert file(tmp_path).force_delay == pytest.approx(2e-4, abs=1e-5)
+    # Whatever the file had meanwhile, the recording tells what was taken out of it.
+    nominal.save(tmp_path / "calibration.yaml")
+    assert run("calibrate", "delay", path).status == 0
+    assert file(tmp_path).force_delay == pytest.approx(2e-4, abs=1e-5)
 
 
 def test_a_run_in_free_air_gives_the_volts_without_load(run, tmp_path, recorded, nominal):

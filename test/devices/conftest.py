@@ -29,7 +29,7 @@ class Clock:
 @pytest.fixture(autouse=True)
 def clock(monkeypatch) -> Clock:
     clock = Clock()
-    monkeypatch.setattr("tissue_probe.devices.pacing.time", clock)
+    monkeypatch.setattr("tissue_probe.pacing.time", clock)
     return clock
 
 

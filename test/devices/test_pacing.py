@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.devices import pacing
-from tissue_probe.devices.pacing import REMEMBERED, Pacer
+from tissue_probe import pacing
+from tissue_probe.pacing import REMEMBERED, Pacer
 
 PERIOD = 5e-4
 

@@ -34,7 +34,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_says():
         (steady(LINES, 4.0), "too short: record 5 s"),
         (steady(LINES, 10.0, stiffness=440.0, damping=5.0), "not that of a tip in free air"),
         (np.zeros((2, 20_000)), "not that of a tip in free air"),
-        (np.full((2, 20_000), np.nan), "a sample is missing"),
+        (np.full((2, 20_000), np.nan), "too many samples are missing"),
     ],
 )
 def test_what_is_no_free_air_run_is_refused(signals, said):

@@ -11,6 +11,7 @@ import time
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import domain_coordinator
@@ -64,7 +65,8 @@ def live_policy(folder: Path, enough: Callable[[Policy], bool] = lambda found: F
     arguments = ["--ros-args", "-r", "stage:__ns:=/stage", "-r", "__ns:=/probe"]
     arguments += ["-p", f"bag:={bag}", "-p", "paused:=true", "-p", "per_sample:=true"]
     arguments += ["-p", f"output:={folder / 'out.mcap'}"]
-    with domain_coordinator.domain_id() as domain:
+    # Each file begins at a domain of its own: the nodes of another may not yet have died in theirs.
+    with domain_coordinator.domain_id(count(91).__next__) as domain:
         rclpy.init(args=arguments, domain_id=domain)
         nodes = make_nodes()
         executor = SingleThreadedExecutor()

@@ -8,6 +8,7 @@ import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 
 import domain_coordinator
 import pytest
@@ -37,7 +38,10 @@ RVIZ_TYPES = {
 @contextmanager
 def ros(namespace: str) -> Iterator[None]:
     """Let nodes of this process live in a namespace, in a domain of their own."""
-    with domain_coordinator.domain_id() as domain, pytest.MonkeyPatch.context() as patch:
+    with (
+        domain_coordinator.domain_id(count(93).__next__) as domain,
+        pytest.MonkeyPatch.context() as patch,
+    ):
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         rclpy.init(args=["--ros-args", "-r", f"__ns:={namespace}"], domain_id=domain)
         yield

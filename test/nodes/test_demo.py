@@ -12,6 +12,7 @@ import pytest
 
 from conftest import PATIENCE
 from tissue_probe.estimation import ESTIMATORS
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import read_map, read_recording
 from tissue_probe.recording.summary import summarize
 
@@ -32,7 +33,7 @@ def demo(folder: Path, *arguments: str) -> subprocess.Popen:
 
 @pytest.mark.slow
 def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(tmp_path):
-    running = demo(tmp_path, "--dwell-time", "0.4")
+    running = demo(tmp_path, "--dwell-time", "0.2")
     printed, said = running.communicate(timeout=150)
     assert running.returncode == 0, said
     assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed
@@ -56,15 +57,22 @@ def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(tmp_path)
     running = demo(tmp_path)
     bag = tmp_path / "run.mcap"
     deadline = time.monotonic() + PATIENCE
-    while not (bag.exists() and bag.stat().st_size > 50_000):
+    while recorded_samples(bag) < 2000:
         assert time.monotonic() < deadline, "nothing is recorded"
         assert running.poll() is None, running.communicate()[1]
         time.sleep(0.1)
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=PATIENCE)
-    assert len(read_recording(bag)) > 100
+    assert recorded_samples(bag) >= 2000
     assert not summarize(bag).truncated
     assert not any(str(tmp_path) in line for line in processes())
+
+
+def recorded_samples(bag: Path) -> int:
+    try:
+        return len(read_recording(bag))
+    except (RecordingError, OSError):
+        return 0
 
 
 def processes() -> list[str]:

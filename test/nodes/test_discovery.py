@@ -19,4 +19,5 @@ def test_every_process_of_a_session_restricts_discovery(session, monkeypatch, ch
         monkeypatch.delenv(RANGE)
     running = session(NodeProcess("stage", "stage", "/stage"))
     environment = Path(f"/proc/{running.processes['stage'].pid}/environ")
+    running.wait_until(lambda: bool(environment.read_bytes()), "the process to have begun")
     assert f"{RANGE}={used}".encode() in environment.read_bytes().split(b"\0")

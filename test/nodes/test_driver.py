@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from lifecycle_msgs.msg import State, Transition
@@ -29,8 +30,10 @@ from conftest import (
     state_of,
 )
 from tissue_probe.nodes.conversions import from_time, samples_from_message
+from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.settings import SettingsError
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
 
@@ -183,7 +186,8 @@ def witnessed(tmp_path, session):
     def start(*arguments: str, fails_after: int | None = None):
         running = session()
         started.append(Witnessed(tmp_path, running, fails_after, *arguments))
-        activate(running)
+        if fails_after != -1:
+            activate(running)
         return running, started[-1]
 
     yield start
@@ -201,11 +205,22 @@ def test_the_coil_is_at_zero_after_the_process_is_told_to_end(witnessed, ending)
     assert driver_process.voltages()[-1] == 0.0
 
 
-@pytest.mark.parametrize("transition", ["DEACTIVATE", "ACTIVE_SHUTDOWN"])
-def test_the_coil_is_at_zero_after_deactivation_and_shutdown(witnessed, transition):
+def test_a_configuration_that_broke_off_half_way_is_let_go_of(witnessed):
+    running, driver_process = witnessed(fails_after=-1)
+    assert not change_state(running, Transition.TRANSITION_CONFIGURE)
+    assert state_of(running) == State.PRIMARY_STATE_UNCONFIGURED
+    driver_process.process.send_signal(signal.SIGTERM)
+    assert driver_process.process.wait(PATIENCE) == 0
+
+
+def test_the_coil_is_at_zero_after_deactivation_and_shutdown(witnessed):
     running, driver_process = witnessed()
     driver_process.wait_until_driven()
-    assert change_state(running, getattr(Transition, f"TRANSITION_{transition}"))
+    deactivate(running)
+    assert driver_process.voltages()[-1] == 0.0
+    assert change_state(running, Transition.TRANSITION_ACTIVATE)
+    running.wait_until(lambda: driver_process.voltages()[-1] != 0.0, "the coil to move again")
+    assert change_state(running, Transition.TRANSITION_ACTIVE_SHUTDOWN)
     assert driver_process.voltages()[-1] == 0.0
 
 
@@ -277,9 +292,17 @@ def test_two_drivers_on_the_same_topic_are_not_both_active(session):
     ],
 )
 def test_a_wrong_parameter_at_start_is_refused_with_range_and_unit(name, value, expected):
-    said = fails_with(NodeProcess("driver", "driver", parameters={name: value}))
-    assert name in said
-    assert expected in said
+    rclpy.init(args=["--ros-args", "-p", f"{name}:={value}"])
+    with pytest.raises(SettingsError) as refused:
+        Driver()
+    rclpy.shutdown()
+    assert name in str(refused.value)
+    assert expected in str(refused.value)
+
+
+def test_a_refusal_at_start_ends_the_process_with_one_sentence():
+    said = fails_with(driver(block_size=0))
+    assert "driver: parameter block_size: give a whole number from 1 to 2000" in said
     assert "Traceback" not in said
 
 

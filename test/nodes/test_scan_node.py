@@ -8,6 +8,7 @@ from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 
 from conftest import (
+    PATIENT,
     SCAN,
     STAGE,
     Scanning,
@@ -91,10 +92,11 @@ def test_dwells_are_told_in_the_time_of_the_samples_whatever_the_clock_says(sess
         assert sent[0].stamp <= from_time(site.header.stamp) <= sent[-1].end + NANOSECONDS
 
 
-def test_a_cancelled_scan_ends_and_the_probe_is_lifted(running):
+def test_a_scan_under_way_keeps_others_out_and_when_cancelled_lifts_the_probe(running):
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     scanning = Scanning(running, goal(dwell_time=100.0))
     scanning.wait_for(PalpationSite.DWELL)
+    assert not Scanning(running, goal()).handle.accepted
     scanning.handle.cancel_goal_async()
     answer = scanning.result()
     assert answer.status == GoalStatus.STATUS_CANCELED, answer.result.message
@@ -107,7 +109,7 @@ def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session
     running = session(
         driver(),
         STAGE,
-        SCAN,
+        NodeProcess("scan", "scan"),
         estimator("ekf"),
         NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf"]}),
     )
@@ -138,7 +140,7 @@ def test_a_robot_that_does_not_arrive_stops_the_scan(session):
     running = session(
         driver(),
         NodeProcess("stage", "stage", "/stage", {"speed": 1e-6}),
-        NodeProcess("scan", "scan", parameters={"motion_timeout": 0.5}),
+        NodeProcess("scan", "scan", parameters={"motion_timeout": 0.5, **PATIENT}),
     )
     activate(running)
     answer = Scanning(running, goal()).result()
@@ -153,27 +155,16 @@ def test_a_scan_without_samples_is_stopped_at_once(session):
     assert "is the driver running and active?" in answer.result.message
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
+def test_a_scan_that_makes_no_sense_is_refused(session):
+    running = session(STAGE, SCAN)
+    for wrong in (
         goal(rows=0),
         goal(dwell_time=0.0),
         goal(dwell_time=float("nan")),
         goal(rows=1000, columns=1000),
-    ],
-)
-def test_a_scan_that_makes_no_sense_is_refused(session, wrong):
-    running = session(STAGE, SCAN)
-    assert not Scanning(running, wrong).handle.accepted
+    ):
+        assert not Scanning(running, wrong).handle.accepted, wrong
     running.wait_until(lambda: "the scan is refused" in running.log("scan"), "the log")
-
-
-def test_a_second_scan_is_refused_while_one_is_under_way(running):
-    first = Scanning(running, goal(dwell_time=100.0))
-    first.wait_for(PalpationSite.DWELL)
-    assert not Scanning(running, goal()).handle.accepted
-    first.handle.cancel_goal_async()
-    first.result()
 
 
 def test_the_stage_stays_where_it_is_for_a_setpoint_that_is_no_number(session):

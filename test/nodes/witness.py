@@ -1,7 +1,7 @@
 """A driver whose simulated probe writes every voltage on its coil to a file, and fails on demand.
 
 Run as a program with the driver's arguments. WITNESS names the file; WITNESS_FAILS_AFTER, if set,
-is the number of samples after which reading fails.
+is the number of samples after which reading fails; -1 fails while it is configured.
 """
 
 from __future__ import annotations
@@ -26,10 +26,18 @@ class Witness(SimulatedProbe):
         with Path(os.environ["WITNESS"]).open("a") as file:
             file.write(f"{value}\n")
 
+    @property
+    def description(self):
+        self._fail_after(-1)
+        return super().description
+
     def read(self, count):
-        if self._taken >= int(os.environ.get("WITNESS_FAILS_AFTER", "1000000000")):
-            raise ZeroDivisionError("a fault that nobody foresaw")
+        self._fail_after(self._taken)
         return super().read(count)
+
+    def _fail_after(self, taken):
+        if taken >= int(os.environ.get("WITNESS_FAILS_AFTER", "1000000000")):
+            raise ZeroDivisionError("a fault that nobody foresaw")
 
 
 if __name__ == "__main__":

@@ -168,9 +168,10 @@ def delay(
 ) -> None:
     """Find the delay of the force channel, from a run in free air.
 
-    The coil moves at 10 Hz or more for 5 s or longer; calibrate the tool before. The delay [s] of
-    the force after the position is kept, but nothing corrects it: 0.1 ms costs some 3 % of k at
-    30 Hz.
+    The coil moves at 10 Hz or more for 5 s or longer (at 2 Hz, widely, for a minute, where a slow
+    decoder allows no more); calibrate the tool before. From the next
+    configuration on the driver takes the delay [s] of the force after the position out of its
+    samples: 0.1 ms would cost some 3 % of k at 30 Hz. A delay that it took out already counts.
     """
     from tissue_probe.cli.calibration_file import load, update
     from tissue_probe.cli.raw import recalibrated
@@ -183,11 +184,13 @@ def delay(
     block = _only(recording, samples)
     tool = before.tip_mass, before.load_cell_stiffness, before.load_cell_damping
     found = force_delay(block.position, block.force, block.sample_period, *tool)
+    corrected = 0.0 if _is_table(samples) else before.force_delay
+    low, high = (corrected + end for end in found.interval)
     update(
         calibration,
         instrument or [],
-        {"force_delay": found.seconds},
-        {"force_delay": found.interval},
+        {"force_delay": corrected + found.seconds},
+        {"force_delay": (low, high)},
     )
 
 

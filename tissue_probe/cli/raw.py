@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from tissue_probe.cli.recorded import metadata_value
+from tissue_probe.devices.alignment import Alignment
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.settings import SettingsError
 from tissue_probe.signals import FloatArray, Recording, SampleBlock
@@ -34,14 +35,18 @@ def raw_volts(recording: Recording) -> FloatArray:
 
 
 def raw_counts(recording: Recording) -> FloatArray:
-    """Return the encoder's counts at each sample, shape (n,); whole numbers but for rounding."""
+    """Return the encoder's counts at each sample, shape (n,).
+
+    Whole numbers but for rounding, where no delay was taken out and no position interpolated.
+    """
     return recorded_calibration(recording).counts(recording.position)
 
 
 def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
     """Return the recording in SI units by another calibration.
 
-    What was tared off in the run is the same number of volts in both.
+    What was tared off in the run is the same number of volts in both. The force's delay that the
+    driver took out by the former calibration is taken out by the other one instead.
     """
     before = recorded_calibration(recording)
     tares = [
@@ -49,15 +54,16 @@ def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
         for tare in before.tares
     ]
     after = calibration.changed(tares=tares)
-    blocks = tuple(
-        replace(
-            block,
-            position=after.position(before.counts(block.position)),
-            force=after.force(_volts(before, block), after.tare_at(block.stamps)),
-        )
-        for block in recording.blocks
+    return replace(recording, blocks=tuple(_again(b, before, after) for b in recording.blocks))
+
+
+def _again(block: SampleBlock, before: Calibration, after: Calibration) -> SampleBlock:
+    more = (after.force_delay - before.force_delay) / block.sample_period
+    position, force = Alignment(more).apply(
+        after.position(before.counts(block.position)),
+        after.force(_volts(before, block), after.tare_at(block.stamps)),
     )
-    return replace(recording, blocks=blocks)
+    return replace(block, position=position, force=force)
 
 
 def _volts(calibration: Calibration, samples: Recording | SampleBlock) -> FloatArray:

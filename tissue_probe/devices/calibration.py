@@ -57,7 +57,11 @@ class Calibration(BaseModel):
     load_cell_stiffness: float = setting(..., "N/m", "stiffness k0", gt=0.0)
     load_cell_damping: float = setting(..., "N s/m", "damping beta0", ge=0.0)
     force_delay: float = setting(
-        0.0, "s", "by how much the force channel comes after the position channel"
+        0.0,
+        "s",
+        "by how much the force channel comes after the position channel; taken out of the samples",
+        ge=-0.1,
+        le=0.1,
     )
     intervals: dict[str, tuple[float, float]] = setting(
         {}, "", "95 % confidence intervals of the quantities above that were measured"

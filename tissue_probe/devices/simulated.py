@@ -30,8 +30,8 @@ from pydantic import BaseModel, ConfigDict
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
-from tissue_probe.devices.pacing import Pacer
 from tissue_probe.excitation import Excitation
+from tissue_probe.pacing import Pacer
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray

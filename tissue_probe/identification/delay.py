@@ -5,7 +5,7 @@ In free air the paper's eq. 1 gives the force from the coil's displacement alone
     F / u = k0 m s^2 / (m s^2 + beta0 s + k0),   s = i w
 
 and a delay T of the force turns its phase by -w T. The stretches of the run are independent
-measurements of T, whose scatter gives the interval.
+measurements of T, whose scatter gives the interval; one in which a sample is missing is left out.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from tissue_probe.signals import FloatArray
 
 #: Into so many stretches a run is cut.
 STRETCHES = 10
+#: Fewest of them that must be whole.
+LEAST_STRETCHES = 5
 #: Frequencies with less than this part of the strongest one's power tell nothing.
 LEAST_POWER = 0.01
 #: Shortest stretch [s].
@@ -59,19 +61,20 @@ def force_delay(
     Raises
     ------
     ValueError
-        If the run is shorter than 5 s, a sample is not finite, or the forces are not those of a
-        free tip.
+        If the run is shorter than 5 s, more than half of its stretches lack a sample, or the forces
+        are not those of a free tip.
     """
     size = position.size // STRETCHES
     if size * sample_period < SHORTEST:
         raise ValueError(f"the run is too short: record {STRETCHES * SHORTEST:g} s or more")
-    if not (np.isfinite(position).all() and np.isfinite(force).all()):
-        raise ValueError("a sample is missing: record the run again")
     tool = (tip_mass, load_cell_stiffness, load_cell_damping)
     stretches = [slice(first, first + size) for first in range(0, STRETCHES * size, size)]
-    found = np.array([_delay(position[s], force[s], sample_period, tool) for s in stretches])
-    spread = stats.t.ppf(0.5 + CONFIDENCE / 2.0, STRETCHES - 1) * found.std(ddof=1)
-    spread /= np.sqrt(STRETCHES)
+    whole = [s for s in stretches if np.isfinite(position[s] + force[s]).all()]
+    if len(whole) < LEAST_STRETCHES:
+        raise ValueError("too many samples are missing: record the run again")
+    found = np.array([_delay(position[s], force[s], sample_period, tool) for s in whole])
+    spread = stats.t.ppf(0.5 + CONFIDENCE / 2.0, found.size - 1) * found.std(ddof=1)
+    spread /= np.sqrt(found.size)
     return Delay(float(found.mean()), (float(found.mean() - spread), float(found.mean() + spread)))
 
 

@@ -43,7 +43,7 @@ from tissue_probe.settings import SettingsError, setting
 LONGEST_READ = 10
 
 #: Within this time of its start a node hears of the others [s].
-DISCOVERY_TIME = 2.0
+DISCOVERY_TIME = 1.0
 
 #: Parameters by which the driver tells what others record.
 TOLD = ("device_description", "calibration")
@@ -130,6 +130,9 @@ class Driver(SturdyLifecycleNode):
         self._telling = False
         follow_changes(self, self._models, self._on_change, self._refuse_change)
         self._device: GuardedDevice | None = None
+        self._simulated: SimulatedProbe | None = None
+        self._stage: Inbox | None = None
+        self._publisher: SamplePublisher | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
         self._interlock = Interlock()
@@ -152,15 +155,14 @@ class Driver(SturdyLifecycleNode):
             self._tare = Tare(calibration)
             device_type = DEVICES[settings.device]
             device_settings = read(self, device_type.Settings, f"{settings.device}.")
-            device = device_type(device_settings, calibration)
             limits = read(self, Limits, "limits.")
+            device = device_type(device_settings, calibration)
             self._device = GuardedDevice(
                 device, limits, calibration.current_per_volt, self._interlock
             )
         except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
-        self._stage = self._simulated = None
         if isinstance(device, SimulatedProbe):
             self._simulated = device
             self._stage = Inbox(self)
@@ -307,14 +309,14 @@ class Driver(SturdyLifecycleNode):
             self._device.stop()
 
     def _release(self) -> None:
+        """Stop, and let go of what there is: configuring may have ended half-way."""
         self._stop()
-        if self._device is None:
-            return
-        self._device.close()
-        self._device = None
-        self._publisher.destroy()
-        if self._stage is not None:
-            self._stage.destroy()
+        if self._device is not None:
+            self._device.close()
+        for each in (self._publisher, self._stage):
+            if each is not None:
+                each.destroy()
+        self._device = self._simulated = self._publisher = self._stage = None
 
     def _deactivate_after_fault(self) -> None:
         self._emergency_stop.publish()

@@ -44,6 +44,10 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
     except MISTAKES as error:
         print(f"{Path(sys.argv[0]).stem}: {sentence(error)}", file=sys.stderr)
         return 1
+    except Exception:
+        # SIGTERM ends the context under whatever runs: what is raised then is its consequence.
+        if rclpy.ok():
+            raise
     finally:
         # Ctrl-C under ros2 launch comes twice, from the terminal and from launch: end in order.
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -19,7 +19,6 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState
-from tissue_probe.devices.pacing import Pacer
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import samples_from_message, site_to_message
 from tissue_probe.nodes.crtk import ENABLED
@@ -28,6 +27,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
+from tissue_probe.pacing import Pacer
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
 from tissue_probe_msgs import msg

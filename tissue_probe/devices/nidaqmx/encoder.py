@@ -12,6 +12,7 @@ from nidaqmx.stream_readers import AnalogSingleChannelReader, CounterReader
 from tissue_probe.devices.device import DeviceError
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
+from tissue_probe.excitation import Excitation
 from tissue_probe.signals import FloatArray
 
 #: Samples wait this long in this machine's buffer to be fetched before they are lost [s].
@@ -46,8 +47,8 @@ class Encoder(Protocol):
 
     name: str
 
-    def arm(self) -> None:
-        """Make ready to count from 0, before the load cell starts."""
+    def arm(self, excitation: Excitation) -> None:
+        """Make ready to count from 0, before the load cell starts and the excitation with it."""
 
     def read(self, load_cell: LoadCell, count: int) -> tuple[FloatArray, FloatArray]:
         """Wait for ``count`` samples; return the load cell's volts and the encoder's counts."""
@@ -97,7 +98,7 @@ class CounterEncoder:
         self._reader.verify_array_shape = False
         self._timeout = settings.timeout
 
-    def arm(self) -> None:
+    def arm(self, excitation: Excitation) -> None:
         """Start the counter; it waits for the load cell's clock."""
         self._fetched = np.empty((2, 0))
         self._fetches = 0

@@ -12,10 +12,11 @@ from nidaqmx.constants import AcquisitionType, TerminalConfiguration
 from nidaqmx.errors import Error
 from nidaqmx.stream_writers import AnalogSingleChannelWriter
 
+from tissue_probe.devices.alignment import Alignment
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.nidaqmx.connection import Connection
-from tissue_probe.devices.nidaqmx.decoder import Hctl2032
+from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
 from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, Encoder, LoadCell
 from tissue_probe.devices.nidaqmx.errors import told
 from tissue_probe.devices.nidaqmx.guard import find_watchdog
@@ -41,7 +42,9 @@ class _Closes(Protocol):
 
 _Closeable = TypeVar("_Closeable", bound=_Closes)
 
-ENCODERS: dict[str, type[Encoder]] = {"counter": CounterEncoder, "hctl2032": Hctl2032}
+ENCODERS: dict[str, type[Encoder]] = {
+    encoder.name: encoder for encoder in (CounterEncoder, Hctl2032, InterpolatedHctl2032)
+}
 STOPPED = "the DAQ was stopped while it was read"
 #: Largest voltage of the output, either way [V]; what is allowed, the limits say.
 COIL_SPAN = 10.0
@@ -54,6 +57,7 @@ class NiDaqmxProbe:
 
     The output is armed first and waits for the start of the load cell's input, and the counter is
     clocked by that input's sample clock: sample n of force, position and command belong together.
+    Where the calibration knows a delay of the force, the earlier channel is delayed by as much.
 
     Parameters
     ----------
@@ -103,9 +107,11 @@ class NiDaqmxProbe:
                 self._output = self._make_output(excitation)
                 if self._watchdog is not None:
                     self._watchdog.start()
-                self._encoder.arm()
+                self._encoder.arm(excitation)
                 self._coil.start()
                 self._taken = 0
+                delay = self._calibration.force_delay / self.sample_period
+                self._alignment = Alignment(delay)
                 self._sampling = True
                 self._input.start()
             except BaseException:
@@ -142,7 +148,10 @@ class NiDaqmxProbe:
             if not self._sampling:
                 raise DeviceError(STOPPED)
             self.commanded_voltage = float(command[-1])
-        return Samples(self._calibration.position(counts), self._calibration.force(volts), command)
+        position, force = self._alignment.apply(
+            self._calibration.position(counts), self._calibration.force(volts)
+        )
+        return Samples(position, force, command)
 
     @property
     def worst_lateness(self) -> float:

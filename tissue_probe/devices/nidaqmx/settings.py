@@ -30,8 +30,11 @@ class NiDaqmxSettings(BaseModel):
     )
     force_high: float = setting(10.0, "V", "highest voltage that it gives", ge=-9.9, le=10.0)
     coil_channel: str = setting("ao0", "", "analog output to the coil's amplifier")
-    encoder: Literal["counter", "hctl2032"] = setting(
-        "counter", "", "what counts the encoder: the DAQ's quadrature counter, or an HCTL-2032"
+    encoder: Literal["counter", "hctl2032", "hctl2032_interpolated"] = setting(
+        "counter",
+        "",
+        "what counts the encoder: the DAQ's quadrature counter; an HCTL-2032, read for every "
+        "sample, or as often as it can be, the position between readings interpolated",
     )
     counter: str = setting("ctr0", "", "counter that the encoder's A and B are wired to")
     decoder_data: str = setting(
