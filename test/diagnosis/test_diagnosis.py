@@ -125,3 +125,18 @@ def test_disturbed_samples_are_left_out_and_the_rest_is_fitted():
     assert found.spoilt == ()
     assert found.ladder.base.samples == force.size - 10
     assert [finding.name for finding in found.findings] == ["spikes"]
+
+
+def test_a_second_recording_settles_what_a_steady_sine_cannot_tell():
+    made = challenge(310046, "force_bias", excitation="sine10ss")
+    effects = library("force_bias", "force_lag", "added_mass", "force_gain")
+    alone = diagnose(made, effects, at_rest=False)
+    assert (alone.verdict, added_names(alone)[0]) != ("missing", "force_bias")
+    settled = diagnose(made, effects, at_rest=False, second=True)
+    assert (settled.verdict, settled.effects) == ("missing", ("force_bias",))
+    assert added_names(settled)[0] == "force_bias"
+    assert settled.heldout(settled.ladder.final) < 1.05 * NOISE
+
+
+def added_names(found):
+    return [fit.composition.names[-1] for fit in found.ladder.ranking]

@@ -14,7 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import refit
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by
+from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added
@@ -122,15 +122,17 @@ def diagnose(
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
         ladder = climb(composition, clean, instrument, library)
+    models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
+    validated = {
+        fit.composition.names: error(fit, validation, instrument) for fit in models if validation
+    }
+    if not wanted:
+        ladder = settled(ladder, validated)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
     hidden = unseen(ladder.final, admitted, instrument) if ladder.verdict == "adequate" else ()
     rivals = tied if indistinguishable else [ladder.final]
     suggestion = suggest(rivals, instrument, admitted, hidden)
-    models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
-    validated = {
-        fit.composition.names: error(fit, validation, instrument) for fit in models if validation
-    }
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,

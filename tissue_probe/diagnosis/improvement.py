@@ -7,7 +7,7 @@ What does not: fitting one model (``fit``), comparing models (``ranking``).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
@@ -21,6 +21,8 @@ from tissue_probe.physics.effects import Effect
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.7
+#: Residuals, and errors on another recording, are alike up to this factor.
+ALIKE = 1.02
 #: How many first effects a second is tried on, how many second ones are followed, how many in all.
 BEAM, FOLLOWED, MOST = 3, 5, 3
 
@@ -101,6 +103,37 @@ def climb(
     if verdict == "missing" and len(names) > 1:
         verdict = "ambiguous"
     return Ladder(base, tuple(ranking), tuple(steps), names, verdict)
+
+
+def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:
+    """Choose among effects that explain one recording equally well by their error on another.
+
+    Parameters
+    ----------
+    ladder : Ladder
+        Of the recording that was fitted.
+    errors : mapping of tuple of str to float
+        Error [N] on the other recording, by the names of a model's effects.
+    """
+    if len(ladder.steps) != 1 or ladder.verdict == "unexplained":
+        return ladder
+    rivals = {
+        added(fit).name: errors[fit.composition.names]
+        for fit in ladder.ranking
+        if fit.composition.names in errors and fit.ratio <= ALIKE * ladder.final.ratio
+    }
+    bar = ALIKE * min(rivals.values(), default=0.0)
+    # Of those that are as good on both, the criterion's order stands: it counts parameters.
+    proved = [name for name, error in rivals.items() if error <= bar]
+    if not proved:
+        return ladder
+    ranking = sorted(ladder.ranking, key=lambda fit: added(fit).name not in proved)
+    first = added(ranking[0]).name
+    tied = [first, *(name for name in ladder.tied if name in proved and name != first)]
+    verdict: Verdict = "ambiguous" if len(tied) > 1 else "missing"
+    return replace(
+        ladder, ranking=tuple(ranking), steps=(ranking[0],), tied=tuple(tied), verdict=verdict
+    )
 
 
 def climb_by(
