@@ -26,9 +26,10 @@ def settled_within(experiment, begin, limit, name="robust_ekf"):
     )
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_tissue_is_known_soon_after_the_start(seed):
-    assert settled_within(Experiment(duration=0.5, seed=seed), 0.0, 0.045)
+@pytest.mark.parametrize("seed", [3008, 3049, *SEEDS])
+def test_tissue_is_known_soon_after_the_start_whatever_the_noise(seed):
+    """Tangents alone would believe wild first estimates: within 5 % after 112 ms in seed 3008."""
+    assert settled_within(Experiment(duration=0.5, seed=seed), 0.0, 0.025)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -70,6 +70,10 @@ class Filter:
         names = [f"{name}_{state}" for state in self.layout.states]
         return sp.Matrix(self.program.load("constants", self.layout.per_state(name), names))
 
+    def diagonal(self, matrix: sp.Matrix) -> dict[str, sp.Expr]:
+        """Return a matrix's element on the diagonal for each state, by its name."""
+        return dict(zip(self.layout.states, matrix.diagonal(), strict=True))
+
     @property
     def inputs(self) -> list[sp.Symbol]:
         """u[t], u[t-1], u[t-2], u[t-3] [m]."""
@@ -126,14 +130,15 @@ class Filter:
         """How many of the first states the step is linear in, the others being given."""
         return len(self.model.states) if self.model.is_linear else 0
 
-    def upper_cholesky(self, matrix: sp.Matrix) -> sp.Matrix:
-        """Return the upper triangular U with U U^T = matrix.
+    def upper_cholesky(self, matrix: sp.Matrix, first: int) -> tuple[sp.Matrix, sp.Matrix]:
+        """Return the columns from ``first`` on of the upper triangular U with U U^T = matrix.
 
-        Where rounding left the matrix slightly indefinite, the column of the offending pivot is 0.
+        And what they leave of the first rows and columns, matrix - U_j U_j^T. Where rounding left
+        the matrix slightly indefinite, the column of the offending pivot is 0.
         """
         size = matrix.rows
         U = sp.zeros(size, size)
-        for j in reversed(range(size)):
+        for j in reversed(range(first, size)):
             known = sum(U[j, k] ** 2 for k in range(j + 1, size))
             pivot = self.program.let("pivot", sp.Max(matrix[j, j] - known, 0))
             U[j, j] = self.program.let("U", sp.sqrt(pivot))
@@ -142,7 +147,9 @@ class Filter:
             for i in range(j):
                 rest = matrix[i, j] - sum(U[i, k] * U[j, k] for k in range(j + 1, size))
                 U[i, j] = self.program.let("U", rest * inverse)
-        return U
+        U = U[:, first:]
+        rest = matrix[:first, :first] - U[:first, :] * U[:first, :].T
+        return U, self.program.let_symmetric("rest", rest)
 
     def assign(self, X: sp.Matrix, P: sp.Matrix) -> None:
         """Make these the filter's mean and covariance."""

@@ -1,10 +1,13 @@
 # ruff: noqa: F821
 """Robust extended Kalman filter: a constant force as fifth state, and a gate on the innovations.
 
-The step is the extended filter's. When the mean NIS of the last ten samples shows that the tissue
-has changed, the covariance is re-opened just as far as the innovations ask for, and never beyond
-the prior. The force offset is re-opened little at first, since a change of tissue under an
-unloaded tip leaves it alone, and farther with each further opening that comes soon after.
+Once the tissue is roughly known, the step is the extended filter's. Before, it is the unscented
+filter's: tangents at wild first estimates would make the filter surer of them than the data allow.
+
+When the mean NIS of the last ten samples shows that the tissue has changed, the covariance is
+re-opened just as far as the innovations ask for, and never beyond the prior. The force offset is
+re-opened little at first, since a change of tissue under an unloaded tip leaves it alone, and
+farther with each further opening that comes soon after.
 
 Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
 everything and begins anew, which takes hardly longer than a first contact.
@@ -13,13 +16,31 @@ A model that is wrong makes the gate fire again and again. Then the filter rejec
 instead of jumping lets the past fade, with the noise that the innovations show.
 """
 
-from tissue_probe.estimation.ekf import predict, update
+from tissue_probe.estimation import ekf, ukf
+from tissue_probe.estimation.ekf import update
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
 
 # Means of NIS and of the squared innovations [N^2] over the last ten samples; openings of late,
 # within some 50 samples and within some 1000.
 EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENINGS": 0.0}
+
+
+def predict(filter):
+    """Advance by sigma points where the tangent leaves out more than the process noise.
+
+    The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
+    errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m.
+    """
+    P, Q = filter.diagonal(filter.P), filter.diagonal(filter.Q)
+    rate = filter.constant("sample_period") / filter.constant("tip_mass")
+    lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
+    left_out = filter.program.let("left_out", rate**2 * lost)
+    filter.program.begin(f"if {left_out} > {Q['tip_velocity']}:")
+    ukf.spread(filter, tangent=len(filter.model.states))
+    filter.program.line("return")
+    filter.program.end()
+    ekf.predict(filter)
 
 
 def weigh(constants, memory, innovation, S):
