@@ -7,7 +7,10 @@ filter's: tangents at wild first estimates would make the filter surer of them t
 When the mean NIS of the last ten samples shows that the tissue has changed, the covariance is
 re-opened just as far as the innovations ask for, and never beyond the prior. The force offset is
 re-opened little at first, since a change of tissue under an unloaded tip leaves it alone, and
-farther with each further opening that comes soon after.
+farther with each further opening that comes soon after. For some 50 samples after an opening,
+stiffness and damping are taken to go on changing, both by the same share: as where the tip sinks in
+and its contact grows. The damping is invisible for 10 ms around each turn of the motion; without
+what the stiffness tells of it, no filter could follow a ramp there.
 
 Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
 everything and begins anew, which takes hardly longer than a first contact.
@@ -67,7 +70,14 @@ def weigh(constants, memory, innovation, S):
         if memory[MANY_OPENINGS] > 12.0:
             memory[REJECTED] = 1.0
             memory[MANY_OPENINGS] = 0.0
+    elif memory[MANY_OPENINGS] > 4.0:  # no change goes on so long: this is a wrong model
+        return S, R
     else:
+        # 0.3 % a sample: less would lag behind a ramp, more would blur a step.
+        k, beta, walk = memory[STIFFNESS], memory[DAMPING], 1e-5 * min(memory[OPENINGS], 1.0)
+        memory[DIAGONAL[STIFFNESS]] += walk * k * k
+        memory[DIAGONAL[DAMPING]] += walk * beta * beta
+        memory[STIFFNESS_DAMPING] += walk * k * beta
         return S, R
     cap(constants, memory)
     _, S = output(constants, memory)

@@ -1,7 +1,5 @@
 """Unscented Kalman filter (paper, section III-C)."""
 
-import sympy as sp
-
 from tissue_probe.estimation.ekf import EXTRA, update, weigh
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
@@ -33,6 +31,8 @@ def spread(filter, tangent):
 
     The parameters, which do not move, keep their means and their part of P.
     """
+    import sympy as sp  # only where a kernel has to be generated: it takes half a second
+
     moving, c_squared = len(filter.model.states), len(filter.X) + KAPPA
     X, F = filter.step() if tangent else (filter.step_of(filter.X), None)
     U, C = filter.upper_cholesky(filter.P, tangent)
