@@ -35,6 +35,7 @@ def predict(filter):
     The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
     errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m.
     """
+    filter.step()  # which both need
     P, Q = filter.diagonal(filter.P), filter.diagonal(filter.Q)
     rate = filter.constant("sample_period") / filter.constant("tip_mass")
     lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
