@@ -71,8 +71,8 @@ def weigh(constants, memory, innovation, S):
         if memory[MANY_OPENINGS] > 12.0:
             memory[REJECTED] = 1.0
             memory[MANY_OPENINGS] = 0.0
-    elif memory[MANY_OPENINGS] > 4.0:  # no change goes on so long: this is a wrong model
-        return S, R
+    elif memory[OPENINGS] < 0.01 or memory[MANY_OPENINGS] > 4.0:
+        return S, R  # nothing has changed of late, or goes on so long that the model is wrong
     else:
         # 0.3 % a sample: less would lag behind a ramp, more would blur a step.
         k, beta, walk = memory[STIFFNESS], memory[DAMPING], 1e-5 * min(memory[OPENINGS], 1.0)
