@@ -85,7 +85,7 @@ def test_a_resting_coil_teaches_nothing_and_harms_nothing(name):
 
 
 def test_the_ukf_is_that_of_all_its_sigma_points():
-    """The kernel sends only those of k and beta through the step: F says where the others go."""
+    """F says where the points of the tip's motion go: exactly, for the step is linear in it."""
     experiment = Experiment(duration=0.3)
     unbounded = {"stiffness_minimum": -1e6, "stiffness_maximum": 1e6, "damping_minimum": -1e4}
     settings = EULER.model_copy(update=unbounded)

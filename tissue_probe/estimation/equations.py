@@ -136,15 +136,14 @@ class Filter:
         """How many of the first states the step is linear in, the others being given."""
         return len(self.model.states) if self.model.is_linear else 0
 
-    def upper_cholesky(self, matrix: sp.Matrix, first: int) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the columns from ``first`` on of the upper triangular U with U U^T = matrix.
+    def upper_cholesky(self, matrix: sp.Matrix) -> sp.Matrix:
+        """Return the upper triangular U with U U^T = matrix.
 
-        And what they leave of the first rows and columns, matrix - U_j U_j^T. Where rounding left
-        the matrix slightly indefinite, the column of the offending pivot is 0.
+        Where rounding left the matrix slightly indefinite, the column of the offending pivot is 0.
         """
         size = matrix.rows
         U = sp.zeros(size, size)
-        for j in reversed(range(first, size)):
+        for j in reversed(range(size)):
             known = sum(U[j, k] ** 2 for k in range(j + 1, size))
             pivot = self.program.let("pivot", sp.Max(matrix[j, j] - known, 0))
             U[j, j] = self.program.let("U", sp.sqrt(pivot))
@@ -153,9 +152,7 @@ class Filter:
             for i in range(j):
                 rest = matrix[i, j] - sum(U[i, k] * U[j, k] for k in range(j + 1, size))
                 U[i, j] = self.program.let("U", rest * inverse)
-        U = U[:, first:]
-        rest = matrix[:first, :first] - U[:first, :] * U[:first, :].T
-        return U, self.program.let_symmetric("rest", rest)
+        return U
 
     def assign(self, X: sp.Matrix, P: sp.Matrix) -> None:
         """Make these the filter's mean and covariance."""

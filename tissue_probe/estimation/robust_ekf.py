@@ -19,7 +19,7 @@ A model that is wrong makes the gate fire again and again. Then the filter rejec
 instead of jumping lets the past fade, with the noise that the innovations show.
 """
 
-from tissue_probe.estimation import ekf, ukf
+from tissue_probe.estimation import ekf, few_points
 from tissue_probe.estimation.ekf import update
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
@@ -41,7 +41,7 @@ def predict(filter):
     lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
     left_out = filter.program.let("left_out", rate**2 * lost)
     filter.program.begin(f"if {left_out} > {Q['tip_velocity']}:")
-    ukf.spread(filter, tangent=len(filter.model.states))
+    few_points.spread(filter, tangent=len(filter.model.states))
     filter.program.line("return")
     filter.program.end()
     ekf.predict(filter)
