@@ -6,6 +6,7 @@ from measured import block_of
 
 from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
+from tissue_probe.estimation.layout import force_variance
 from tissue_probe.signals import Status
 
 EXACT = EstimatorSettings()
@@ -81,3 +82,41 @@ def test_a_resting_coil_teaches_nothing_and_harms_nothing(name):
     assert np.all(estimates.status == Status.CONVERGING)
     assert np.all(estimates.stiffness_variance <= 1.000001 * EXACT.stiffness_prior_sd**2)
     assert np.all(estimates.damping_variance <= 1.000001 * EXACT.damping_prior_sd**2)
+
+
+def test_the_ukf_is_that_of_all_its_sigma_points():
+    """F says where the points of the tip's motion go: exactly, for the step is linear in it."""
+    experiment = Experiment(duration=0.3)
+    unbounded = {"stiffness_minimum": -1e6, "stiffness_maximum": 1e6, "damping_minimum": -1e4}
+    settings = EULER.model_copy(update=unbounded)
+    estimates = estimate("ukf", experiment, settings)
+    stiffness, damping = literal_ukf(*experiment.run(), experiment.sample_period, settings)
+    assert estimates.stiffness[2:] == pytest.approx(stiffness[2:], rel=1e-6, abs=1e-4)
+    assert estimates.damping[2:] == pytest.approx(damping[2:], rel=1e-6, abs=1e-4)
+
+
+def literal_ukf(position, force, dt, s):
+    """Eqs. 6 and 29-41 of the paper, with matrices and all nine sigma points."""
+    k0, beta0, m = s.load_cell_stiffness, s.load_cell_damping, s.tip_mass
+    X, H, R = np.zeros(4), np.array([-k0, 0.0, 0.0, 0.0]), force_variance(s)
+    deviations = [s.tip_position_prior_sd, s.tip_velocity_prior_sd]
+    P = np.diag(np.square([*deviations, s.stiffness_prior_sd, s.damping_prior_sd]))
+    weights = np.r_[2 / 6, np.full(8, 1 / 12)]
+    rates = np.diff(position)[np.r_[0, 0 : position.size - 2]] / dt
+    found = []
+    for t, u in enumerate(position):
+        if t > 0:
+            upper = np.linalg.cholesky(P[::-1, ::-1])[::-1, ::-1]
+            x, v, k, b = (X[:, None] + np.sqrt(6) * np.c_[np.zeros(4), upper, -upper]).copy()
+            load = k0 * (position[t - 1] - x) + beta0 * (rates[t - 1] - v)
+            points = np.array([x + dt * v, v + dt * (load - k * x - b * v) / m, k, b])
+            X = points @ weights
+            P = (weights * (points - X[:, None])) @ (points - X[:, None]).T
+            P += np.diag([0.0, s.velocity_noise, 0.0, 0.0])
+        S = H @ P @ H + R
+        K = P @ H / S
+        X = X + K * (force[t] - k0 * (u - X[0]))
+        L = np.eye(4) - np.outer(K, H)
+        P = L @ P @ L.T + R * np.outer(K, K)
+        found.append(X[2:])
+    return np.transpose(found)

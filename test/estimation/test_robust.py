@@ -26,9 +26,10 @@ def settled_within(experiment, begin, limit, name="robust_ekf"):
     )
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_tissue_is_known_soon_after_the_start(seed):
-    assert settled_within(Experiment(duration=0.5, seed=seed), 0.0, 0.045)
+@pytest.mark.parametrize("seed", [3008, 3049, *SEEDS])
+def test_tissue_is_known_soon_after_the_start_whatever_the_noise(seed):
+    """Tangents alone would believe wild first estimates: within 5 % after 112 ms in seed 3008."""
+    assert settled_within(Experiment(duration=0.5, seed=seed), 0.0, 0.025)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -70,13 +71,24 @@ def test_a_coarse_encoder_is_noise_that_the_filter_knows_of():
     assert estimates.stiffness[-1] == pytest.approx(450, rel=0.01)
 
 
-def test_a_ramp_is_followed():
+def test_a_ramp_of_stiffness_and_damping_is_followed():
     experiment = simulate_ramp(450.0, 5.0, start=0.5, length=0.1, duration=0.8)
     estimates = estimate(experiment)
-    k, _ = experiment.truth()
-    error = (estimates.stiffness - k)[1000:1200] / k[1000:1200]
-    assert np.sqrt(np.mean(error**2)) < 0.12
+    for truth, value in zip(
+        experiment.truth(), (estimates.stiffness, estimates.damping), strict=True
+    ):
+        error = (value / truth - 1)[1000:1200]
+        assert np.sqrt(np.mean(error**2)) < 0.08
     assert not np.any(estimates.status == Status.MODEL_REJECTED)
+
+
+@pytest.mark.parametrize("after", [(900.0, 5.0), (450.0, 10.0)])
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_change_of_only_one_of_the_two_is_followed(seed, after):
+    """Though after a change the filter takes both to go on changing by the same share."""
+    at = 0.5 + 0.02 * (seed % 5) + 1.7e-4
+    experiment = Experiment(tissue=((0.0, 450.0, 5.0), (at, *after)), duration=1.0, seed=seed)
+    assert settled_within(experiment, at, 0.05)
 
 
 def test_a_wrong_model_is_rejected_and_the_estimate_stays_calm():

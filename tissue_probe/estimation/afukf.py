@@ -11,11 +11,17 @@ With alpha = 1 the noise of C_t itself drives lambda up to 5 in calm; 1/2 keeps 
 apart.
 """
 
-from tissue_probe.estimation.ukf import predict, update
+from tissue_probe.estimation.ekf import update
+from tissue_probe.estimation.few_points import spread
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
 
 EXTRA = {"RECENT_NIS": 1.0}
+
+
+def predict(filter):
+    """Send the sigma points through the step, as the unscented filter does."""
+    spread(filter, filter.linear_states)
 
 
 def weigh(constants, memory, innovation, S):

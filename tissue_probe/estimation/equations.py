@@ -6,6 +6,8 @@ What does not: the equations themselves (``ekf``, ``ukf``, ...).
 
 from __future__ import annotations
 
+from functools import cache
+
 import sympy as sp
 
 from tissue_probe.estimation.layout import Layout
@@ -70,6 +72,10 @@ class Filter:
         names = [f"{name}_{state}" for state in self.layout.states]
         return sp.Matrix(self.program.load("constants", self.layout.per_state(name), names))
 
+    def diagonal(self, matrix: sp.Matrix) -> dict[str, sp.Expr]:
+        """Return a matrix's element on the diagonal for each state, by its name."""
+        return dict(zip(self.layout.states, matrix.diagonal(), strict=True))
+
     @property
     def inputs(self) -> list[sp.Symbol]:
         """u[t], u[t-1], u[t-2], u[t-3] [m]."""
@@ -103,8 +109,12 @@ class Filter:
         """Give a matrix a name: it is computed once, here."""
         return self.program.let_matrix(name, value)
 
+    @cache  # noqa: B019 - a filter lives as long as its equations are written
     def step(self) -> tuple[sp.Matrix, sp.Matrix]:
-        """Return the state one sample later (eq. 20) and the derivative F of this step (eq. 17)."""
+        """Return the state one sample later (eq. 20) and the derivative F of this step (eq. 17).
+
+        They are computed where this is called first.
+        """
         step = self.motion(derivatives=True)
         count = len(self.model.parameters)
         F = step.jacobian.col_join(sp.zeros(count, len(self.model.states)).row_join(sp.eye(count)))

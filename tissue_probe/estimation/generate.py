@@ -28,6 +28,7 @@ LARGEST = 1e4
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
 
+import numpy as np
 from numba import njit
 
 SIGNATURE = "void(float64[::1], float64[::1])"

@@ -1,10 +1,16 @@
 # ruff: noqa: F821
 """Robust extended Kalman filter: a constant force as fifth state, and a gate on the innovations.
 
-The step is the extended filter's. When the mean NIS of the last ten samples shows that the tissue
-has changed, the covariance is re-opened just as far as the innovations ask for, and never beyond
-the prior. The force offset is re-opened little at first, since a change of tissue under an
-unloaded tip leaves it alone, and farther with each further opening that comes soon after.
+Once the tissue is roughly known, the step is the extended filter's. Before, it is the unscented
+filter's: tangents at wild first estimates would make the filter surer of them than the data allow.
+
+When the mean NIS of the last ten samples shows that the tissue has changed, the covariance is
+re-opened just as far as the innovations ask for, and never beyond the prior. The force offset is
+re-opened little at first, since a change of tissue under an unloaded tip leaves it alone, and
+farther with each further opening that comes soon after. For some 50 samples after an opening,
+stiffness and damping are taken to go on changing, both by the same share: as where the tip sinks in
+and its contact grows. The damping is invisible for 10 ms around each turn of the motion; without
+what the stiffness tells of it, no filter could follow a ramp there.
 
 Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
 everything and begins anew, which takes hardly longer than a first contact.
@@ -13,13 +19,32 @@ A model that is wrong makes the gate fire again and again. Then the filter rejec
 instead of jumping lets the past fade, with the noise that the innovations show.
 """
 
-from tissue_probe.estimation.ekf import predict, update
+from tissue_probe.estimation import ekf, few_points
+from tissue_probe.estimation.ekf import update
 
 __all__ = ["EXTRA", "predict", "update", "weigh"]
 
 # Means of NIS and of the squared innovations [N^2] over the last ten samples; openings of late,
 # within some 50 samples and within some 1000.
 EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENINGS": 0.0}
+
+
+def predict(filter):
+    """Advance by sigma points where the tangent leaves out more than the process noise.
+
+    The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
+    errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m.
+    """
+    filter.step()  # which both need
+    P, Q = filter.diagonal(filter.P), filter.diagonal(filter.Q)
+    rate = filter.constant("sample_period") / filter.constant("tip_mass")
+    lost = P["stiffness"] * P["tip_position"] + P["damping"] * P["tip_velocity"]
+    left_out = filter.program.let("left_out", rate**2 * lost)
+    filter.program.begin(f"if {left_out} > {Q['tip_velocity']}:")
+    few_points.spread(filter, tangent=len(filter.model.states))
+    filter.program.line("return")
+    filter.program.end()
+    ekf.predict(filter)
 
 
 def weigh(constants, memory, innovation, S):
@@ -46,7 +71,14 @@ def weigh(constants, memory, innovation, S):
         if memory[MANY_OPENINGS] > 12.0:
             memory[REJECTED] = 1.0
             memory[MANY_OPENINGS] = 0.0
+    elif memory[OPENINGS] < 0.01 or memory[MANY_OPENINGS] > 4.0:
+        return S, R  # nothing has changed of late, or goes on so long that the model is wrong
     else:
+        # 0.3 % a sample: less would lag behind a ramp, more would blur a step.
+        k, beta, walk = memory[STIFFNESS], memory[DAMPING], 1e-5 * min(memory[OPENINGS], 1.0)
+        memory[DIAGONAL[STIFFNESS]] += walk * k * k
+        memory[DIAGONAL[DAMPING]] += walk * beta * beta
+        memory[STIFFNESS_DAMPING] += walk * k * beta
         return S, R
     cap(constants, memory)
     _, S = output(constants, memory)

@@ -86,7 +86,8 @@ def exact_step(
     t = program.variables("t", sp.eye(count, count + len(by_parameter)) if derivatives else [])
     elapsed = program.variables("elapsed", [0.0])
     program.begin("while True:")
-    z_j, t_j, z_sum, t_sum = z, t, z, t
+    z_j, t_j = program.now(z), program.now(t)
+    z_sum, t_sum = z_j, t_j
     for j in range(TERMS):
         u_j = [w[j] if j < 4 else 0, (j + 1) * w[j + 1] if j < 3 else 0, int(j == 0)]
         if derivatives and j < TANGENT_TERMS:
@@ -101,6 +102,7 @@ def exact_step(
     _next_part(program, share, elapsed, w)
     if not derivatives:
         return Step(z, sp.zeros(count, 0))
+    t = program.now(t)
     place = {index: count + column for column, index in enumerate(by_parameter)}
     columns = [
         t[:, place[index]] if index in place else sp.zeros(count, 1)

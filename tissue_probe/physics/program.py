@@ -28,6 +28,10 @@ class _Printer(PythonCodePrinter):
 
 _printer = _Printer()
 
+# More variables than these are kept in an array: the time that Numba takes to compile a loop grows
+# with the number of its variables times the length of the function.
+MANY = 30
+
 
 class Program:
     """Assignments in the order they were made, each to a name of its own.
@@ -91,15 +95,30 @@ class Program:
     def variables(self, name: str, start: sp.Matrix) -> sp.Matrix:
         """Introduce variables, which a loop may assign anew, with their values at the start."""
         start = sp.Matrix(start)
-        symbols = sp.Matrix(
-            *start.shape, [sp.Symbol(f"{name}_{self._next()}", real=True) for _ in start]
-        )
+        count, own = len(start), f"{name}_{self._next()}"
+        many = count > MANY
+        if many:
+            self.line(f"{own} = np.empty({count})")
+        names = [f"{own}[{i}]" if many else f"{own}_{i}" for i in range(count)]
+        symbols = sp.Matrix(*start.shape, [sp.Symbol(each, real=True) for each in names])
         self.assign(symbols, start)
         return symbols
 
+    def now(self, variables: sp.Matrix) -> sp.Matrix:
+        """Return symbols for what variables are now: those that an array keeps are read once."""
+        if len(variables) <= MANY:
+            return variables
+        symbols = [sp.Symbol(f"now_{self._next()}", real=True) for _ in variables]
+        for symbol, variable in zip(symbols, variables, strict=True):
+            self.set(str(symbol), variable)
+        return sp.Matrix(*variables.shape, symbols)
+
     def assign(self, variables: sp.Matrix, values: sp.Matrix) -> None:
         """Give variables new values, all at once."""
-        if len(variables):
+        if len(variables) > MANY:
+            for variable, value in zip(variables, self.let_matrix("new", values), strict=True):
+                self.set(str(variable), value)
+        elif len(variables):
             values = ", ".join(_printer.doprint(value) for value in values)
             self.line(f"{', '.join(map(str, variables))}, = {values},")
 

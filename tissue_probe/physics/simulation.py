@@ -23,6 +23,7 @@ FloatArray = NDArray[np.float64]
 TEMPLATE = '''"""Generated from the symbols of a model; do not edit."""
 import math
 
+import numpy as np
 from numba import njit
 
 
