@@ -13,7 +13,7 @@ from typing import Literal
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.ranking import EXPLAINED, added, ranked, significant, ties
+from tissue_probe.diagnosis.ranking import EXPLAINED, SIMPLER, added, ranked, significant, ties
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -23,7 +23,7 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 SHARE = 0.7
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: How many first effects a second is tried on, how many second ones are followed, how many in all.
+#: First effects on which a second is tried; families of which a second is tried; effects in all.
 BEAM, FOLLOWED, MOST = 3, 5, 3
 
 
@@ -93,7 +93,7 @@ def climb(
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
         paths, best = longer[:BEAM], longer[0]
-    steps = _needed(base, best, instrument)
+    steps = _simplest(_needed(base, best, instrument), ranking, instrument)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
@@ -164,6 +164,19 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
+def _simplest(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
+    """Begin with a simpler effect where the first of several contains it and gains little by it."""
+    first, final = steps[0], steps[-1]
+    names = set(added(first).simpler) - set(final.composition.names)
+    for fit in ranking if len(steps) > 1 else ():
+        if added(fit).name in names:
+            simpler = final.composition.without(added(first).name).plus(added(fit))
+            other = refit(final, simpler, instrument)
+            if other is not None and other.bic - final.bic < SIMPLER:
+                return [fit, *steps[1:-1], other]
+    return list(steps)
+
+
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     """Put a fit in the place of a worse one with the same effect: a longer path led to it."""
     others = [fit for fit in ranking if added(fit).name != added(found).name]
@@ -180,13 +193,27 @@ def _longer(
     """Return every path with one effect more, the best first, each set of effects once."""
     longer: dict[frozenset[str], tuple[Fit, ...]] = {}
     for path in paths:
-        effects = screened(path[-1], base.composition, library.values(), instrument, FOLLOWED)
-        fits = fit_candidates(path[-1], effects, instrument)
-        for fit in ranked(fits):
+        for fit in ranked(_followed(base, path[-1], instrument, library)):
             names = frozenset(fit.composition.names)
             if names not in longer or fit.bic < longer[names][-1].bic:
                 longer[names] = (*path, fit)
     return sorted(longer.values(), key=lambda path: path[-1].bic)
+
+
+def _followed(
+    base: Fit, fit: Fit, instrument: Instrument, library: Mapping[str, Effect]
+) -> list[Fit]:
+    """Fit what promises most of each family, then all of the family that keeps its promise best."""
+    promising = screened(fit, base.composition, library.values(), instrument)
+    first: dict[str, Effect] = {}
+    for effect in promising:
+        first.setdefault(effect.family, effect)
+    fits = fit_candidates(fit, list(first.values())[:FOLLOWED], instrument)
+    if not fits:
+        return []
+    family = added(min(fits, key=lambda each: each.bic)).family
+    others = [each for each in promising if each.family == family and each is not first[family]]
+    return fits + fit_candidates(fit, others, instrument)
 
 
 def _removes(fit: Fit, better: Fit) -> bool:

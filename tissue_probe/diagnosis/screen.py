@@ -22,9 +22,9 @@ from tissue_probe.signals import FloatArray
 
 
 def screened(
-    fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument, most: int
+    fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument
 ) -> list[Effect]:
-    """Return the effects, each in its best form, that promise most beside a fitted model.
+    """Return the effects, each in its best form, by what they promise beside a fitted model.
 
     What an effect changes in the force is taken from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
@@ -40,8 +40,6 @@ def screened(
         What may be added.
     instrument : Instrument
         What is known of the rig.
-    most : int
-        How many effects to return.
     """
     own, residual = _own(fit, instrument)
     basis = np.linalg.qr(own)[0]
@@ -63,7 +61,7 @@ def screened(
     best: dict[str, Effect] = {}
     for index in np.argsort(scores)[::-1]:
         best.setdefault(forms[index].name, forms[index])
-    return list(best.values())[:most]
+    return list(best.values())
 
 
 def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
