@@ -23,7 +23,7 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 SHARE = 0.7
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: First effects on which a second is tried; families of which a second is tried; effects in all.
+#: Families on whose best effect a second is tried; families of which one is; effects in all.
 BEAM, FOLLOWED, MOST = 3, 5, 3
 
 
@@ -86,14 +86,14 @@ def climb(
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if base.ratio < EXPLAINED else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
-    paths = [(fit,) for fit in ranking[:BEAM] if significant(base, fit)]
+    paths = [(fit,) for fit in _of_each_family(ranking)[:BEAM] if significant(base, fit)]
     best = paths[0]
     while best[-1].ratio > EXPLAINED and len(best) < MOST:
         longer = _longer(base, paths, instrument, library)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
         paths, best = longer[:BEAM], longer[0]
-    steps = _simplest(_needed(base, best, instrument), ranking, instrument)
+    steps = _exchanged(_needed(base, best, instrument), ranking, instrument)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
@@ -164,17 +164,37 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
-def _simplest(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
-    """Begin with a simpler effect where the first of several contains it and gains little by it."""
-    first, final = steps[0], steps[-1]
-    names = set(added(first).simpler) - set(final.composition.names)
-    for fit in ranking if len(steps) > 1 else ():
-        if added(fit).name in names:
-            simpler = final.composition.without(added(first).name).plus(added(fit))
-            other = refit(final, simpler, instrument)
-            if other is not None and other.bic - final.bic < SIMPLER:
-                return [fit, *steps[1:-1], other]
+def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
+    """Let the first of several effects give way to one of its family, or a simpler one, if better.
+
+    It was chosen while the others were missing, which another form of it may have followed.
+    """
+    first, final = added(steps[0]), steps[-1]
+    rivals = [fit for fit in ranking if added(fit).name not in final.composition.names]
+    alone = {
+        added(fit).name: fit
+        for fit in rivals
+        if added(fit).family == first.family or added(fit).name in first.simpler
+    }
+    if len(steps) == 1 or not alone:
+        return list(steps)
+    without = refit(final, final.composition.without(first.name), instrument)
+    effects = [added(fit) for fit in alone.values()]
+    for fit in fit_candidates(without, effects, instrument) if without else ():
+        name = added(fit).name
+        margin = SIMPLER if name in first.simpler else 0.0
+        if fit.bic - final.bic < margin:
+            first, final = added(fit), fit
+            steps = [alone[name], *steps[1:-1], final]
     return list(steps)
+
+
+def _of_each_family(ranking: Sequence[Fit]) -> list[Fit]:
+    """Return the best of each family, in order."""
+    best: dict[str, Fit] = {}
+    for fit in ranking:
+        best.setdefault(added(fit).family, fit)
+    return list(best.values())
 
 
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:

@@ -22,14 +22,19 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 
     A weak one differs from none where the tip leaves the tissue often: there they lie closer.
     """
-    shares = (0.005, 0.01, 0.02, 0.035, *(i / 20 for i in range(1, 41)))
-    return [{"pull_off_force": extent.pull * share} for share in shares]
+    shares = (0.01, 0.03, *(i / 10 for i in range(1, 21)))
+    return [{"pull_off_force": _tension(extent) * share} for share in shares]
 
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
-    """Propose pull-off forces about one that was found, a hundredth of the tension apart."""
-    spacing = extent.pull / 100
-    return [{"pull_off_force": found["pull_off_force"] + spacing * i} for i in range(-5, 6)]
+    """Propose pull-off forces about one that was found, up to a tenth of the tension apart."""
+    shares = (i / 100 for i in (-8, -6, -4, -3, -2, -1, 1, 2, 3, 4, 6, 8))
+    return [{"pull_off_force": found["pull_off_force"] + _tension(extent) * i} for i in shares]
+
+
+def _tension(extent: Extent) -> float:
+    """Return the tension that may have been [N], also where inertia hid it from the load cell."""
+    return max(extent.pull, 0.2 * extent.force)
 
 
 def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Effect:
