@@ -165,28 +165,29 @@ def climb_by(
 
 
 def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
-    """Let the first of several effects give way to one of its family, or a simpler one, if better.
+    """Let one of several effects give way to another of its family, or a simpler one, if better.
 
     It was chosen while the others were missing, which another form of it may have followed.
     """
-    first, final = added(steps[0]), steps[-1]
-    rivals = [fit for fit in ranking if added(fit).name not in final.composition.names]
-    alone = {
-        added(fit).name: fit
-        for fit in rivals
-        if added(fit).family == first.family or added(fit).name in first.simpler
-    }
-    if len(steps) == 1 or not alone:
-        return list(steps)
-    without = refit(final, final.composition.without(first.name), instrument)
-    effects = [added(fit) for fit in alone.values()]
-    for fit in fit_candidates(without, effects, instrument) if without else ():
-        name = added(fit).name
-        margin = SIMPLER if name in first.simpler else 0.0
-        if fit.bic - final.bic < margin:
-            first, final = added(fit), fit
-            steps = [alone[name], *steps[1:-1], final]
-    return list(steps)
+    steps = list(steps)
+    alone = {added(fit).name: fit for fit in ranking}
+    for place in (0, -1) if len(steps) > 1 else ():
+        old, final = added(steps[place]), steps[-1]
+        rivals = [
+            effect
+            for effect in map(added, ranking)
+            if effect.name not in final.composition.names
+            and (effect.family == old.family or effect.name in old.simpler)
+        ]
+        without = refit(final, final.composition.without(old.name), instrument) if rivals else None
+        for fit in fit_candidates(without, rivals, instrument) if without else ():
+            margin = SIMPLER if added(fit).name in old.simpler else 0.0
+            if fit.bic - steps[-1].bic < margin:
+                old = added(fit)
+                steps[-1] = fit
+                if place == 0:
+                    steps[0] = alone[old.name]
+    return steps
 
 
 def _of_each_family(ranking: Sequence[Fit]) -> list[Fit]:
