@@ -27,6 +27,7 @@ def diagnose(tmp_path, answers, right):
             "verdict": "missing" if first else "adequate",
             "ranking": [{"effect": first if right else "hertz_contact"}] if first else [],
             "indistinguishable": [],
+            "unseen": [],
             "effects": answer["effects"],
         }
         (tmp_path / "made" / f"{name}.json").write_text(json.dumps(diagnosis))

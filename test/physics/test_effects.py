@@ -95,6 +95,8 @@ def test_sensitivities_are_the_derivatives_of_the_force(name):
     assert np.isfinite(exact).all()
     wrong = {}
     for index, label in enumerate(labels):
+        if label == "encoder_step":  # read off the positions, not searched
+            continue
         change = np.zeros(unknowns.size)
         change[index] = 1e-5 * abs(unknowns[index]) or 1e-8
         up, down = answer(unknowns + change).force, answer(unknowns - change).force

@@ -176,8 +176,12 @@ def _without_spoilt(measurement: Measurement) -> Measurement:
 
 
 def _finely_read(measurement: Measurement) -> Measurement:
-    """Smooth what a fine encoder has rounded; a coarse one is for the effects to explain."""
+    """Smooth what a fine encoder has rounded in a motion that goes on and on.
+
+    A record that begins at rest stays as it was read: there the errors differ from period to
+    period, and smoothing would bend the beginning. A coarse step is for the effects to explain.
+    """
     step = measurement.extent.step
-    if not 0.0 < step <= COARSE:
+    if measurement.at_rest or not 0.0 < step <= COARSE:
         return measurement
     return replace(measurement, position=smoothed(measurement.position, step, fine=True).course)
