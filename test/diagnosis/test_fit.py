@@ -196,3 +196,10 @@ def test_the_encoders_step_is_found_where_no_move_is_as_small(step):
 def test_a_smooth_position_has_no_step():
     position = 8e-4 * np.sin(2 * np.pi * 10.0 * np.arange(400) * PERIOD)
     assert Measurement(position, position, PERIOD).extent.step == 0.0
+
+
+def test_a_steep_error_of_the_encoder_explains_the_rounding_that_it_magnifies():
+    made = challenge(360100, "encoder_interpolation", excitation="msine60")
+    found = fitted([measurement(made.recording)], "encoder_interpolation")
+    assert found.rounding > 0.2 * found.noise
+    assert found.ratio < 1.03

@@ -63,8 +63,8 @@ class Fit:
     converged : bool
         Whether the search settled.
     rounding : float
-        What is left of a coarse encoder's rounding in the simulated force, rms [N]; 0 where the
-        model has none.
+        What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
+        or corrects the position; 0 where it does not.
     """
 
     composition: Composition
@@ -432,21 +432,35 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
 
 
 def _rounding(problem: Problem, point: _Point) -> float:
-    """Simulate an error that smoothing a rounded position may have left; rms of the force [N]."""
-    kernel = problem.kernel
-    if kernel.ROUNDED < 0 or not point.values[kernel.ROUNDED] > 0:
+    """Simulate an error that rounding of the position may have left; rms of the force [N].
+
+    It counts where a model smooths coarse steps, and where it undoes an error of the encoder: that
+    makes the rounding larger wherever two positions read nearly alike.
+    """
+    kernel, values = problem.kernel, point.values.copy()
+    smooths = kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0
+    if not smooths and not kernel.MOVES_POSITION:
         return 0.0
-    unrounded = point.values.copy()
-    unrounded[kernel.ROUNDED] = 0.0
+    step = values[kernel.ROUNDED] if smooths else 0.0
+    if smooths:
+        values[kernel.ROUNDED] = 0.0  # what follows is smoothed already
     changes = []
     for m, start in zip(problem.measurements, point.starts, strict=True):
-        found = smoothed(m.position, point.values[kernel.ROUNDED])
         right, wrong = (
-            respond(kernel, unrounded, start, course(kernel, u, m.sample_period, unrounded)).force
-            for u in (found.course, found.course + found.error)
+            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).force
+            for u in _as_read(m, step)
         )
         changes.append((wrong - right)[m.used])
     return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
+
+
+def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
+    """Return the position that is taken for the true one, and one as likely; smooth for a step."""
+    if step > 0.0:
+        found = smoothed(measurement.position, step)
+        return found.course, found.course + found.error
+    error = np.random.default_rng(0).uniform(-0.5, 0.5, measurement.position.size)
+    return measurement.position, measurement.position + measurement.extent.step * error
 
 
 def _start_penalty(problem: Problem, point: _Point) -> float:
