@@ -15,7 +15,8 @@ from tissue_probe.physics.effects import Effect
 LEAST_GAIN, LEAST_SHARE = 20.0, 0.009
 #: Fits whose BIC is within this of the best are not distinguished from it.
 TIE = 14.0
-#: An effect that contains a simpler one stands back where its BIC gains less than this.
+#: An effect that contains a simpler one stands back where its BIC gains less than this, or the
+#: residual less than the share above.
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
 EXPLAINED = 1.07
@@ -34,12 +35,18 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
     for fit in list(order):
         for name in added(fit).simpler:
             simpler = next((each for each in order if added(each).name == name), None)
-            if simpler is None or simpler.bic - fit.bic > SIMPLER:
+            if simpler is None or _gains_much(simpler, fit):
                 continue
             if order.index(simpler) > order.index(fit):
                 order.remove(simpler)
                 order.insert(order.index(fit), simpler)
     return order
+
+
+def _gains_much(simpler: Fit, fit: Fit) -> bool:
+    """Whether a fit with an effect that contains the other's is worth what it has more."""
+    share = 1.0 - fit.ratio / simpler.ratio
+    return simpler.bic - fit.bic > SIMPLER and share > LEAST_SHARE
 
 
 def ties(order: Sequence[Fit]) -> list[Fit]:
