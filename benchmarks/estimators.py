@@ -195,9 +195,9 @@ def disturbed(who: Contestant, seeds: Sequence[int], **disturbance: float) -> st
     return ", ".join(f"{m:.3f} ({s:.2f})" for m, s in zip(means, deviations, strict=True))
 
 
-def ramp(who: Contestant, seeds: Sequence[int]) -> str:
-    """Rms error while k and beta double within 100 ms [%]."""
-    experiment = simulate_ramp(K, B, start=1.0, length=0.1, duration=1.5)
+def ramp(who: Contestant, seeds: Sequence[int], after: tuple[float, float]) -> str:
+    """Rms error while k and beta go to other values within 100 ms [%]."""
+    experiment = simulate_ramp((K, B), after, start=1.0, length=0.1, duration=1.5)
     results = runs(who, experiment, seeds)
     during = [result.errors[:, 2000:2200] for result in results]
     return ", ".join(
@@ -267,6 +267,14 @@ ROWS: dict[str, tuple[str, Row]] = {
         "<=25/<=45",
         lambda who, seeds: changes(who, seeds, (0.0, 0.0), (250.0, 3.0)),
     ),
+    "k alone doubled: within 5 % after [ms]": (
+        "",
+        lambda who, seeds: changes(who, seeds, (2 * K, B)),
+    ),
+    "beta alone doubled: within 5 % after [ms]": (
+        "",
+        lambda who, seeds: changes(who, seeds, (K, 2 * B)),
+    ),
     "doubled, contact zero 1 mm off: within 5 % after [ms]": (
         "",
         lambda who, seeds: changes(who, seeds, (2 * K, 2 * B), contact_zero=1e-3),
@@ -282,7 +290,9 @@ ROWS: dict[str, tuple[str, Row]] = {
         "<=0.05",
         lambda w, s: disturbed(w, s, contact_zero=1e-3),
     ),
-    "ramp x2 in 100 ms: rms error [%]": ("<=8", ramp),
+    "ramp x2 in 100 ms: rms error [%]": ("<=8", lambda w, s: ramp(w, s, (2 * K, 2 * B))),
+    "ramp x2 in 100 ms of k alone: rms error [%]": ("", lambda w, s: ramp(w, s, (2 * K, B))),
+    "ramp x2 in 100 ms of beta alone: rms error [%]": ("", lambda w, s: ramp(w, s, (K, 2 * B))),
     "wide prior, 30 Hz, 3000 N/m: failures": ("0", wide_prior_failures),
     "encoder of 5 um: within 5 % after [ms]; NIS": ("converges, in band", coarse_encoder),
     "model rejected though right, share of the time": ("0", lambda w, s: rejected(w, s, RIGHT)),

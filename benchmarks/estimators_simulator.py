@@ -7,7 +7,8 @@ on a sample, nothing is approximated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -42,8 +43,7 @@ class Experiment:
 
     def run(self) -> tuple[np.ndarray, np.ndarray]:
         """Return measured position [m] and force [N] (positive in compression) of each sample."""
-        time = np.arange(round(self.duration / self.sample_period)) * self.sample_period
-        position, tip = self._motion(time)
+        position, tip = _motion(replace(self, seed=0))
         force = self.load_cell_stiffness * (position - tip) + self.force_offset
         random = np.random.default_rng(self.seed)
         force += self.force_noise * random.standard_normal(force.size)
@@ -111,6 +111,15 @@ class Experiment:
         return steady @ coil + still
 
 
+@lru_cache(maxsize=64)
+def _motion(experiment: Experiment) -> tuple[np.ndarray, np.ndarray]:
+    """Coil and tip without noise [m], kept for the next seed: that of a ramp takes seconds."""
+    time = np.arange(round(experiment.duration / experiment.sample_period))
+    coil, tip = experiment._motion(time * experiment.sample_period)
+    coil.flags.writeable = tip.flags.writeable = False
+    return coil, tip
+
+
 @dataclass(frozen=True)
 class HardeningTissue(Experiment):
     """Tissue whose force is k x (1 + ``hardening`` (x / mm)^2): no Kelvin-Voigt model fits it."""
@@ -134,19 +143,20 @@ class HardeningTissue(Experiment):
 
 
 def simulate_ramp(
-    stiffness: float, damping: float, start: float, length: float, duration: float
+    before: tuple[float, float],
+    after: tuple[float, float],
+    start: float,
+    length: float,
+    duration: float,
 ) -> Experiment:
-    """Return an experiment whose tissue grows twice as stiff and damped within ``length`` [s].
+    """Return an experiment whose stiffness and damping go from one pair to another.
 
-    In steps of a tenth of a sample, each at the ramp's value in its middle.
+    Within ``length`` [s], in steps of a tenth of a sample, each at the ramp's value in its middle.
     """
     width = 5e-5
     times = start + width * np.arange(round(length / width))
-    share = (times - start + width / 2) / length
-    pieces = [
-        (t, stiffness * (1 + s), damping * (1 + s)) for t, s in zip(times, share, strict=True)
-    ]
-    after = (start + length, 2 * stiffness, 2 * damping)
-    return Experiment(
-        tissue=((0.0, stiffness, damping), *map(tuple, pieces), after), duration=duration
-    )
+    shares = (times - start + width / 2) / length
+    values = np.outer(1 - shares, before) + np.outer(shares, after)
+    pieces = [(t, *value) for t, value in zip(times, values, strict=True)]
+    tissue = ((0.0, *before), *pieces, (start + length, *after))
+    return Experiment(tissue=tissue, duration=duration)

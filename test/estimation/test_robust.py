@@ -72,7 +72,7 @@ def test_a_coarse_encoder_is_noise_that_the_filter_knows_of():
 
 
 def test_a_ramp_of_stiffness_and_damping_is_followed():
-    experiment = simulate_ramp(450.0, 5.0, start=0.5, length=0.1, duration=0.8)
+    experiment = simulate_ramp((450.0, 5.0), (900.0, 10.0), start=0.5, length=0.1, duration=0.8)
     estimates = estimate(experiment)
     for truth, value in zip(
         experiment.truth(), (estimates.stiffness, estimates.damping), strict=True
