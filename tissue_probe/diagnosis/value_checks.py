@@ -19,6 +19,8 @@ from tissue_probe.signals import FloatArray, IntArray
 _CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
 _ALONE, _LARGE = 12.0, 0.03  # times what is usual around it; times the rms of all
 _AROUND = 101  # samples
+#: What a spike's neighbours are off lies between these shares of what it is off.
+_BEND, _STEP = 0.55, 0.8
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
 
 
@@ -66,14 +68,15 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
 def _alone(values: FloatArray, large: float) -> np.ndarray:
     """Tell the samples that stand out of the cubic through two neighbours to either side.
 
-    As far as no noise does, as ``large`` a share of their rms, and further than any of the
-    neighbours, which a spike throws off too.
+    As far as no noise does, as ``large`` a share of their rms, and with both neighbours thrown off
+    by two thirds as much, as by a spike: a step throws one off as far, a bend both by half.
     """
     off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
     off[:2] = off[-2:] = 0.0
     usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
-    highest = off >= maximum_filter1d(off, _CUBIC.size)
-    return highest & (off > _ALONE * usual) & (off > large * np.std(values))
+    near = np.stack([np.roll(off, 1), np.roll(off, -1)])
+    shaped = ((near > _BEND * off) & (near < _STEP * off)).all(axis=0)
+    return shaped & (off > _ALONE * usual) & (off > large * np.std(values))
 
 
 def _spikes(alone: IntArray, count: int) -> Finding:
