@@ -111,12 +111,14 @@ def diagnose(
     """
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
-    findings = [finding for each in measurements for finding in _inspected(each)]
+    inspected = [_inspected(each) for each in measurements]
+    findings = [finding for each in inspected for finding in each]
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
         raise ValueError(fatal.sentence)
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    clean = [_finely_read(_without_spoilt(each)) for each in measurements]
+    sound = map(_without_spoilt, measurements, inspected)
+    clean = [_finely_read(each) for each in sound]
     validation = [_finely_read(each) for each in validation]
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
@@ -162,10 +164,10 @@ def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
     return inspect(measurement.position, measurement.force, measurement.sample_period).findings
 
 
-def _without_spoilt(measurement: Measurement) -> Measurement:
+def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
     """Leave the clipped, the repeated and the disturbed samples out of the fit."""
     used = np.ones(measurement.force.size, dtype=bool)
-    for finding in _inspected(measurement):
+    for finding in findings:
         if finding.name in SPOILT + DISTURBED:
             for first, stop in finding.spans:
                 used[first:stop] = False

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,7 @@ class Measurement:
         outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
         return self.used & ~outside
 
-    @property
+    @cached_property
     def extent(self) -> Extent:
         """How far position, speed and force reach."""
         rate = np.abs(np.diff(self.position)) / self.sample_period
