@@ -17,7 +17,7 @@ FEW = library("cubic_stiffening", "exponential_stiffening", "coulomb_friction")
 #: What Kelvin-Voigt absorbs under a steady sine without preload, and what it does not.
 ABSORBED = (
     *("standard_linear_solid", "added_mass", "force_gain", "load_cell_stiffness_error"),
-    "channel_delay",
+    *("channel_delay", "force_lag"),
 )
 NOT_ABSORBED = ("cubic_stiffening", "mains_hum", "force_drift")
 

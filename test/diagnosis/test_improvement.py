@@ -8,6 +8,7 @@ import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.improvement import _bettered, _exchanged, _needed, climb, climb_by
 from tissue_probe.diagnosis.ranking import EXPLAINED
 from tissue_probe.physics.composition import Composition
@@ -50,6 +51,32 @@ def test_two_effects_are_added_one_after_the_other():
     assert len(errors) == 3
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < EXPLAINED
+
+
+def test_two_forms_of_one_law_are_not_added_to_each_other():
+    """A spring that saturates is neither: together they would make a curve that is."""
+    made = challenge(332005, "saturating_spring")
+    ladder = climbed(made, effects=library("cubic_stiffening", "exponential_stiffening"))
+    assert (ladder.verdict, ladder.effects) == ("unexplained", ("cubic_stiffening",))
+
+
+def test_no_branch_relaxes_where_the_probe_was_at_rest_without_load():
+    """Or a load cell that warms up would be taken for tissue that relaxes."""
+    made = challenge(332008, "exponential_drift", excitation="chirp60", preload=0.0)
+    ladder = climbed(made, effects=library("standard_linear_solid", "generalized_maxwell"))
+    assert ladder.verdict == "unexplained"
+    assert ladder.final.ratio > 10.0
+
+
+@pytest.mark.parametrize("seed", [331046, 331047])
+def test_a_force_that_comes_late_by_much_is_found_under_a_steady_sine(seed):
+    made = challenge(seed, "channel_delay", excitation="sine10ss", preload=2e-3)
+    found = diagnose(
+        Composition(), [measurement(made.recording, at_rest=False)], EXACT, library("channel_delay")
+    )
+    (delay,) = made.answer.parameters["channel_delay"].values()
+    assert found.verdict == "missing"
+    assert found.ladder.final.named()["channel_delay"] == pytest.approx(delay, rel=0.2)
 
 
 def test_what_no_effect_explains_is_unexplained():

@@ -40,7 +40,7 @@ def fit(effect, bic, ratio=1.0):
     made = replace(
         plain,
         composition=plain.composition.plus(EFFECTS[effect]),
-        residuals=tuple(scale * residual for residual in plain.residuals),
+        misfits=tuple(scale**2 * misfit for misfit in plain.misfits),
     )
     return replace(made, cost=made.cost * np.exp((bic - made.bic) / made.samples))
 

@@ -179,3 +179,20 @@ def test_an_error_that_is_periodic_in_the_true_position_is_taken_off(share):
     found = course(kernel, read, PERIOD, values).pieces[3]
     off = np.sqrt(np.mean((found - true[:-1]) ** 2))
     assert off < 0.01 * np.sqrt(np.mean((read - true) ** 2))
+
+
+@pytest.mark.parametrize("effect", ["bouc_wen_hysteresis", "coulomb_friction"])
+def test_friction_is_followed_as_closely_however_fast_the_probe_is(effect):
+    """It is stiff at speed where it yields, at rest where it is dry; the start tells neither."""
+    composition = Composition(effects=(EFFECTS[effect],))
+    strength, shape = {
+        "bouc_wen_hysteresis": ({"hysteretic_force": 0.07}, {"yield_displacement": 5e-5}),
+        "coulomb_friction": ({"coulomb_force": 0.07}, {"transition_velocity": 1e-4}),
+    }[effect]
+    values = values_of(composition, **strength, **shape)
+    times = np.arange(2000) * PERIOD
+    chirp = 1e-3 * np.sin(2 * np.pi * (1.0 + 29.5 * times) * times)  # 60 Hz in the end
+    fine = CubicSpline(times, chirp)(np.arange(16 * 1999 + 1) * PERIOD / 16)
+    force = force_of(composition, values, chirp).force
+    finer = force_of(composition, values, fine, PERIOD / 16).force[::16]
+    assert np.sqrt(np.mean((force - finer) ** 2)) < 5e-4  # a tenth of the load cell's noise

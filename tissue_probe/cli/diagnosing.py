@@ -40,6 +40,8 @@ class TissueName(str, Enum):
 
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
+#: Known of a rig beside its constants: rms of the 1/f noise over a recording [N].
+FLICKER = "flicker_noise"
 
 Rig = Annotated[RigName, typer.Option(help="How the instrument couples to the tissue.")]
 TissueOption = Annotated[TissueName, typer.Option("--tissue", help="The model to begin with.")]
@@ -92,24 +94,29 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
     ValueError
         If a constant is not one of the rig's, or is not a number.
     """
-    from tissue_probe.diagnosis.measurement import PAPER_RIG, RIGID, Instrument
+    from tissue_probe.diagnosis.measurement import FLICKER_NOISE, PAPER_RIG, RIGID, Instrument
 
-    values = dict(PAPER_RIG if rig is RigName.compliant_probe else RIGID)
+    paper = rig is RigName.compliant_probe
+    values = dict(PAPER_RIG if paper else RIGID)
+    flicker_noise = FLICKER_NOISE if paper else 0.0
     for text in constants:
         name, _, number = text.partition("=")
         value, _, deviation = number.partition("+-")
-        if name not in (*values, *TISSUE):
+        if name not in (*values, *TISSUE, FLICKER):
             raise ValueError(
                 f"--constant {text}: {name} is no constant of {rig.value}; "
-                f"give one of {', '.join((*values, *TISSUE))}"
+                f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
             )
         try:
-            values[name] = (float(value), float(deviation or 0.0))
+            if name == FLICKER:
+                flicker_noise = float(value)
+            else:
+                values[name] = (float(value), float(deviation or 0.0))
         except ValueError:
             raise ValueError(
                 f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
             ) from None
-    chosen = Instrument(rig.value, values)
+    chosen = Instrument(rig.value, values, flicker_noise)
     return chosen.exact() if known else chosen
 
 

@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.separation import Suggestion, suggest
 from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects.channel_delay import LONGEST
 from tissue_probe.physics.rigs import admits
 from tissue_probe.physics.rounding import COARSE, smoothed
 
@@ -119,7 +120,7 @@ def diagnose(
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     sound = map(_without_spoilt, measurements, inspected)
     clean = [_finely_read(each) for each in sound]
-    validation = [_finely_read(each) for each in validation]
+    validation = [_finely_read(_without_spoilt(each, ())) for each in validation]
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
@@ -165,8 +166,13 @@ def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
 
 
 def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
-    """Leave the clipped, the repeated and the disturbed samples out of the fit."""
+    """Leave the clipped, the repeated and the disturbed samples out of the fit.
+
+    Of a motion that goes on, what a late channel says first was felt before the first sample.
+    """
     used = np.ones(measurement.force.size, dtype=bool)
+    if not measurement.at_rest:
+        used[: round(LONGEST / measurement.sample_period)] = False
     for finding in findings:
         if finding.name in SPOILT + DISTURBED:
             for first, stop in finding.spans:

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from tissue_probe.diagnosis.flicker import flicker_weights, whitened
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
@@ -50,8 +51,10 @@ class Fit:
         Of the values' errors; rows of what was held are 0.
     residuals : tuple of array
         Measured minus simulated force [N].
+    misfits : tuple of float
+        Sum of squared residuals of each measurement over its noise, flicker noise weighed as such.
     cost : float
-        Sum of squared residuals over the noise, and of squared departures from the priors.
+        Sum of the misfits, and of squared departures from the priors.
     unknowns : int
         How many parameters were free (the rig's tolerances and the starts not counted).
     start_penalty : float
@@ -74,6 +77,7 @@ class Fit:
     covariance: FloatArray
     residuals: tuple[FloatArray, ...]
     heldout: tuple[FloatArray, ...]
+    misfits: tuple[float, ...]
     cost: float
     unknowns: int
     start_penalty: float
@@ -103,8 +107,8 @@ class Fit:
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            np.sum(residual[measurement.used] ** 2) / (measurement.noise**2 + self.rounding**2)
-            for residual, measurement in zip(self.residuals, self.measurements, strict=True)
+            misfit / (1.0 + (self.rounding / measurement.noise) ** 2)
+            for misfit, measurement in zip(self.misfits, self.measurements, strict=True)
         ]
         return float(np.sqrt(sum(squares) / self.samples))
 
@@ -187,6 +191,11 @@ class Problem:
         self.unknowns = int(np.sum(own))
         self.states = len(self.kernel.STATES)
         self.count = len(entries)
+        flicker = instrument.flicker_noise
+        self.weights = [
+            flicker_weights(m.force.size, flicker / m.noise) if flicker else None
+            for m in self.measurements
+        ]
 
     def begin(self, values: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Where the states of each measurement start, and their prior deviations."""
@@ -195,18 +204,23 @@ class Problem:
             extent = measurement.extent
             z = np.zeros(self.states)
             self.kernel.begin(values, measurement.position[0], measurement.force[0], z)
-            loaded = abs(z[0]) if self.states else 0.0
+            loaded = abs(self._indentation(values, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
             spreads = {
                 "free": depth,
-                "force": abs(measurement.force[0]) * still + 2 * extent.force * (not still) + 1e-6,
                 "length": loaded + 1e-8 if still else depth,
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }
             begins.append((z, np.array([spreads[name] for name in self.kernel.SPREADS])))
         return begins
+
+    def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:
+        """Indentation at the start: a state where the load cell yields, else the coil's place."""
+        if "free" in self.kernel.SPREADS:
+            return float(z[self.kernel.SPREADS.index("free")])
+        return float(position - values[self.kernel.VALUES.index("contact_position")])
 
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]
@@ -219,6 +233,12 @@ class Problem:
             result.append((measurement.force - response.force, response.sensitivity))
         return result
 
+    def weighed(self, index: int, columns: FloatArray) -> FloatArray:
+        """Return columns of samples of a measurement, shape (N, m), over the noise in them."""
+        measurement, weights = self.measurements[index], self.weights[index]
+        white = columns * (measurement.used / measurement.noise)[:, None]
+        return white if weights is None else whitened(white, weights)
+
 
 @dataclass
 class _Point:
@@ -227,6 +247,7 @@ class _Point:
     values: FloatArray
     starts: list[FloatArray]
     cost: float
+    misfits: list[float]
     gradient: FloatArray
     normal: FloatArray
     simulated: list[tuple[FloatArray, FloatArray]]
@@ -245,14 +266,17 @@ def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -
     normal, gradient, cost = np.zeros((size, size)), np.zeros(size), 0.0
     scale = _scale(problem, values)
     begins = problem.begin(values)
+    misfits = []
     for index, (residual, sensitivity) in enumerate(simulated):
-        weight = problem.measurements[index].used / problem.measurements[index].noise
-        J = np.concatenate([sensitivity[:, n:] * scale, sensitivity[:, :n]], axis=1)
-        J *= weight[:, None]
-        r = residual * weight
-        cost += float(r @ r)
-        if not np.isfinite(cost):
+        if not np.isfinite(residual).all():
             return None
+        whole = np.concatenate(
+            [sensitivity[:, n:] * scale, sensitivity[:, :n], residual[:, None]], axis=1
+        )
+        whole = problem.weighed(index, whole)
+        J, r = whole[:, :-1], whole[:, -1]
+        misfits.append(float(r @ r))
+        cost += misfits[-1]
         place = np.concatenate([np.arange(q), q + index * n + np.arange(n)])
         normal[np.ix_(place, place)] += J.T @ J
         gradient[place] += J.T @ r
@@ -271,7 +295,7 @@ def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -
     gradient[index] += departure[index] / problem.deviation[index]
     if not np.isfinite(normal).all():
         return None
-    return _Point(values, list(starts), cost, gradient, normal, simulated)
+    return _Point(values, list(starts), cost, misfits, gradient, normal, simulated)
 
 
 def _solve(
@@ -423,6 +447,7 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         covariance=covariance * excess,
         residuals=tuple(residual for residual, _ in point.simulated),
         heldout=tuple(_left_out(problem, point)),
+        misfits=tuple(point.misfits),
         cost=point.cost,
         unknowns=problem.unknowns,
         start_penalty=_start_penalty(problem, point),
@@ -466,7 +491,7 @@ def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatAr
 def _start_penalty(problem: Problem, point: _Point) -> float:
     """Log determinant of the starts' posterior precision in units of their prior's."""
     q, n = problem.count, problem.states
-    own = [i for i, spread in enumerate(problem.kernel.SPREADS) if spread in ("length", "force")]
+    own = [i for i, spread in enumerate(problem.kernel.SPREADS) if spread == "length"]
     penalty = 0.0
     for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):
         place = np.array([q + index * n + i for i in own])
@@ -480,19 +505,20 @@ def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
     """Return each block's residual with the values fitted to the others only.
 
     With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
-    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values.
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values and white noise.
     """
     q, n = problem.count, problem.states
     own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
-    scale = _scale(problem, point.values)
-    whole = point.normal[np.ix_(own, own)]
+    scale = _scale(problem, point.values)[own]
+    sensitivities = [
+        sensitivity[:, n:][:, own] * scale * (m.used / m.noise)[:, None]
+        for m, (_, sensitivity) in zip(problem.measurements, point.simulated, strict=True)
+    ]
+    prior = (scale / problem.deviation[own]) ** 2
+    whole = np.diag(prior) + sum(J.T @ J for J in sensitivities)
     root = np.sqrt(np.diag(whole))
     left = []
-    for measurement, (residual, sensitivity) in zip(
-        problem.measurements, point.simulated, strict=True
-    ):
-        J = (sensitivity[:, n:] * scale)[:, own] / measurement.noise
-        J *= measurement.used[:, None]
+    for J, (residual, _) in zip(sensitivities, point.simulated, strict=True):
         out = residual.copy()
         for block in np.array_split(np.arange(residual.size), BLOCKS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)

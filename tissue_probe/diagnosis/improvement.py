@@ -23,6 +23,8 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 SHARE = 0.7
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
+#: Families whose effects are forms of one law: beside one of them another only bends it.
+FORMS = ("relaxation", "stiffening", "friction", "time-varying")
 #: Families on whose best effect a second is tried; families of which one is; effects in all.
 BEAM, FOLLOWED, MOST = 3, 5, 3
 
@@ -225,7 +227,9 @@ def _followed(
     base: Fit, fit: Fit, instrument: Instrument, library: Mapping[str, Effect]
 ) -> list[Fit]:
     """Fit what promises most of each family, then all of the family that keeps its promise best."""
-    promising = screened(fit, base.composition, library.values(), instrument)
+    taken = {each.family for each in fit.composition.effects if each.family in FORMS}
+    others = [each for each in library.values() if each.family not in taken]
+    promising = screened(fit, base.composition, others, instrument)
     first: dict[str, Effect] = {}
     for effect in promising:
         first.setdefault(effect.family, effect)

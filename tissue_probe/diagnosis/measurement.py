@@ -26,6 +26,8 @@ PAPER_RIG = {
     "load_cell_damping": (0.8, 0.16),
     "contact_position": (0.0, 3e-5),
 }
+#: Rms of the 1/f noise of the paper's load cell over a recording [N].
+FLICKER_NOISE = 1e-3
 #: A rig without spring: the mass between load cell and tissue is not known.
 RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
 
@@ -39,14 +41,17 @@ class Instrument:
     """The rig, and its constants as (value, standard deviation), SI units.
 
     A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
+    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N].
     """
 
     rig: str = "compliant_probe"
     constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
+    flicker_noise: float = FLICKER_NOISE
 
     def exact(self) -> Instrument:
-        """Return the same instrument, its constants taken as known."""
-        return Instrument(self.rig, {name: (v, 0.0) for name, (v, _) in self.constants.items()})
+        """Return the same instrument, its constants taken as known, its noise as white."""
+        known = {name: (value, 0.0) for name, (value, _) in self.constants.items()}
+        return Instrument(self.rig, known, flicker_noise=0.0)
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.physics.effects import Effect
 
 #: A better fit is real where the BIC falls by more than this and the residual by this share.
-LEAST_GAIN, LEAST_SHARE = 20.0, 0.009
+LEAST_GAIN, LEAST_SHARE = 20.0, 0.003
 #: Fits whose BIC is within this of the best are not distinguished from it.
 TIE = 14.0
 #: An effect that contains a simpler one stands back where its BIC gains less than this, or the
 #: residual less than the share above.
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
-EXPLAINED = 1.07
+EXPLAINED = 1.04
 
 
 def significant(simple: Fit, better: Fit) -> bool:

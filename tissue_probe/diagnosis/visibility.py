@@ -17,12 +17,15 @@ from tissue_probe.physics.effects import Effect
 
 #: Squared signal over noise from which an effect is found.
 SEEN = 50.0
+#: An effect that changes the force by this many times the noise is not expected to hide.
+PLAIN = 2.0
 
 
 def visibility(base: Fit, effect: Effect, instrument: Instrument) -> float:
-    """Squared change of the force over the noise that an effect of typical strength leaves.
+    """Squared change of the force over the noise that an effect leaves, summed over the samples.
 
-    The part of the change that the model's own parameters, the rig's tolerances and the unknown
+    It has typical strength, or the one that changes the force by ``PLAIN`` times the noise (rms) if
+    that is less: an excitation should show it well before it spoils the other values. The part of the change that the model's own parameters, the rig's tolerances and the unknown
     start would absorb is taken off (a Schur complement of the normal matrix). Infinite for effects
     whose strength is not small of first order, such as lost contact: they show or they are absent.
 
@@ -59,11 +62,13 @@ def visibility(base: Fit, effect: Effect, instrument: Instrument) -> float:
     across = normal[np.ix_(free, own)] / root[:, None]
     left = normal[np.ix_(own, own)] - across.T @ np.linalg.pinv(inner, 1e-11, True) @ across
     size = np.array([p.default for p in effect.parameters[: effect.strengths]])
-    return float(max(size @ left @ size, 0.0))
+    change = size @ normal[np.ix_(own, own)] @ size
+    share = min(1.0, PLAIN**2 * base.samples / change) if change > 0 else 0.0
+    return float(max(size @ left @ size, 0.0) * share)
 
 
 def unseen(base: Fit, library: Mapping[str, Effect], instrument: Instrument) -> tuple[str, ...]:
-    """Name the effects of typical strength that the measurements could not have shown."""
+    """Name the effects that the measurements could not have shown (see ``visibility``)."""
     return tuple(
         name
         for name, effect in library.items()

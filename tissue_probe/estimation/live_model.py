@@ -158,7 +158,6 @@ def _of_state(state: State, settings: EstimatorSettings) -> Prior:
     length = settings.tip_position_prior_sd
     deviation = {
         "speed": settings.tip_velocity_prior_sd,
-        "force": settings.stiffness_prior_sd * length,
         # A state that starts at the measured force.
         "none": settings.load_cell_stiffness * length,
     }.get(state.spread, length)

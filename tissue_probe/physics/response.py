@@ -33,7 +33,12 @@ BEGIN = types.void(_V, _F8, _F8, _V)  # of values, measured position and force: 
 TRUE_POSITION = types.void(_V, _V, _V, _V, _M)  # times, measured, values: fills true and changes
 # A step is divided so that the fastest eigenvalue times a part's length stays below LONGEST.
 LONGEST = 0.8
-FEWEST, MOST = 1, 32
+FEWEST, MOST = 1, 64
+# Friction is stiff at rest, yielding at speed: a step is divided by what was found in its range of
+# the tip's speed. There are PACES ranges, up to SLOWEST [m/s], twice that and so on.
+PACES, SLOWEST = 18, 1e-5
+# A range is looked at when it is met the first time, and as many times later, and again.
+AGAIN = 16
 # Switches within one part beyond this many are left to the next one (chatter).
 EVENTS = 6
 # Steps of regula falsi at the most; a condition of two parts may have a kink at the switch.
@@ -117,9 +122,9 @@ def respond(kernel: ModuleType, values: FloatArray, start: FloatArray, coil: Cou
     if kernel.LINEAR:
         _run_linear(kernel.rate, kernel.output, values, z, *of_coil, force, sensitivity)
     else:
-        _run(
-            kernel.rate, kernel.output, kernel.switch, values, z, mode, *of_coil, force, sensitivity
-        )
+        tip = kernel.SPREADS.index("speed") if "speed" in kernel.SPREADS else -1
+        functions = (kernel.rate, kernel.output, kernel.switch)
+        _run(*functions, values, z, mode, tip, *of_coil, force, sensitivity)
     if kernel.DELAYS:
         return _late(force, sensitivity, start.size + kernel.DELAY, values[kernel.DELAY], coil)
     return Response(force, sensitivity)
@@ -194,7 +199,7 @@ def _advance(
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _parts(rate, p, z, u, mode, dU, period):
-    """Return into how many parts a step is divided, of the eigenvalues at the start."""
+    """Return into how many parts a step is divided, of the eigenvalues at a state."""
     n, q = z.size, dU.shape[1]
     if n == 0:
         return 1
@@ -213,11 +218,13 @@ def _parts(rate, p, z, u, mode, dU, period):
 @njit(
     types.void(
         types.FunctionType(RATE), types.FunctionType(OUTPUT), types.FunctionType(SWITCH), _V, _V,
-        _V, _M, _C, _I, _F8, _V, _M,
+        _V, types.int64, _M, _C, _I, _F8, _V, _M,
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _run(rate, output, switch, p, z, mode, pieces, changes, columns, period, force, sensitivity):
+def _run(
+    rate, output, switch, p, z, mode, tip, pieces, changes, columns, period, force, sensitivity
+):
     n, q, s = z.size, sensitivity.shape[1], mode.size
     T, dU, u = np.zeros((n, q)), np.zeros((3, q)), np.zeros(3)
     for i in range(n):
@@ -234,7 +241,8 @@ def _run(rate, output, switch, p, z, mode, pieces, changes, columns, period, for
         for k in range(s):
             if g[k] < 0.0:
                 mode[k] = 1.0 - mode[k]
-    parts = _parts(rate, p, z, u, mode, dU, period)
+    met, found = np.zeros(PACES, dtype=np.int64), np.ones(PACES, dtype=np.int64)
+    before = np.nan
     for sample in range(force.size):
         last = sample == force.size - 1
         piece = sample - 1 if last else sample
@@ -243,6 +251,21 @@ def _run(rate, output, switch, p, z, mode, pieces, changes, columns, period, for
         force[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
         if last:
             break
+        speed = z[tip] if tip >= 0 else u[1]
+        ahead = 2.0 * speed - before if before == before else 0.0
+        before = speed
+        parts = 1
+        for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
+            pace = min(int(np.log2(max(abs(at) / SLOWEST, 1.0))), PACES - 1)
+            met[pace] += 1
+            if met[pace] == 1 or met[pace] % AGAIN == 0 and met[pace] <= AGAIN**2:
+                z1[:] = z
+                if tip >= 0:
+                    z1[tip] = at
+                else:
+                    u[1] = at
+                found[pace] = max(found[pace], _parts(rate, p, z1, u, mode, dU, period))
+            parts = max(parts, found[pace])
         for part in range(parts):
             since, end, events = part * period / parts, (part + 1) * period / parts, 0
             while True:

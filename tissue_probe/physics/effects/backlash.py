@@ -1,5 +1,7 @@
 """Lost motion between the coil and the load cell."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import (
@@ -24,6 +26,11 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     return [{"backlash_width": extent.indentation * f} for f in (0.003, 0.01, 0.03, 0.1, 0.3)]
 
 
+def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose widths around the one found: a flank that is taken up in another cycle is a jump."""
+    return [{"backlash_width": values["backlash_width"] * f} for f in (0.5, 0.7, 1.4, 2.0)]
+
+
 _COUPLING = Effect(
     name="backlash",
     family="lost motion",
@@ -36,6 +43,7 @@ _COUPLING = Effect(
         Switch(PULLS, -STRETCH - WIDTH / 2, STRETCH + WIDTH / 2, first=False),
     ),
     starts=starts,
+    near=near,
 )
 BACKLASH = Effect(
     name="backlash",
@@ -61,6 +69,7 @@ BACKLASH = Effect(
         ),
     ),
     starts=starts,
+    near=near,
     forms=(_COUPLING,),
     assumptions="Friction holds the load cell's end while the play is taken up",
     reference="Nordin and Gutman, Automatica 38 (2002), 1633, sections 2 and 3",

@@ -2,16 +2,25 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
 
 DELAY = sp.Symbol("channel_delay", real=True)
+#: What is later is no channel of one instrument [s].
+LONGEST = 0.02
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose delays of either sign: a long one is beyond what a tangent tells of a short one."""
+    return [{"channel_delay": delay} for delay in (0.0, 2e-3, 5e-3, 1e-2, -2e-3)]
+
 
 CHANNEL_DELAY = Effect(
     name="channel_delay",
     family="timing",
     physics="The force comes later than the position by a constant time",
-    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-5e-3, upper=5e-3),),
+    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-5e-3, upper=LONGEST),),
     delay=DELAY,
+    starts=starts,
     assumptions="Constant; what the delay moves is time-invariant",
     reference="Oppenheim and Willsky, Signals and Systems (1997), section 4.3.2",
 )

@@ -19,7 +19,7 @@ COULOMB_FRICTION = Effect(
     physics="A force against the motion whatever the speed, Fc tanh(x' / vt)",
     parameters=(
         Parameter(FRICTION, "N", default=0.03, lower=0.0, upper=1e3),
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=2e-5, upper=2e-2),
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=1e-5, upper=2e-2),
     ),
     drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION),
     starts=starts,

@@ -10,7 +10,7 @@ CUBIC_STIFFENING = Effect(
     name="cubic_stiffening",
     family="stiffening",
     physics="A force that grows with the cube of the indentation, k3 x^3",
-    parameters=(Parameter(CUBIC, "N/m^3", default=1e8, lower=-1e12, upper=1e12),),
+    parameters=(Parameter(CUBIC, "N/m^3", default=1e8, lower=0.0, upper=1e12),),
     force=CUBIC * INDENTATION**3,
     assumptions="The same in compression and tension",
     reference="Duffing's oscillator; Fung (1993), section 7.5, expanded to third order",

@@ -43,9 +43,10 @@ class State:
     """A state that an effect brings along.
 
     ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
-    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length",
-    "force" or "speed" (of the order of what is measured where the probe is not at rest without
-    load), "none", or "free" (of the order of the indentation in any case).
+    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
+    (of the order of the indentation at the start, or of any where the probe is not at rest),
+    "speed" (of the order of the tip's where it is not at rest), "none", or "free" (of the order of
+    any indentation in any case).
     """
 
     symbol: sp.Symbol

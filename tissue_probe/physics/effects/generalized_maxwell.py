@@ -6,7 +6,7 @@ from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Pa
 
 K1, K2 = sp.symbols("relaxing_stiffness_1 relaxing_stiffness_2", real=True)
 R1, R2 = sp.symbols("relaxation_rate_1 relaxation_rate_2", positive=True)
-F1, F2 = sp.symbols("branch_force_1 branch_force_2", real=True)
+E1, E2 = sp.symbols("branch_compression_1 branch_compression_2", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -29,11 +29,9 @@ GENERALIZED_MAXWELL = Effect(
         Parameter(R1, "1/s", default=5.0, lower=1e-4, upper=2e3),
         Parameter(R2, "1/s", default=100.0, lower=1e-4, upper=2e3),
     ),
-    force=F1 + F2,
-    states=(
-        State(F1, K1 * TIP_VELOCITY - R1 * F1, spread="force"),
-        State(F2, K2 * TIP_VELOCITY - R2 * F2, spread="force"),
-    ),
+    # Each spring's compression e follows e' = x' - r e.
+    force=K1 * E1 + K2 * E2,
+    states=(State(E1, TIP_VELOCITY - R1 * E1), State(E2, TIP_VELOCITY - R2 * E2)),
     strengths=2,
     starts=starts,
     simpler=("standard_linear_solid",),

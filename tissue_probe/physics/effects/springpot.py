@@ -13,7 +13,8 @@ RATES = [10 ** (-1.5 + i / PER_DECADE) for i in range(8)]
 BRANCHES = sp.symbols(f"springpot_branch_1:{len(RATES) + 1}", real=True)
 
 # The relaxation function c (t / s)^-a / Gamma(1 - a) is an integral of exponentials over all rates
-# r with the density r^(a - 1) sin(pi a) / pi; each branch stands for a stretch of log r.
+# r with the density r^(a - 1) sin(pi a) / pi; each branch stands for a stretch of log r, and its
+# state is the compression e of its spring.
 _WIDTH = math.log(10.0) / PER_DECADE
 _WEIGHTS = [sp.Float(rate) ** EXPONENT * sp.sin(sp.pi * EXPONENT) / sp.pi for rate in RATES]
 
@@ -31,10 +32,9 @@ SPRINGPOT = Effect(
         Parameter(STRENGTH, "N/m s^a", default=50.0, lower=0.0, upper=1e5),
         Parameter(EXPONENT, "1", default=0.3, lower=0.02, upper=0.98),
     ),
-    force=sum(BRANCHES),
+    force=STRENGTH * _WIDTH * sum(w * e for w, e in zip(_WEIGHTS, BRANCHES, strict=True)),
     states=tuple(
-        State(f, STRENGTH * _WIDTH * weight * TIP_VELOCITY - rate * f, spread="force")
-        for rate, weight, f in zip(RATES, _WEIGHTS, BRANCHES, strict=True)
+        State(e, TIP_VELOCITY - rate * e) for rate, e in zip(RATES, BRANCHES, strict=True)
     ),
     starts=starts,
     assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "

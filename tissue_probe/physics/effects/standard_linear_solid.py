@@ -6,7 +6,7 @@ from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Pa
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
 RATE = sp.Symbol("relaxation_rate", positive=True)
-BRANCH = sp.Symbol("branch_force", real=True)
+COMPRESSION = sp.Symbol("branch_compression", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -23,9 +23,9 @@ STANDARD_LINEAR_SOLID = Effect(
         Parameter(RELAXING_STIFFNESS, "N/m", default=300.0, lower=0.0, upper=1e5),
         Parameter(RATE, "1/s", default=50.0, lower=1e-4, upper=2e3),
     ),
-    # The branch's force f follows f' = k1 x' - r f.
-    force=BRANCH,
-    states=(State(BRANCH, RELAXING_STIFFNESS * TIP_VELOCITY - RATE * BRANCH, spread="force"),),
+    # The spring's compression e follows e' = x' - r e; at rest for long, the damper has taken all.
+    force=RELAXING_STIFFNESS * COMPRESSION,
+    states=(State(COMPRESSION, TIP_VELOCITY - RATE * COMPRESSION),),
     starts=starts,
     assumptions="Small strains; one relaxation time",
     reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",

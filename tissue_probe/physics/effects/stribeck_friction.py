@@ -28,7 +28,7 @@ STRIBECK_FRICTION = Effect(
         Parameter(COULOMB, "N", default=0.03, lower=0.0, upper=1e3),
         Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
         Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0),
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=2e-5, upper=2e-2),
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=1e-5, upper=2e-2),
     ),
     drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
     strengths=2,
