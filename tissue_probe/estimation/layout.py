@@ -111,8 +111,13 @@ class Layout:
         return self.history + 8 + list(self.extra).index(name)
 
     @property
+    def constant_count(self) -> int:
+        """Length of ``constants``."""
+        return self.per_state(PER_STATE[-1]) + len(self.states) + len(self.known)
+
+    @property
     def size(self) -> int:
-        """Length of ``memory``."""
+        """Length of ``memory``, without what equations need for intermediate results."""
         return self.history + 8 + len(self.extra)
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
