@@ -21,13 +21,13 @@ def reopen_on(arrays):
 
 @cfunc("int64(CPointer(CPointer(float64)), int64, int64, int64)", error_model="numpy")
 def run_on(arrays, length, begin, end):
-    """Filter samples ``begin`` to ``end``; return how many were missing."""
+    """Filter samples ``begin`` to ``end``, as far as there are any; return how many missed."""
     return run(
         carray(arrays[0], CONSTANTS),
         carray(arrays[1], MEMORY),
         carray(arrays[2], length),
         carray(arrays[3], length),
         carray(arrays[4], (11, length)),
-        begin,
-        end,
+        max(begin, 0),
+        min(end, length),
     )

@@ -66,11 +66,11 @@ class Run:
         estimates : array of float64, shape (11, n)
             Receives the rows of ``TissueEstimates`` from ``stiffness`` on.
         """
-        self._length = position.size
-        if force.shape != (self._length,) or estimates.shape != (11, self._length):
+        arrays, length = (position, force, estimates), position.size
+        if force.shape != (length,) or estimates.shape != (11, length):
             raise ValueError(f"{position.shape}, {force.shape} and {estimates.shape} do not match")
-        self._samples = position, force, estimates  # which must live as long as their addresses
-        self._addresses[2:] = _address(position), _address(force), _address(estimates)
+        self._addresses[2:] = [_address(array) for array in arrays]
+        self._samples, self._length = arrays, length  # arrays must live as long as their addresses
 
     def filter(self, begin: int, end: int) -> int:
         """Filter the samples from ``begin`` to ``end``; return how many of them were missing."""
@@ -78,5 +78,13 @@ class Run:
 
 
 def _address(array: FloatArray) -> int:
-    """Return where an array begins; a TypeError tells that it is not contiguous."""
+    """Return where an array begins.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it does not hold float64, is not contiguous, or must not be written.
+    """
+    if array.dtype != np.float64:
+        raise ValueError(f"numbers are {array.dtype}, not float64")
     return ctypes.addressof(ctypes.c_double.from_buffer(array))
