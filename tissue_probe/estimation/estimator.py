@@ -83,8 +83,7 @@ class Estimator:
         stamps = block.stamp + _offsets(count, block.sample_period)
         estimates = np.empty((11, count))
         begin = 0
-        # Copies, since machine code wants arrays that are contiguous and may be written.
-        self._run.take(block.position.copy(), block.force.copy(), estimates)
+        self._run.take(block.position, block.force, estimates)
         while self._restart_stamps:
             index = int(np.searchsorted(stamps, self._restart_stamps[0]))
             if index >= count:

@@ -41,7 +41,8 @@ class Run:
         self._run = RUN(entries["run_on"])
         self._constants = kernel.constants(settings, sample_period)
         self._memory = np.zeros(kernel.size)
-        self._samples: tuple[FloatArray, ...] = ()
+        self._samples = np.empty((2, 0))
+        self._estimates = np.empty((11, 0))
         self._length = 0
         self._addresses = (ctypes.c_void_p * 5)()
         self._addresses[:2] = _address(self._constants), _address(self._memory)
@@ -57,20 +58,26 @@ class Run:
         self._reopen(self._arrays)
 
     def take(self, position: FloatArray, force: FloatArray, estimates: FloatArray) -> None:
-        """Tell where samples are, and where their estimates go.
+        """Take in samples, and where their estimates go.
 
         Parameters
         ----------
-        position, force : array of float64, shape (n,)
-            Contiguous, n at least 1, and writeable, though they are only read.
+        position, force : array, shape (n,)
+            At least one sample.
         estimates : array of float64, shape (11, n)
-            Receives the rows of ``TissueEstimates`` from ``stiffness`` on.
+            Contiguous; receives the rows of ``TissueEstimates`` from ``stiffness`` on.
         """
-        arrays, length = (position, force, estimates), position.size
-        if force.shape != (length,) or estimates.shape != (11, length):
+        length = len(position)
+        if len(force) != length or estimates.shape != (11, length):
             raise ValueError(f"{position.shape}, {force.shape} and {estimates.shape} do not match")
-        self._addresses[2:] = [_address(array) for array in arrays]
-        self._samples, self._length = arrays, length  # arrays must live as long as their addresses
+        address = _address(estimates)
+        if length > self._samples.shape[1]:
+            self._samples = np.empty((2, length))
+            self._addresses[2:4] = [_address(row) for row in self._samples]
+        self._samples[0, :length] = position
+        self._samples[1, :length] = force
+        self._estimates, self._length = estimates, length  # kept, since the address is
+        self._addresses[4] = address
 
     def filter(self, begin: int, end: int) -> int:
         """Filter the samples from ``begin`` to ``end``; return how many of them were missing."""
@@ -85,6 +92,6 @@ def _address(array: FloatArray) -> int:
     ValueError, TypeError
         If it does not hold float64, is not contiguous, or must not be written.
     """
-    if array.dtype != np.float64:
+    if array.dtype.char != "d":
         raise ValueError(f"numbers are {array.dtype}, not float64")
     return ctypes.addressof(ctypes.c_double.from_buffer(array))

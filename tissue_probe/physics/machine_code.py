@@ -16,6 +16,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -58,9 +59,9 @@ def load(name: str, write: Callable[[], str], facts: tuple[str, ...]) -> Machine
     facts : tuple of str
         Names of constants of the module that are kept with the code, of types that JSON knows.
     """
-    machine = _machine()
     path = compiled.place(f"{name}_{_host()}", ".o")
     if path not in _loaded:
+        machine = _machine()
         if not path.exists():
             module = compiled.module(name, write)
             told = {fact: getattr(module, fact) for fact in facts}
@@ -82,6 +83,7 @@ def _features() -> str:
     return llvm.get_host_cpu_features().flatten()
 
 
+@cache
 def _host() -> str:
     """Eight hexadecimal digits that stand for the processor and the compiler."""
     told = f"{llvm.get_host_cpu_name()} {_features()} {llvmlite.__version__}"
