@@ -20,6 +20,7 @@ import numpy as np
 from benchmarks.estimators_simulator import Experiment
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.estimation.layout import force_variance
+from tissue_probe.estimation.run import Run
 from tissue_probe.signals import SampleBlock
 
 HERE = Path(__file__).parent
@@ -55,31 +56,35 @@ def cpu_time(work: Callable[[], object], repetitions: int = 25) -> float:
     return min(times) / 1e3
 
 
+def prepared(
+    name: str, position: np.ndarray, force: np.ndarray, settings: EstimatorSettings = SETTINGS
+) -> Run:
+    """Return an estimator's kernel with these samples before it."""
+    run = Run(ESTIMATORS[name].kernel(settings), settings, PERIOD)
+    run.take(position, force, np.empty((11, position.size)))
+    return run
+
+
 def kernel_time(
     name: str, position: np.ndarray, force: np.ndarray, settings: EstimatorSettings = SETTINGS
 ) -> float:
     """Return the time of a sample in a whole recording [us]."""
-    kernel = ESTIMATORS[name].kernel(settings)
-    constants, memory = kernel.constants(settings, PERIOD), np.zeros(kernel.size)
-    estimates = np.empty((11, position.size))
+    run = prepared(name, position, force, settings)
 
     def work() -> None:
-        kernel.start(constants, memory)
-        kernel.run(constants, memory, position, force, estimates, 0, position.size)
+        run.start()
+        run.filter(0, position.size)
 
     return cpu_time(work) / position.size
 
 
 def call_time(name: str, position: np.ndarray, force: np.ndarray) -> float:
     """Return the time of one call from Python for one sample [us]."""
-    kernel = ESTIMATORS[name].kernel(SETTINGS)
-    constants, memory = kernel.constants(SETTINGS, PERIOD), np.zeros(kernel.size)
-    kernel.start(constants, memory)
-    estimates, run, count = np.empty((11, position.size)), kernel.run, 2000
+    run, count = prepared(name, position, force).filter, 2000
 
     def work() -> None:
         for sample in range(count):
-            run(constants, memory, position, force, estimates, sample, sample + 1)
+            run(sample, sample + 1)
 
     return cpu_time(work, 10) / count
 

@@ -9,7 +9,7 @@ from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.response import course, respond
 from tissue_probe.settings import SettingsError
-from tissue_probe.signals import SampleBlock, TissueEstimates
+from tissue_probe.signals import SampleBlock, Status, TissueEstimates
 
 # A kernel is compiled for each model.
 pytestmark = pytest.mark.timeout(600)
@@ -29,7 +29,7 @@ def written(path, composition, **changes):
     return str(path)
 
 
-def measured(composition, samples=5000, mean=5e-4, **changes):
+def measured(composition, samples=5000, mean=5e-4, seed=1, **changes):
     """Samples of a simulated probe, pressed and driven by two sines, begun at rest."""
     times = np.arange(samples) * PERIOD
     s = np.clip(times / 0.2, 0.0, 1.0)
@@ -40,7 +40,7 @@ def measured(composition, samples=5000, mean=5e-4, **changes):
     values = np.array([known[name] for name in kernel.VALUES])
     start = np.zeros(len(kernel.STATES))
     force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
-    force += NOISE * np.random.default_rng(1).standard_normal(samples)
+    force += NOISE * np.random.default_rng(seed).standard_normal(samples)
     return SampleBlock(START, 0, PERIOD, position, force, np.zeros(samples))
 
 
@@ -78,6 +78,28 @@ def test_innovations_fall_to_the_noise_on_the_same_data(name, effect, tmp_path):
     assert np.mean(last_half(improved).normalized_innovation_squared) == pytest.approx(1.0, abs=0.1)
     assert improved.stiffness[-1] == pytest.approx(450.0, rel=0.01)
     assert improved.damping[-1] == pytest.approx(5.0, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["generalized_maxwell", "springpot"])
+def test_on_tissue_that_relaxes_the_filter_converges_as_surely_as_it_claims(effect, tmp_path):
+    """As the node runs it, in blocks of ten; the recordings differ in their noise."""
+    composition = Composition(effects=(EFFECTS[effect],))
+    path = written(tmp_path / "model.yaml", composition)
+    deviations, nis = [], []
+    for seed in range(1000, 1010):
+        block = measured(composition, samples=6000, seed=seed)
+        estimator = Estimator("robust_ekf", EstimatorSettings(model=path))
+        parts = [estimator.process(block[i : i + 10]) for i in range(0, len(block), 10)]
+        latest = last_half(TissueEstimates.concatenate(parts))
+        assert np.all(latest.status == Status.CONVERGED)
+        assert latest.stiffness[-1] == pytest.approx(450.0, rel=1e-3)
+        assert latest.damping[-1] == pytest.approx(5.0, rel=2e-3)
+        deviations.append((latest.stiffness - 450.0) / np.sqrt(latest.stiffness_variance))
+        nis.append(latest.normalized_innovation_squared)
+    assert np.mean(np.abs(deviations) < 2.0) >= 0.85
+    assert 0.93 <= np.mean(np.array(nis) < 3.841) <= 0.97  # chi squared, one degree of freedom
+    assert np.mean(nis) == pytest.approx(1.0, abs=0.07)
 
 
 @pytest.mark.slow

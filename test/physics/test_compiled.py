@@ -1,7 +1,5 @@
 """Kernels are generated once and found again by later processes."""
 
-import os
-import subprocess
 import sys
 
 from tissue_probe.physics import compiled
@@ -31,20 +29,6 @@ def test_code_that_fails_is_not_taken_for_imported(tmp_path, monkeypatch):
         except ZeroDivisionError:
             continue
         raise AssertionError("the module was taken for imported")
-
-
-def test_a_warm_start_needs_no_symbols():
-    """SymPy would cost a process that only filters half a second."""
-    text = (
-        "import sys; from tissue_probe.estimation import Estimator, EstimatorSettings;"
-        "Estimator('robust_ekf', EstimatorSettings()); print('sympy' in sys.modules)"
-    )
-    for _ in range(2):  # the first may have to generate
-        run = subprocess.run(
-            [sys.executable, "-c", text],
-            capture_output=True, text=True, check=True, env=os.environ | {"PYTHONPATH": "."},
-        )  # fmt: skip
-    assert run.stdout.split()[-1] == "False"
 
 
 def test_a_folder_that_cannot_be_made_is_replaced_by_a_temporary_one(tmp_path, monkeypatch):

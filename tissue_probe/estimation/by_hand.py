@@ -6,7 +6,7 @@ keep the first eight rows of the latest estimate in ``memory`` from ``LAST`` on.
 """
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def record(constants, memory, estimates, sample, innovation, normalized):
     """Write down what is known after a sample."""
     for row in range(8):

@@ -33,14 +33,20 @@ class Filter:
         ``weigh`` returned them.
 
     With ``given`` the mean is not read from the filter's memory: it is the function's arguments.
+    From ``workspace`` on the memory is free for intermediate results.
     """
 
     def __init__(
-        self, model: Model, discretisation: str, layout: Layout, given: bool = False
+        self,
+        model: Model,
+        discretisation: str,
+        layout: Layout,
+        given: bool = False,
+        workspace: int | None = None,
     ) -> None:
         self.model = model
         self.layout = layout
-        self.program = Program()
+        self.program = Program(None if workspace is None else ("memory", workspace))
         self._discretise = DISCRETISATIONS[discretisation]
         self._step = 0
         names = layout.states

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from tissue_probe.estimation.run import Run
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.estimation.table import ESTIMATORS
 from tissue_probe.signals import SampleBlock, TissueEstimates, sample_offsets
@@ -63,8 +64,7 @@ class Estimator:
         self.settings = settings
         self.gaps = self.lost = self.missing = self.repeats = self.restarts = 0
         self._kernel = ESTIMATORS[name].kernel(settings)
-        self._memory = np.zeros(self._kernel.size)
-        self._constants: np.ndarray | None = None
+        self._run: Run | None = None
         self._sample_period = 0.0
         self._expected = 0
         self._end = 0
@@ -83,24 +83,23 @@ class Estimator:
         stamps = block.stamp + _offsets(count, block.sample_period)
         estimates = np.empty((11, count))
         begin = 0
-        # Copies, since a kernel is compiled for arrays that are contiguous and may be written.
-        arrays = block.position.copy(), block.force.copy(), estimates
+        self._run.take(block.position, block.force, estimates)
         while self._restart_stamps:
             index = int(np.searchsorted(stamps, self._restart_stamps[0]))
             if index >= count:
                 break
-            self._run(*arrays, begin, index)
+            self.missing += self._run.filter(begin, index)
             self._restart_stamps.pop(0)
             self.restart()
             begin = index
-        self._run(*arrays, begin, count)
+        self.missing += self._run.filter(begin, count)
         return self._estimates(stamps, block.sequence, estimates)
 
     def restart(self) -> None:
         """Forget everything learnt."""
         self.restarts += 1
-        if self._constants is not None:
-            self._kernel.start(self._constants, self._memory)
+        if self._run is not None:
+            self._run.start()
 
     def restart_at(self, stamp: int) -> None:
         """Forget everything learnt at the first sample of this time or later.
@@ -120,7 +119,7 @@ class Estimator:
         elif block.sequence > self._expected:
             self.gaps += 1
             self.lost += block.sequence - self._expected
-            self._kernel.reopen(self._constants, self._memory)
+            self._run.reopen()
         elif block.sequence < self._expected:
             if self._begins_anew(block):
                 self.restart()
@@ -141,14 +140,10 @@ class Estimator:
 
     def _begin(self, block: SampleBlock) -> None:
         """Set the filter up for the block's sample period."""
-        if self._constants is not None:
+        if self._run is not None:
             self.restarts += 1
         self._sample_period = block.sample_period
-        self._constants = self._kernel.constants(self.settings, block.sample_period)
-        self._kernel.start(self._constants, self._memory)
-
-    def _run(self, *arguments: np.ndarray | int) -> None:
-        self.missing += self._kernel.run(self._constants, self._memory, *arguments)
+        self._run = Run(self._kernel, self.settings, block.sample_period)
 
     def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:
         sequence = np.arange(first, first + stamps.size)

@@ -17,10 +17,11 @@ from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import DERIVED, PER_STATE, SETTINGS, Layout
 from tissue_probe.physics.model import Model
 
-OPTIONS = 'cache=True, nogil=True, error_model="numpy"'
+OPTIONS = 'error_model="numpy"'
 LOOP = Path(__file__).with_name("loop.py")
 VERDICT = Path(__file__).with_name("verdict.py")
 BY_HAND = Path(__file__).with_name("by_hand.py")
+ENTRIES = Path(__file__).with_name("entries.py")
 
 # What exceeds this is no measurement [m, N]: it counts as missing, as a NaN does.
 LARGEST = 1e4
@@ -29,12 +30,7 @@ HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
 
 import numpy as np
-from numba import njit
-
-SIGNATURE = "void(float64[::1], float64[::1])"
-RUN_SIGNATURE = (
-    "int64(float64[::1], float64[::1], float64[::1], float64[::1], float64[:, ::1], int64, int64)"
-)
+from numba import carray, cfunc, njit
 
 '''
 
@@ -43,21 +39,23 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
     """Return the source of a kernel module.
 
     Its functions work on the arrays ``constants`` and ``memory`` (see ``Layout``): ``start`` and
-    ``reopen`` set them up, ``run`` filters samples.
+    ``reopen`` set them up, ``run`` filters samples. Each function has a part of the memory of its
+    own for intermediate results, since one may call another.
     """
+    size = layout.size
 
-    def function(
-        signature: str, write: Callable[[Filter], object], given: bool = False, types: str = ""
-    ) -> str:
-        filter = Filter(model, discretisation, layout, given)
+    def function(signature: str, write: Callable[[Filter], object], given: bool = False) -> str:
+        nonlocal size
+        filter = Filter(model, discretisation, layout, given, size)
         returns = write(filter) or ()
+        size += filter.program.used
         body = filter.program.source(signature, ", ".join(map(str, returns)))
-        return f"@njit({types}{OPTIONS})\n{body}"
+        return f"@njit({OPTIONS})\n{body}"
 
     states = ", ".join(layout.states)
     functions = [
-        function("start(constants, memory)", _start, types="SIGNATURE, "),
-        function("reopen(constants, memory)", _reopen, types="SIGNATURE, "),
+        function("start(constants, memory)", _start),
+        function("reopen(constants, memory)", _reopen),
         function("forget(constants, memory)", _forget),
         function("cap(constants, memory)", _cap),
         function("output(constants, memory)", _output),
@@ -70,17 +68,18 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         f"@njit({OPTIONS})\n{inspect.getsource(equations.weigh)}",
         VERDICT.read_text(),
         LOOP.read_text(),
+        ENTRIES.read_text(),
     ]
-    return HEADER + _places(layout) + "\n\n".join(functions)
+    return HEADER + _places(layout, size) + "\n\n".join(functions)
 
 
 def source_by_hand(layout: Layout, path: Path) -> str:
     """Return the source of a kernel module whose ``start``, ``reopen``, ``run`` are in a file."""
-    texts = [text.read_text() for text in (VERDICT, BY_HAND, path)]
-    return HEADER + _places(layout) + "\n\n".join(texts)
+    texts = [text.read_text() for text in (VERDICT, BY_HAND, path, ENTRIES)]
+    return HEADER + _places(layout, layout.size) + "\n\n".join(texts)
 
 
-def _places(layout: Layout) -> str:
+def _places(layout: Layout, memory: int) -> str:
     """Return the names in capitals that the texts written by hand use."""
     states = layout.states
     names = {name.upper(): layout.constant(name) for name in SETTINGS}
@@ -99,7 +98,8 @@ def _places(layout: Layout) -> str:
         "PREDICTED": layout.predicted,
         "MEAN_NIS": layout.mean_nis,
         "REJECTED": layout.rejected,
-        "MEMORY": layout.size,
+        "CONSTANTS": layout.constant_count,
+        "MEMORY": memory,
         "FLOOR": 1e-24,
         "LARGEST": LARGEST,
         "STATE_NAMES": states,

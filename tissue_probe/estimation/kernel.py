@@ -13,10 +13,15 @@ from numpy.typing import NDArray
 
 from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
-from tissue_probe.physics import compiled
+from tissue_probe.physics import machine_code
+from tissue_probe.physics.machine_code import MachineCode
 from tissue_probe.settings import SettingsError
 
 FloatArray = NDArray[np.float64]
+
+
+#: What a kernel's module tells of itself.
+FACTS = ("STATE_NAMES", "EXTRA", "MEMORY")
 
 
 @dataclass(frozen=True)
@@ -25,25 +30,19 @@ class Kernel:
 
     Attributes
     ----------
-    size : int
-        Length of ``memory``.
     constants : callable
         (settings, sample period [s]) -> ``constants``.
-    start : callable
-        (constants, memory): forget everything.
-    reopen : callable
-        (constants, memory): samples were lost; keep what is known of the tissue.
-    run : callable
-        (constants, memory, position, force, estimates, begin, end) -> number of missing samples
-        of those from ``begin`` to ``end``. Fills ``estimates``, shape (11, n), with the rows of
-        ``TissueEstimates`` from ``stiffness`` on.
+    code : MachineCode
+        Has the entries ``start_on``, ``reopen_on`` and ``run_on`` (see ``entries``).
     """
 
-    size: int
     constants: Callable[[EstimatorSettings, float], FloatArray]
-    start: Callable[[FloatArray, FloatArray], None]
-    reopen: Callable[[FloatArray, FloatArray], None]
-    run: Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, int, int], int]
+    code: MachineCode
+
+    @property
+    def size(self) -> int:
+        """Length of ``memory``."""
+        return self.code.facts["MEMORY"]
 
 
 @dataclass(frozen=True)
@@ -71,11 +70,11 @@ class KalmanFilter:
         """Return the compiled kernel, generated the first time that it is wanted."""
         if settings.model:
             return self._composed(settings)
-        module = compiled.module(
+        code = _code(
             f"{self._name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
         )
-        layout = Layout(module.STATE_NAMES, module.EXTRA)
-        return Kernel(layout.size, layout.constants, module.start, module.reopen, module.run)
+        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"])
+        return Kernel(layout.constants, code)
 
     def _composed(self, settings: EstimatorSettings) -> Kernel:
         """Return the kernel for the model in a file."""
@@ -84,7 +83,7 @@ class KalmanFilter:
 
         live = live_model(settings, self.force_offset)
         layout = live.layout(self.equations.EXTRA)
-        module = compiled.module(
+        code = _code(
             f"{self._name}_{settings.discretisation}_{live.digest}",
             lambda: source(live.model, settings.discretisation, layout, self.equations),
         )
@@ -92,7 +91,7 @@ class KalmanFilter:
         def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
             return layout.constants(live.with_tool(settings), sample_period)
 
-        return Kernel(layout.size, constants, module.start, module.reopen, module.run)
+        return Kernel(constants, code)
 
     @property
     def _name(self) -> str:
@@ -140,10 +139,13 @@ class ByHand:
                 "only: choose a Kalman filter such as robust_ekf, or leave model empty"
             )
         layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
-        module = compiled.module(self.path.stem, lambda: self._source(layout))
-        return Kernel(module.MEMORY, layout.constants, module.start, module.reopen, module.run)
+        return Kernel(layout.constants, _code(self.path.stem, lambda: self._source(layout)))
 
     def _source(self, layout: Layout) -> str:
         from tissue_probe.estimation.generate import source_by_hand
 
         return source_by_hand(layout, self.path)
+
+
+def _code(name: str, write: Callable[[], str]) -> MachineCode:
+    return machine_code.load(name, write, FACTS)

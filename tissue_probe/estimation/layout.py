@@ -40,7 +40,7 @@ SETTINGS = tuple(
 DERIVED = ("sample_period", "force_variance")
 PER_STATE = ("prior", "prior_variance", "largest_variance", "process_variance", "lower", "upper")
 
-# How many times its prior a standard deviation may become; once for what is not listed.
+# How many times farther than others a standard deviation may grow; once for what is not listed.
 CEILING = {"force_offset": 100.0}
 
 
@@ -111,8 +111,13 @@ class Layout:
         return self.history + 8 + list(self.extra).index(name)
 
     @property
+    def constant_count(self) -> int:
+        """Length of ``constants``."""
+        return self.per_state(PER_STATE[-1]) + len(self.states) + len(self.known)
+
+    @property
     def size(self) -> int:
-        """Length of ``memory``."""
+        """Length of ``memory``, without what equations need for intermediate results."""
         return self.history + 8 + len(self.extra)
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
@@ -125,7 +130,7 @@ class Layout:
                 values.append(
                     _per_state(settings, name, state)
                     if prior is None
-                    else _of_prior(prior, name, sample_period)
+                    else _of_prior(prior, name, sample_period, settings.deviation_ceiling)
                 )
         return np.array([*values, *self.known.values()])
 
@@ -140,11 +145,11 @@ def force_variance(settings: EstimatorSettings) -> float:
     return settings.force_noise**2 + rounding**2
 
 
-def _of_prior(prior: Prior, name: str, sample_period: float) -> float:
+def _of_prior(prior: Prior, name: str, sample_period: float, ceiling: float) -> float:
     return {
         "prior": prior.mean,
         "prior_variance": prior.deviation**2,
-        "largest_variance": prior.deviation**2,
+        "largest_variance": (ceiling * prior.deviation) ** 2,
         "process_variance": prior.walk * sample_period,
         "lower": prior.lower,
         "upper": prior.upper,
@@ -155,7 +160,8 @@ def _per_state(settings: EstimatorSettings, name: str, state: str) -> float:
     if name == "prior_variance":
         return getattr(settings, f"{state}_prior_sd") ** 2
     if name == "largest_variance":
-        return (CEILING.get(state, 1.0) * getattr(settings, f"{state}_prior_sd")) ** 2
+        ceiling = CEILING.get(state, 1.0) * settings.deviation_ceiling
+        return (ceiling * getattr(settings, f"{state}_prior_sd")) ** 2
     if name == "process_variance":
         return settings.velocity_noise if state == "tip_velocity" else 0.0
     field, default = {

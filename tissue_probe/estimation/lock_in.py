@@ -18,7 +18,7 @@ WITH_POSITION, WITH_FORCE, PHASE, COUNT, SQUARED_WEIGHTS, LAST = 6, 9, 12, 13, 1
 MEAN_NIS, REJECTED, MEMORY = 23, 24, 25
 
 
-@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def start(constants, memory):
     """Know nothing but the prior."""
     memory[:] = 0.0
@@ -30,13 +30,13 @@ def start(constants, memory):
     memory[MEAN_NIS] = 1.0
 
 
-@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def reopen(constants, memory):
     """Keep the last estimate, and collect a new period."""
     memory[:LAST] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def solve(memory, products):
     """Return the amplitudes of [cos, sin, 1] from their products with a signal."""
     a, b, c, d, e, f = memory[0], memory[1], memory[2], memory[3], memory[4], memory[5]
@@ -51,7 +51,7 @@ def solve(memory, products):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def collect(constants, memory, cosine, sine, position, force):
     """Take in a sample; those before it weigh less."""
     keep = math.exp(-constants[SAMPLE_PERIOD] * constants[DRIVE_FREQUENCY])
@@ -71,13 +71,13 @@ def collect(constants, memory, cosine, sine, position, force):
     memory[COUNT] += 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def estimate(constants, memory, w):
     """Turn the amplitudes into k and beta, unless the prior knows more."""
     k0, m = constants[LOAD_CELL_STIFFNESS], constants[TIP_MASS]
     u, f = solve(memory, WITH_POSITION), solve(memory, WITH_FORCE)
     U, F = complex(u[0], -u[1]), complex(f[0], -f[1])
-    X = U - F / k0
+    X = complex(u[0] - f[0] / k0, f[1] / k0 - u[1])
     c = complex(1.0, w * constants[LOAD_CELL_DAMPING] / k0)
     # Each quadrature of F has the variance 2 R (sum of w^2) / (sum of w)^2, and dZ/dF = c U / X^2.
     R = constants[FORCE_VARIANCE] * max(1.0, memory[MEAN_NIS])
@@ -89,8 +89,9 @@ def estimate(constants, memory, w):
     known &= variance < constants[PRIOR_VARIANCE + 3] * w * w
     if not known:
         return
-    impedance = F * c / X + m * w * w
-    k, beta = impedance.real, impedance.imag / w
+    # F c / X + m w^2; Numba's division of complex numbers could raise, and here nothing must.
+    impedance, square = F * c * X.conjugate(), abs(X) ** 2
+    k, beta = impedance.real / square + m * w * w, impedance.imag / square / w
     memory[LAST] = min(max(k, constants[LOWER + 2]), constants[UPPER + 2])
     memory[LAST + 1] = min(max(beta, constants[LOWER + 3]), constants[UPPER + 3])
     memory[LAST + 2] = variance + variance / (w * w)
@@ -98,7 +99,7 @@ def estimate(constants, memory, w):
     memory[LAST + 4] = variance / (w * w)
 
 
-@njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def run(constants, memory, position, force, estimates, begin, end):
     """Fit samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0

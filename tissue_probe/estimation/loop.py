@@ -9,7 +9,7 @@ size cannot change a bit of the estimates.
 """
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def advance(constants, memory, position):
     """Take in the coil's position and, from the second sample on, predict.
 
@@ -33,7 +33,7 @@ def advance(constants, memory, position):
     predict(constants, memory)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def keep_sound(constants, memory):
     """Hold estimates within their bounds and variances between their floor and their ceiling.
 
@@ -54,7 +54,7 @@ def keep_sound(constants, memory):
         repair(constants, memory)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def repair(constants, memory):
     """Bring mean and covariance back into bounds; where numbers overflowed, start again.
 
@@ -76,7 +76,7 @@ def repair(constants, memory):
     cap(constants, memory)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def record(constants, memory, estimates, sample):
     """Write down what is known after a sample."""
     stiffness = memory[STIFFNESS]
@@ -99,7 +99,7 @@ def record(constants, memory, estimates, sample):
     )
 
 
-@njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def run(constants, memory, position, force, estimates, begin, end):
     """Filter samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0

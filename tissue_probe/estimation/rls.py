@@ -20,7 +20,7 @@ MEAN_NIS, REJECTED, MEMORY = 22, 23, 24
 CUTOFF = 2.0 * math.pi * 100.0
 
 
-@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def start(constants, memory):
     """Know nothing but the prior."""
     memory[:] = 0.0
@@ -34,13 +34,13 @@ def start(constants, memory):
     memory[MEAN_NIS] = 1.0
 
 
-@njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def reopen(constants, memory):
     """Keep what is known of the tissue; the filters begin anew."""
     memory[COUNT] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def advance(memory, state, last, signal, steps):
     """Let a signal, straight between samples, pass the filter in closed form.
 
@@ -60,7 +60,7 @@ def advance(memory, state, last, signal, steps):
     memory[last] = signal
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def begin_filters(memory, x, force):
     """Begin as if both signals had always been what they are now."""
     memory[:LAST_X] = 0.0
@@ -68,7 +68,7 @@ def begin_filters(memory, x, force):
     memory[F] = memory[LAST_F] = force
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def regress(constants, memory, y, x, v):
     """Weigh in one equation y = k x + beta v, and solve for k and beta."""
     R, keep = constants[FORCE_VARIANCE], constants[FORGETTING]
@@ -103,7 +103,7 @@ def regress(constants, memory, y, x, v):
     memory[LAST + 2] = memory[LAST + 3] + memory[LAST + 4]
 
 
-@njit(RUN_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def run(constants, memory, position, force, estimates, begin, end):
     """Filter samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0

@@ -73,6 +73,9 @@ class EstimatorSettings(BaseModel):
     force_offset_prior_sd: float = _setting(
         0.1, "N", "Standard deviation of the load cell's constant error (robust_ekf)", gt=0, le=1e3
     )
+    deviation_ceiling: float = _setting(
+        1.0, "", "How many times its prior a standard deviation may become", ge=1, le=1e6
+    )
     stiffness_minimum: float = _setting(
         -2000.0, "N/m", "Estimates of the stiffness are held above", ge=-1e6, le=0
     )

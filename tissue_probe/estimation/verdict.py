@@ -5,7 +5,7 @@ Never imported: this text becomes part of each kernel module (see ``loop``).
 """
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def judge_model(memory, normalized):
     """Reject the model while the mean NIS of the last 500 samples or so is far from 1.
 
@@ -19,7 +19,7 @@ def judge_model(memory, normalized):
         memory[REJECTED] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(error_model="numpy")
 def status(constants, memory, stiffness, damping, stiffness_variance, damping_variance):
     """Return the number of the ``Status``, claimed only where two standard deviations prove it.
 

@@ -1,7 +1,7 @@
 """Generated code kept on disk, compiled by Numba once and found again by later processes.
 
 What belongs here: where generated modules live and how they are found.
-What does not: what is in them (``program``).
+What does not: what is in them (``program``); running them without Numba (``machine_code``).
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pathlib import Path
 from types import ModuleType
 
 PACKAGE = Path(__file__).parent.parent
-
 
 ALL = ("physics/**/*.py", "estimation/**/*.py")
 
@@ -39,11 +38,11 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
     sources : tuple of str
         Which sources, as patterns below the package, take part in the generation.
     """
-    full_name = f"tissue_probe_{name}_{fingerprint(sources)}"
+    path = place(name, ".py", sources)
+    full_name = path.stem
     if full_name not in sys.modules:
-        path = _folder() / f"{full_name}.py"
         if not path.exists():
-            _replace(path, write())
+            replace(path, write().encode())
         spec = importlib.util.spec_from_file_location(full_name, path)
         sys.modules[full_name] = importlib.util.module_from_spec(spec)
         try:
@@ -52,6 +51,11 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
             del sys.modules[full_name]
             raise
     return sys.modules[full_name]
+
+
+def place(name: str, ending: str, sources: tuple[str, ...] = ALL) -> Path:
+    """Return where what is generated under a name is kept; its folder is there afterwards."""
+    return _folder() / f"tissue_probe_{name}_{fingerprint(sources)}{ending}"
 
 
 @cache
@@ -77,9 +81,9 @@ def _folder() -> Path:
     return folder
 
 
-def _replace(path: Path, text: str) -> None:
+def replace(path: Path, content: bytes) -> None:
     """Write a file in one motion, so that a process started meanwhile never sees half of it."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".tmp")
-    with os.fdopen(handle, "w") as file:
-        file.write(text)
+    with os.fdopen(handle, "wb") as file:
+        file.write(content)
     os.replace(temporary, path)

@@ -38,10 +38,19 @@ class Program:
 
     A matrix product spelt out in scalars is some 36 times faster than the same product of small
     arrays in Numba, and zeros and ones of a Jacobian vanish from it.
+
+    Parameters
+    ----------
+    workspace : tuple of str and int
+        Name of an array, and the first of its elements that this code may use as it likes. Without
+        one, arrays are made where they are needed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, workspace: tuple[str, int] | None = None) -> None:
         self.lines: list[str] = []
+        #: How many numbers of the workspace are used.
+        self.used = 0
+        self._workspace = workspace
         self._names = 0
 
     def load(self, array: str, first: int, names: Sequence[str]) -> list[sp.Symbol]:
@@ -96,13 +105,20 @@ class Program:
         """Introduce variables, which a loop may assign anew, with their values at the start."""
         start = sp.Matrix(start)
         count, own = len(start), f"{name}_{self._next()}"
-        many = count > MANY
-        if many:
-            self.line(f"{own} = np.empty({count})")
-        names = [f"{own}[{i}]" if many else f"{own}_{i}" for i in range(count)]
+        names = self._elements(own, count) if count > MANY else [f"{own}_{i}" for i in range(count)]
         symbols = sp.Matrix(*start.shape, [sp.Symbol(each, real=True) for each in names])
         self.assign(symbols, start)
         return symbols
+
+    def _elements(self, name: str, count: int) -> list[str]:
+        """Return as many elements of the workspace, or of a new array of this name."""
+        if self._workspace is None:
+            self.line(f"{name} = np.empty({count})")
+            return [f"{name}[{i}]" for i in range(count)]
+        array, first = self._workspace
+        first += self.used
+        self.used += count
+        return [f"{array}[{i}]" for i in range(first, first + count)]
 
     def now(self, variables: sp.Matrix) -> sp.Matrix:
         """Return symbols for what variables are now: those that an array keeps are read once."""

@@ -1,0 +1,97 @@
+"""A kernel at work on one stream of samples.
+
+What belongs here: calling machine code with the addresses of arrays.
+What does not: what happens between blocks (``estimator``), what the code does (``entries``).
+"""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.estimation.kernel import Kernel
+from tissue_probe.estimation.settings import EstimatorSettings
+
+FloatArray = NDArray[np.float64]
+
+# The address of a list of addresses. ctypes calls its functions without Python's lock.
+INITIALISE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+RUN = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *3 * [ctypes.c_int64])
+
+
+class Run:
+    """All that a kernel knows of one stream, and the samples that it is given next.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        What to run; it knows nothing but the prior yet.
+    settings : EstimatorSettings
+        Instrument, noise and prior.
+    sample_period : float
+        Time between two samples [s].
+    """
+
+    def __init__(self, kernel: Kernel, settings: EstimatorSettings, sample_period: float) -> None:
+        self._kernel = kernel  # which keeps the machine code in memory
+        entries = kernel.code.addresses
+        self._start, self._reopen = (INITIALISE(entries[n]) for n in ("start_on", "reopen_on"))
+        self._run = RUN(entries["run_on"])
+        self._constants = kernel.constants(settings, sample_period)
+        self._memory = np.zeros(kernel.size)
+        self._samples = np.empty((2, 0))
+        self._estimates = np.empty((11, 0))
+        self._length = 0
+        self._addresses = (ctypes.c_void_p * 5)()
+        self._addresses[:2] = _address(self._constants), _address(self._memory)
+        self._arrays = ctypes.addressof(self._addresses)
+        self.start()
+
+    def start(self) -> None:
+        """Forget everything."""
+        self._start(self._arrays)
+
+    def reopen(self) -> None:
+        """Keep what is known of the tissue, where samples were lost."""
+        self._reopen(self._arrays)
+
+    def take(self, position: FloatArray, force: FloatArray, estimates: FloatArray) -> None:
+        """Take in samples, and where their estimates go.
+
+        Parameters
+        ----------
+        position, force : array, shape (n,)
+            At least one sample.
+        estimates : array of float64, shape (11, n)
+            Contiguous; receives the rows of ``TissueEstimates`` from ``stiffness`` on.
+        """
+        length = len(position)
+        if len(force) != length or estimates.shape != (11, length):
+            raise ValueError(f"{position.shape}, {force.shape} and {estimates.shape} do not match")
+        address = _address(estimates)
+        if length > self._samples.shape[1]:
+            self._samples = np.empty((2, length))
+            self._addresses[2:4] = [_address(row) for row in self._samples]
+        self._samples[0, :length] = position
+        self._samples[1, :length] = force
+        self._estimates, self._length = estimates, length  # kept, since the address is
+        self._addresses[4] = address
+
+    def filter(self, begin: int, end: int) -> int:
+        """Filter the samples from ``begin`` to ``end``; return how many of them were missing."""
+        return self._run(self._arrays, self._length, begin, end)
+
+
+def _address(array: FloatArray) -> int:
+    """Return where an array begins.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If it does not hold float64, is not contiguous, or must not be written.
+    """
+    if array.dtype.char != "d":
+        raise ValueError(f"numbers are {array.dtype}, not float64")
+    return ctypes.addressof(ctypes.c_double.from_buffer(array))
