@@ -103,7 +103,7 @@ def test_what_the_probe_measures_is_what_the_model_predicts(name, probe, tmp_pat
     values = np.array([entry.default for entry in composition.values])
     start = np.zeros(len(kernel.STATES))
     kernel.begin(values, 0.0, 0.0, start)
-    predicted = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
+    predicted = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     assert np.ptp(force) > 0.5
     # A spline through the coil's samples knows nothing of what its force does between them.
     assert np.sqrt(np.mean((predicted - force) ** 2)) < 2e-3 * np.sqrt(np.mean(force**2))

@@ -39,7 +39,7 @@ def measured(composition, samples=5000, mean=5e-4, **changes):
     known = default_values(composition) | changes
     values = np.array([known[name] for name in kernel.VALUES])
     start = np.zeros(len(kernel.STATES))
-    force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
+    force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     force += NOISE * np.random.default_rng(1).standard_normal(samples)
     return SampleBlock(START, 0, PERIOD, position, force, np.zeros(samples))
 

@@ -16,14 +16,15 @@ from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
-from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added
 from tissue_probe.diagnosis.separation import Suggestion, suggest
 from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.rigs import admits
+from tissue_probe.physics.rigs import admits, obstacle
 from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.quantities import FORCE
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
@@ -54,7 +55,7 @@ class Diagnosis:
     suggestion : Suggestion or None
         What would separate the indistinguishable, or show the unseen.
     validated : mapping of tuple of str to float
-        Error [N] on the validating recordings by the names of a model's effects.
+        Error [unit of the output] on the validating recordings by the names of a model's effects.
     seconds : float
         Time that it took.
     """
@@ -75,7 +76,7 @@ class Diagnosis:
         return (*self.spoilt, *self.ladder.effects)
 
     def heldout(self, fit: Fit) -> float:
-        """Error of a model on what it was not fitted to [N]: a second recording, or blocks."""
+        """Error of a model on what it was not fitted to: a second recording, or blocks."""
         return self.validated.get(fit.composition.names, fit.heldout_rmse)
 
 
@@ -107,7 +108,8 @@ def diagnose(
     Raises
     ------
     ValueError
-        If the samples are such that any fit would be worthless; says why and what to do.
+        If the samples are such that any fit would be worthless, or the rig has nothing that a
+        wanted effect acts on; says why and what to do.
     """
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
@@ -116,6 +118,7 @@ def diagnose(
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
         raise ValueError(fatal.sentence)
+    _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     sound = map(_without_spoilt, measurements, inspected)
     clean = [_finely_read(each) for each in sound]
@@ -143,7 +146,7 @@ def diagnose(
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error [N] of a fitted model on other recordings of the specimen; its values are held.
+    """Error of a fitted model on other recordings of the specimen; its values are held.
 
     Only what belongs to a run is fitted anew: the state at its start, and the phases of what has
     a phase (``Effect.of_run``).
@@ -160,30 +163,51 @@ def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument)
     return float(np.sqrt(squares / count))
 
 
+def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
+    for effect in wanted:
+        told = [obstacle(rig, form) for form in (effect, *effect.forms)]
+        if all(told):
+            raise ValueError(
+                f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
+            )
+
+
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
     return inspect(measurement.position, measurement.force, measurement.sample_period).findings
 
 
 def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
     """Leave the clipped, the repeated and the disturbed samples out of the fit."""
-    used = np.ones(measurement.force.size, dtype=bool)
-    for finding in findings:
-        if finding.name in SPOILT + DISTURBED:
-            for first, stop in finding.spans:
-                used[first:stop] = False
+    used = _outside(findings, SPOILT + DISTURBED, measurement.force.size)
     if used.all():
         return measurement
+    force = measurement.force
+    if measurement.input is FORCE:
+        # A spike that drives would move the tip ever after: it is bridged.
+        steady, number = _outside(findings, DISTURBED, used.size), np.arange(used.size)
+        force = np.interp(number, number[steady], force[steady])
     # The noise is estimated anew: where samples repeat there seems to be none.
-    return replace(measurement, used=used & measurement.used, noise=0.0)
+    return replace(measurement, force=force, used=used & measurement.used, noise=0.0)
+
+
+def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:
+    """Which samples none of these findings concerns."""
+    outside = np.ones(size, dtype=bool)
+    for finding in findings:
+        if finding.name in names:
+            for first, stop in finding.spans:
+                outside[first:stop] = False
+    return outside
 
 
 def _finely_read(measurement: Measurement) -> Measurement:
     """Smooth what a fine encoder has rounded in a motion that goes on and on.
 
     A record that begins at rest stays as it was read: there the errors differ from period to
-    period, and smoothing would bend the beginning. A coarse step is for the effects to explain.
+    period, and smoothing would bend the beginning. A coarse step is for the effects to explain,
+    and where a force drives, rounding is part of the noise.
     """
     step = measurement.extent.step
-    if measurement.at_rest or not 0.0 < step <= COARSE:
+    if measurement.input is FORCE or measurement.at_rest or not 0.0 < step <= COARSE:
         return measurement
     return replace(measurement, position=smoothed(measurement.position, step, fine=True).course)

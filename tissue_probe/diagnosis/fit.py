@@ -1,4 +1,4 @@
-"""Fitting a composed model to measured force by output error.
+"""Fitting a composed model by output error to what was measured of what it predicts.
 
 What belongs here: the least-squares problem (unknowns, priors, scales) and its solution by
 Levenberg and Marquardt's method with exact sensitivities.
@@ -14,9 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.rounding import smoothed
+from tissue_probe.quantities import FORCE, POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
@@ -34,7 +36,7 @@ LOGARITHMIC = 50.0
 
 @dataclass(frozen=True)
 class Fit:
-    """A model fitted to measurements.
+    """A model fitted to measurements; errors are in the unit of ``output``.
 
     Attributes
     ----------
@@ -49,7 +51,7 @@ class Fit:
     covariance : array, shape (q, q)
         Of the values' errors; rows of what was held are 0.
     residuals : tuple of array
-        Measured minus simulated force [N].
+        Measured minus simulated output.
     cost : float
         Sum of squared residuals over the noise, and of squared departures from the priors.
     unknowns : int
@@ -58,13 +60,13 @@ class Fit:
         What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
         how many times narrower the data make their prior.
     heldout : tuple of array
-        Residuals [N] of each eighth of the record when the values are fitted to the other seven
+        Residuals of each eighth of the record when the values are fitted to the other seven
         (to first order in what that changes).
     converged : bool
         Whether the search settled.
-    rounding : float
-        What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
-        or corrects the position; 0 where it does not.
+    input_error : float
+        What errors of the measured input leave in the simulated output, rms: an encoder's rounding
+        where the model smooths or corrects the position, the noise of a force that drives.
     """
 
     composition: Composition
@@ -78,7 +80,7 @@ class Fit:
     unknowns: int
     start_penalty: float
     converged: bool
-    rounding: float
+    input_error: float
 
     @property
     def samples(self) -> int:
@@ -87,13 +89,18 @@ class Fit:
 
     @cached_property
     def rmse(self) -> float:
-        """Root mean square of the residual [N]."""
+        """Root mean square of the residual."""
         return self._rms(self.residuals)
 
     @cached_property
     def heldout_rmse(self) -> float:
-        """Root mean square of the residual of what was left out of the fit [N]."""
+        """Root mean square of the residual of what was left out of the fit."""
         return self._rms(self.heldout)
+
+    @property
+    def output(self) -> Quantity:
+        """What the model predicts, and its unit."""
+        return self.composition.output
 
     def _rms(self, parts: Sequence[FloatArray]) -> float:
         used = [part[m.used] for part, m in zip(parts, self.measurements, strict=True)]
@@ -103,14 +110,14 @@ class Fit:
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            np.sum(residual[measurement.used] ** 2) / (measurement.noise**2 + self.rounding**2)
+            np.sum(residual[measurement.used] ** 2) / (measurement.noise**2 + self.input_error**2)
             for residual, measurement in zip(self.residuals, self.measurements, strict=True)
         ]
         return float(np.sqrt(sum(squares) / self.samples))
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the force's white noise over all measurements [N]."""
+        """Standard deviation of the output's white noise over all measurements."""
         squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]
         return float(np.sqrt(sum(squares) / self.samples))
 
@@ -123,10 +130,21 @@ class Fit:
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:
-        """Simulated force of each measurement [N]."""
+        """Simulated output of each measurement."""
         return tuple(
-            measurement.force - residual
+            measurement.output_values - residual
             for measurement, residual in zip(self.measurements, self.residuals, strict=True)
+        )
+
+    @property
+    def tip(self) -> tuple[FloatArray, ...]:
+        """Displacement of the tip in each measurement, as far as the model says [m]."""
+        if self.output is POSITION:
+            return self.predicted
+        stiffness = self.named().get("load_cell_stiffness", np.inf)
+        return tuple(
+            measurement.position - force / stiffness
+            for measurement, force in zip(self.measurements, self.predicted, strict=True)
         )
 
     def named(self) -> dict[str, float]:
@@ -164,6 +182,7 @@ class Problem:
     ) -> None:
         self.composition = composition
         self.measurements = tuple(measurements)
+        _check_output(composition, self.measurements)
         self.kernel = composition.kernel
         self.held = dict(held or {})
         entries = composition.values
@@ -211,13 +230,23 @@ class Problem:
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]
     ) -> list[tuple[FloatArray, FloatArray]]:
-        """Residual [N] and sensitivity of the force for each measurement."""
+        """Residual and sensitivity of the output for each measurement."""
         result = []
         for measurement, start in zip(self.measurements, starts, strict=True):
-            coil = course(self.kernel, measurement.position, measurement.sample_period, values)
+            coil = course(self.kernel, measurement.input_values, measurement.sample_period, values)
             response = respond(self.kernel, values, start, coil)
-            result.append((measurement.force - response.force, response.sensitivity))
+            result.append((measurement.output_values - response.output, response.sensitivity))
         return result
+
+
+def _check_output(composition: Composition, measurements: Sequence[Measurement]) -> None:
+    output = composition.output
+    for measurement in measurements:
+        if measurement.output is not output:
+            raise ValueError(
+                f"the rig {composition.rig} predicts the {output.name}, and the measurement is for "
+                f"one that predicts the {measurement.output.name}; give Measurement(output=...)"
+            )
 
 
 @dataclass
@@ -427,19 +456,20 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         unknowns=problem.unknowns,
         start_penalty=_start_penalty(problem, point),
         converged=converged,
-        rounding=_rounding(problem, point),
+        input_error=_input_error(problem, point),
     )
 
 
-def _rounding(problem: Problem, point: _Point) -> float:
-    """Simulate an error that rounding of the position may have left; rms of the force [N].
+def _input_error(problem: Problem, point: _Point) -> float:
+    """Simulate an error that the measured input may have; rms of what it changes in the output.
 
-    It counts where a model smooths coarse steps, and where it undoes an error of the encoder: that
-    makes the rounding larger wherever two positions read nearly alike.
+    An encoder's rounding counts where a model smooths coarse steps, and where it undoes an error of
+    the encoder: that makes the rounding larger wherever two positions read nearly alike. A force
+    that drives has the white noise of its channel.
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0
-    if not smooths and not kernel.MOVES_POSITION:
+    if not smooths and not kernel.MOVES_POSITION and problem.composition.input is not FORCE:
         return 0.0
     step = values[kernel.ROUNDED] if smooths else 0.0
     if smooths:
@@ -447,7 +477,7 @@ def _rounding(problem: Problem, point: _Point) -> float:
     changes = []
     for m, start in zip(problem.measurements, point.starts, strict=True):
         right, wrong = (
-            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).force
+            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).output
             for u in _as_read(m, step)
         )
         changes.append((wrong - right)[m.used])
@@ -455,12 +485,14 @@ def _rounding(problem: Problem, point: _Point) -> float:
 
 
 def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return the position that is taken for the true one, and one as likely; smooth for a step."""
+    """Return the input that is taken for the true one, and one as likely; smooth for a step."""
+    read, random = measurement.input_values, np.random.default_rng(0)
+    if measurement.input is FORCE:
+        return read, read + noise_floor(read) * random.standard_normal(read.size)
     if step > 0.0:
-        found = smoothed(measurement.position, step)
+        found = smoothed(read, step)
         return found.course, found.course + found.error
-    error = np.random.default_rng(0).uniform(-0.5, 0.5, measurement.position.size)
-    return measurement.position, measurement.position + measurement.extent.step * error
+    return read, read + measurement.extent.step * random.uniform(-0.5, 0.5, read.size)
 
 
 def _start_penalty(problem: Problem, point: _Point) -> float:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.physics.effects import Extent
+from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -28,6 +29,10 @@ PAPER_RIG = {
 }
 #: A rig without spring: the mass between load cell and tissue is not known.
 RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
+#: A force moves an armature of its own, whose mass is not known; touch is known as on the paper's.
+FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
+#: What is known of each rig where nothing is said.
+KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
 
 
 #: Finer steps of the position are digits of its text, not an encoder's [m].
@@ -56,15 +61,18 @@ class Measurement:
     Attributes
     ----------
     position, force : array, shape (n,)
-        Displacement of the coil [m], load-cell force [N], positive in compression; finite.
+        Displacement of the coil [m], load-cell force [N], positive in compression; finite. Where
+        a force drives: displacement of the tip, and that force, positive into the tissue.
     sample_period : float
         Time between two samples [s].
     at_rest : bool
         Whether the probe had been at rest before the first sample.
     noise : float
-        Standard deviation of the force's white noise [N]; estimated where it is not given.
+        Standard deviation of the output's white noise [its unit]; estimated where not given.
     used : array of bool, shape (n,)
         Which samples a fit weighs; all by default.
+    output : Quantity
+        What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
     """
 
     position: FloatArray
@@ -73,13 +81,29 @@ class Measurement:
     at_rest: bool = False
     noise: float = 0.0
     used: BoolArray | None = None
+    output: Quantity = FORCE
 
     def __post_init__(self) -> None:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
         if not self.noise > 0:
-            floor = noise_floor(self.force[self.used], self.position[self.used])
+            floor = noise_floor(self.output_values[self.used], self.input_values[self.used])
             object.__setattr__(self, "noise", max(floor, 1e-12))
+
+    @property
+    def input(self) -> Quantity:
+        """What drives the model."""
+        return other(self.output)
+
+    @property
+    def input_values(self) -> FloatArray:
+        """What was measured of it."""
+        return getattr(self, self.input.name)
+
+    @property
+    def output_values(self) -> FloatArray:
+        """What was measured of that which a model predicts."""
+        return getattr(self, self.output.name)
 
     @property
     def times(self) -> FloatArray:
