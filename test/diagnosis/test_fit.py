@@ -182,8 +182,8 @@ def test_a_coarse_encoder_explains_what_its_steps_leave():
     found = fitted([measurement(made.recording)], "encoder_quantization")
     assert plain.ratio > 1.3
     assert found.ratio < 1.06
-    assert found.input_error > 0.0
-    assert plain.input_error == 0.0
+    assert found.rounding > 0.0
+    assert plain.rounding == 0.0
 
 
 @pytest.mark.parametrize("step", [1e-7, 5e-6])
@@ -201,5 +201,5 @@ def test_a_smooth_position_has_no_step():
 def test_a_steep_error_of_the_encoder_explains_the_rounding_that_it_magnifies():
     made = challenge(360100, "encoder_interpolation", excitation="msine60")
     found = fitted([measurement(made.recording)], "encoder_interpolation")
-    assert found.input_error > 0.2 * found.noise
+    assert found.rounding > 0.2 * found.noise
     assert found.ratio < 1.03

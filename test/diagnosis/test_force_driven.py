@@ -96,12 +96,23 @@ def test_errors_are_in_metres(plain):
     assert made.rmse.training.base == pytest.approx(ENCODER, rel=0.05)
 
 
-def test_the_noise_of_the_force_is_not_held_against_the_model(plain):
-    noise = 0.02 * np.random.default_rng(5).standard_normal(TIMES.size)
-    fit = fit_base(RIG, [taken(plain, push(TIMES) + noise)], FREE)
-    assert fit.rmse > 2 * ENCODER
-    assert fit.input_error > ENCODER
-    assert 0.8 < fit.ratio < 1.25
+@pytest.mark.parametrize("seed", [5, 6, 7])
+def test_the_noise_of_the_force_is_not_held_against_the_model(plain, seed):
+    """In the position it is slow: an effect could follow it, and chance alone makes it larger."""
+    noise = 0.005 * np.random.default_rng(seed).standard_normal(TIMES.size)
+    found = diagnose(RIG, [taken(plain, push(TIMES) + noise)], FREE, EFFECTS)
+    base = found.ladder.base
+    assert base.rmse > 5 * ENCODER
+    assert base.ratio == pytest.approx(1.0, abs=0.05)
+    assert (found.verdict, found.effects) == ("adequate", ())
+
+
+def test_a_hidden_effect_is_found_beside_the_noise_of_the_force():
+    noise = 0.005 * np.random.default_rng(5).standard_normal(TIMES.size)
+    position = shaken(Specimen(friction=0.02))
+    found = diagnose(RIG, [taken(position, push(TIMES) + noise)], FREE, EFFECTS)
+    assert (found.verdict, found.effects) == ("missing", ("coulomb_friction",))
+    assert found.ladder.final.ratio == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_spike_in_the_force_does_not_move_the_tip(plain):

@@ -263,17 +263,19 @@ def held(model: Path, segments: Sequence[Segment]) -> Fit:
     ValueError
         If the file is no model, or it cannot be simulated on these measurements.
     """
+    from tissue_probe.diagnosis.coloured import whitened
     from tissue_probe.diagnosis.fit import Problem, search
     from tissue_probe.diagnosis.measurement import Instrument
     from tissue_probe.physics.model_file import load
 
     file = load(model)
     taken = measurements(segments, file.composition.output)
-    problem = Problem(file.composition, taken, Instrument(file.composition.rig, {}), file.values)
+    rig = Instrument(file.composition.rig, {})
+    problem = Problem(file.composition, taken, rig, file.values)
     fit = search(problem, problem.nominal, [z for z, _ in problem.begin(problem.nominal)])
     if fit is None:
         raise ValueError(f"{model} diverges on these measurements; was it fitted to other units?")
-    return fit
+    return whitened(fit, rig, file.values)
 
 
 def diagnosis(

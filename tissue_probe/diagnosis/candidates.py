@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 
+from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
@@ -56,7 +57,7 @@ def fit_base(
         raise ValueError(
             "no fit: the model diverges from every start; check the units and the force's polarity"
         )
-    return min(found, key=lambda fit: fit.cost)
+    return whitened(min(found, key=lambda fit: fit.cost), instrument)
 
 
 def refit(

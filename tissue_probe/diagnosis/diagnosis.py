@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import refit
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.coloured import filtered
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
 from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
-from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.ranking import added, ranked, significant
 from tissue_probe.diagnosis.separation import Suggestion, suggest
 from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
@@ -126,7 +127,8 @@ def diagnose(
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
-        ladder = climb(composition, clean, instrument, library)
+        coloured = _coloured(composition, clean, instrument, library)
+        ladder = climb(composition, coloured, instrument, library)
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
     validated = {
         fit.composition.names: error(fit, validation, instrument) for fit in models if validation
@@ -198,6 +200,23 @@ def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> Bo
             for first, stop in finding.spans:
                 outside[first:stop] = False
     return outside
+
+
+def _coloured(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+) -> Sequence[Measurement]:
+    """Filter noise of a force that drives by the best model of one effect: it has the colour."""
+    if composition.input is not FORCE:
+        return measurements
+    base = fit_base(composition, measurements, instrument)
+    if all(measurement.whitening is None for measurement in base.measurements):
+        return measurements
+    ranking = ranked(fit_candidates(base, library.values(), instrument))
+    right = bool(ranking) and significant(base, ranking[0])
+    return filtered(ranking[0]) if right else base.measurements
 
 
 def _finely_read(measurement: Measurement) -> Measurement:

@@ -14,11 +14,10 @@ from functools import cached_property
 import numpy as np
 
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.rounding import smoothed
-from tissue_probe.quantities import FORCE, POSITION, Quantity
+from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
@@ -64,9 +63,9 @@ class Fit:
         (to first order in what that changes).
     converged : bool
         Whether the search settled.
-    input_error : float
-        What errors of the measured input leave in the simulated output, rms: an encoder's rounding
-        where the model smooths or corrects the position, the noise of a force that drives.
+    rounding : float
+        What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
+        or corrects the position; 0 where it does not.
     """
 
     composition: Composition
@@ -80,7 +79,7 @@ class Fit:
     unknowns: int
     start_penalty: float
     converged: bool
-    input_error: float
+    rounding: float
 
     @property
     def samples(self) -> int:
@@ -110,7 +109,8 @@ class Fit:
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            np.sum(residual[measurement.used] ** 2) / (measurement.noise**2 + self.input_error**2)
+            np.sum(measurement.over_noise(residual) ** 2)
+            / (1.0 + (self.rounding / measurement.noise) ** 2)
             for residual, measurement in zip(self.residuals, self.measurements, strict=True)
         ]
         return float(np.sqrt(sum(squares) / self.samples))
@@ -275,10 +275,9 @@ def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -
     scale = _scale(problem, values)
     begins = problem.begin(values)
     for index, (residual, sensitivity) in enumerate(simulated):
-        weight = problem.measurements[index].used / problem.measurements[index].noise
-        J = np.concatenate([sensitivity[:, n:] * scale, sensitivity[:, :n]], axis=1)
-        J *= weight[:, None]
-        r = residual * weight
+        over_noise = problem.measurements[index].over_noise
+        J = over_noise(np.concatenate([sensitivity[:, n:] * scale, sensitivity[:, :n]], axis=1))
+        r = over_noise(residual)
         cost += float(r @ r)
         if not np.isfinite(cost):
             return None
@@ -456,20 +455,19 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         unknowns=problem.unknowns,
         start_penalty=_start_penalty(problem, point),
         converged=converged,
-        input_error=_input_error(problem, point),
+        rounding=_rounding(problem, point),
     )
 
 
-def _input_error(problem: Problem, point: _Point) -> float:
-    """Simulate an error that the measured input may have; rms of what it changes in the output.
+def _rounding(problem: Problem, point: _Point) -> float:
+    """Simulate an error that rounding of the position may have left; rms of the force [N].
 
-    An encoder's rounding counts where a model smooths coarse steps, and where it undoes an error of
-    the encoder: that makes the rounding larger wherever two positions read nearly alike. A force
-    that drives has the white noise of its channel.
+    It counts where a model smooths coarse steps, and where it undoes an error of the encoder: that
+    makes the rounding larger wherever two positions read nearly alike.
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0
-    if not smooths and not kernel.MOVES_POSITION and problem.composition.input is not FORCE:
+    if not smooths and not kernel.MOVES_POSITION:
         return 0.0
     step = values[kernel.ROUNDED] if smooths else 0.0
     if smooths:
@@ -485,14 +483,12 @@ def _input_error(problem: Problem, point: _Point) -> float:
 
 
 def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return the input that is taken for the true one, and one as likely; smooth for a step."""
-    read, random = measurement.input_values, np.random.default_rng(0)
-    if measurement.input is FORCE:
-        return read, read + noise_floor(read) * random.standard_normal(read.size)
+    """Return the position that is taken for the true one, and one as likely; smooth for a step."""
     if step > 0.0:
-        found = smoothed(read, step)
+        found = smoothed(measurement.position, step)
         return found.course, found.course + found.error
-    return read, read + measurement.extent.step * random.uniform(-0.5, 0.5, read.size)
+    error = np.random.default_rng(0).uniform(-0.5, 0.5, measurement.position.size)
+    return measurement.position, measurement.position + measurement.extent.step * error
 
 
 def _start_penalty(problem: Problem, point: _Point) -> float:
@@ -512,7 +508,8 @@ def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
     """Return each block's residual with the values fitted to the others only.
 
     With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
-    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values.
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
+    the noise.
     """
     q, n = problem.count, problem.states
     own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
@@ -523,15 +520,15 @@ def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
     for measurement, (residual, sensitivity) in zip(
         problem.measurements, point.simulated, strict=True
     ):
-        J = (sensitivity[:, n:] * scale)[:, own] / measurement.noise
-        J *= measurement.used[:, None]
+        by_value = (sensitivity[:, n:] * scale)[:, own]
+        J, r = measurement.over_noise(by_value), measurement.over_noise(residual)
         out = residual.copy()
         for block in np.array_split(np.arange(residual.size), BLOCKS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
             # What only this block tells would be unknown without it; it stays within reason.
             rest[np.diag_indices(own.size)] += 1e-2
-            out[block] += J[block] @ (
-                np.linalg.solve(rest, J[block].T @ residual[block] / root) / root
+            out[block] += by_value[block] @ (
+                np.linalg.solve(rest, J[block].T @ r[block] / root) / root
             )
         left.append(out)
     return left

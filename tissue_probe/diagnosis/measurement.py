@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.physics.effects import Extent
@@ -73,6 +74,8 @@ class Measurement:
         Which samples a fit weighs; all by default.
     output : Quantity
         What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
+    whitening : array, optional
+        Filter that makes the output's noise white and of variance 1, where that is not white.
     """
 
     position: FloatArray
@@ -82,6 +85,7 @@ class Measurement:
     noise: float = 0.0
     used: BoolArray | None = None
     output: Quantity = FORCE
+    whitening: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.used is None:
@@ -104,6 +108,15 @@ class Measurement:
     def output_values(self) -> FloatArray:
         """What was measured of that which a model predicts."""
         return getattr(self, self.output.name)
+
+    def over_noise(self, values: FloatArray) -> FloatArray:
+        """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
+        if self.whitening is None:
+            return (values.T * (self.used / self.noise)).T
+        filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
+        # The filter reaches back: what follows an unused sample is unused too.
+        lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5
+        return (filtered.T * ~lost).T
 
     @property
     def times(self) -> FloatArray:

@@ -120,6 +120,5 @@ def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
 
 def _stacked(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
     """Join arrays of all measurements, each over its noise, unused samples zero."""
-    measurements = problem.measurements
-    weights = [(m.used / m.noise)[:, None] for m in measurements]
-    return np.concatenate([part * w for part, w in zip(parts, weights, strict=True)])
+    pairs = zip(problem.measurements, parts, strict=True)
+    return np.concatenate([measurement.over_noise(part) for measurement, part in pairs])
