@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import jsonschema
@@ -87,6 +88,19 @@ def test_improve_leaves_a_model_that_compare_takes(run, recorded, tmp_path):
     assert again.status == 0, again.err
     assert "Kelvin-Voigt + cubic_stiffening" in again.out
     assert "error / noise              1" in again.out
+
+
+def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_path, table):
+    noise = 5.0 * np.random.default_rng(1).standard_normal(len(table))
+    noisy = table + np.outer(noise, [0.0, 0.0, 1.0])
+    named = {"header": "t,x_um,F_mN", "comments": "", "delimiter": ",", "fmt": "%.9g"}
+    np.savetxt(tmp_path / "data.csv", noisy, **named)
+    made = run("improve", *NAMED, "--add", "cubic_stiffening", "--output", "better")
+    assert made.status == 0, made.err
+    outcome = run("compare", *NAMED, "--model", "better/model.yaml")
+    assert outcome.status == 0, outcome.err
+    (ratio,) = re.findall(r"error / noise +([0-9.]+), the noise of the force", outcome.out)
+    assert float(ratio) == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(

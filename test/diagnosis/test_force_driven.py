@@ -124,6 +124,11 @@ def test_a_spike_in_the_force_does_not_move_the_tip(plain):
     assert found.verdict == "adequate"
 
 
+def test_a_mass_that_nobody_gave_is_not_taken_for_known():
+    assert np.isinf(FREE.exact().constants["tip_mass"][1])
+    assert WEIGHED.exact().constants == {"tip_mass": (0.08, 0.0), "contact_position": (0.0, 0.0)}
+
+
 def test_a_second_recording_is_predicted(plain):
     other = shaken(Specimen(), amplitude=0.7)
     second = taken(other, push(TIMES, amplitude=0.7))

@@ -168,9 +168,10 @@ def test_what_cannot_run_live_is_refused_in_one_sentence(effect, tmp_path):
 
 
 def test_only_the_compliant_probe_and_solids_run_live(tmp_path):
-    rigid = written(tmp_path / "rigid.yaml", Composition("rigid_probe"))
-    with pytest.raises(SettingsError, match="rig rigid_probe cannot run live"):
-        Estimator("ekf", EstimatorSettings(model=rigid))
+    for rig in ("rigid_probe", "force_driven"):
+        other = written(tmp_path / "other.yaml", Composition(rig))
+        with pytest.raises(SettingsError, match=f"rig {rig} cannot run live"):
+            Estimator("ekf", EstimatorSettings(model=other))
     fluid = written(tmp_path / "fluid.yaml", Composition(tissue="maxwell"))
     with pytest.raises(SettingsError, match="tissue maxwell cannot run live"):
         Estimator("ekf", EstimatorSettings(model=fluid))

@@ -90,6 +90,8 @@ def _print_errors(fit) -> None:
     print(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
     print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
     print(f"  noise floor                {output.tell(fit.noise, 4)} rms: what noise alone leaves")
-    print(f"  error / noise              {fit.ratio:.3g}")
+    noisy = any(m.whitening is not None for m in fit.measurements)
+    beside = ", the noise of the force counted too" if noisy else ""
+    print(f"  error / noise              {fit.ratio:.3g}{beside}")
     if not fit.converged:
         print("  the fit did not settle: take its values for a guess")

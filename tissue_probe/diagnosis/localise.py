@@ -137,7 +137,7 @@ def localise(
     Localisation
         With the profiles ``time`` [s since the first sample], ``frequency`` [Hz],
         ``indentation`` [mm], ``speed`` [mm/s, of the tip, positive inwards], ``direction``
-        (out, in) and ``phase`` [degrees of the coil's cycle, 0 where it is deepest, -90 on the
+        (out, in) and ``phase`` [degrees of the motion's cycle, 0 where it is deepest, -90 on the
         way in].
 
     Raises

@@ -51,8 +51,9 @@ class Instrument:
     constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
 
     def exact(self) -> Instrument:
-        """Return the same instrument, its constants taken as known."""
-        return Instrument(self.rig, {name: (v, 0.0) for name, (v, _) in self.constants.items()})
+        """Return the same instrument, its constants taken as known but those that nobody gave."""
+        held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
+        return Instrument(self.rig, held)
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class Measurement:
 
     def over_noise(self, values: FloatArray) -> FloatArray:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
-        if self.whitening is None:
+        if self.whitening is None or not values.size:
             return (values.T * (self.used / self.noise)).T
         filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
         # The filter reaches back: what follows an unused sample is unused too.

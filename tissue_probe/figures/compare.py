@@ -156,7 +156,7 @@ def _draw_profile(axes: Axes, profile: Profile, noise: float, foremost: bool) ->
     if profile.quantity == "phase":
         ticks = [f"{phase:g}°\n{name}" for phase, name in _PHASES.items()]
         axes.set_xticks(list(_PHASES), ticks)
-        axes.set_title("phase of the coil's cycle", fontsize=11, fontweight=_weight(foremost))
+        axes.set_title("phase of the cycle", fontsize=11, fontweight=_weight(foremost))
     if profile.labels:
         middles = 0.5 * (profile.edges[:-1] + profile.edges[1:])
         axes.set_xticks(middles, profile.labels)
