@@ -21,10 +21,11 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-DRIVE = (
+COLUMNS = (
     "--position qm --position-unit m --force vir --force-unit 35.1507 --force-polarity compression "
-    "--rig rigid_probe --constant stiffness=0 --lowpass 100"
 )
+DRIVE = COLUMNS + "--rig rigid_probe --constant stiffness=0 --lowpass 100"
+DRIVEN = COLUMNS + "--rig force_driven --constant stiffness=0 --constant contact_position=0"
 PROBING = (
     "--position depth_mm --force fn_N --force-polarity compression --sample-rate 10 "
     "--rig rigid_probe --constant tip_mass=0"
@@ -63,6 +64,7 @@ class Measured:
 
 DATA = (
     Measured("EMPS", "emps/DATA_EMPS.mat", DRIVE, ("coulomb_friction", "force_bias")),
+    Measured("EMPS driven", "emps/DATA_EMPS.mat", DRIVEN, ("coulomb_friction", "force_bias")),
     *(
         Measured(name, f"pig_liver_probing/{file}.csv", PROBING, ("hertz_contact",))
         for name, file in {
@@ -95,7 +97,7 @@ def main(
     """Run the commands of the page, and print its tables."""
     console = Console(width=150)
     found = Table(title="What is found", title_justify="left")
-    for name in ("data", "verdict", "effects", "error [N]", "noise [N]", "ranking (BIC gain)"):
+    for name in ("data", "verdict", "effects", "error", "noise", "ranking (BIC gain)"):
         found.add_column(name, overflow="fold")
     ladders = []
     for data in (data for data in DATA if data.name.startswith(only)):
@@ -126,12 +128,13 @@ def told(arguments: list[str]) -> dict | str:
 def row(name: str, answer: dict) -> list[str]:
     """Return a data set's row of the first table."""
     errors, ranking = answer["rmse"]["training"], answer["ranking"][:SHOWN]
+    unit = answer["output"]["unit"]
     return [
         name,
         answer["verdict"],
         ", ".join(answer["effects"]) or "none",
-        f"{errors['base']:.4g} -> {errors['final']:.4g}",
-        f"{answer['noise_floor']:.3g}",
+        f"{errors['base']:.4g} -> {errors['final']:.4g} {unit}",
+        f"{answer['noise_floor']:.3g} {unit}",
         ", ".join(f"{each['effect']} ({each['gain']:.0f}){settled(each)}" for each in ranking),
     ]
 

@@ -103,7 +103,7 @@ def test_what_the_probe_measures_is_what_the_model_predicts(name, probe, tmp_pat
     values = np.array([entry.default for entry in composition.values])
     start = np.zeros(len(kernel.STATES))
     kernel.begin(values, 0.0, 0.0, start)
-    predicted = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
+    predicted = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     assert np.ptp(force) > 0.5
     # A spline through the coil's samples knows nothing of what its force does between them.
     assert np.sqrt(np.mean((predicted - force) ** 2)) < 2e-3 * np.sqrt(np.mean(force**2))
@@ -150,9 +150,10 @@ def test_what_cannot_be_simulated_is_refused_in_one_sentence(probe, tmp_path):
     delay = written(tmp_path / "delay.yaml", Composition(effects=(EFFECTS["channel_delay"],)))
     with pytest.raises(DeviceError, match="channel_delay cannot be simulated by the probe"):
         probe(model=delay)
-    rigid = written(tmp_path / "rigid.yaml", Composition("rigid_probe"))
-    with pytest.raises(DeviceError, match="the rig is rigid_probe"):
-        probe(model=rigid)
+    for rig in ("rigid_probe", "force_driven"):
+        other = written(tmp_path / "other.yaml", Composition(rig))
+        with pytest.raises(DeviceError, match=f"the rig is {rig}"):
+            probe(model=other)
     fast = written(tmp_path / "fast.yaml", load_cell_stiffness=1e7, tip_mass=1e-4)
     with pytest.raises(DeviceError, match="too short to simulate at real time"):
         probe(model=fast)

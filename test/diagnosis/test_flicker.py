@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tissue_probe.challenge.instrument import pink_noise
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.flicker import flicker_weights, whitened
+from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.ranking import significant
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -20,7 +20,7 @@ from tissue_probe.physics.effects import EFFECTS
 def test_white_and_flicker_noise_together_come_out_white(level):
     random, count = np.random.default_rng(1), 4000
     noise = [random.normal(size=count) + level * pink_noise(count, random) for _ in range(60)]
-    white = whitened(np.transpose(noise), flicker_weights(count, level))
+    white = evened(np.transpose(noise), flicker_weights(count, level))
     for first, stop in ((1, 11), (11, 101), (101, 1001), (1001, 4000)):
         power = np.mean(white[first:stop] ** 2)
         assert abs(power - 1.0) < 5.0 * np.sqrt(2.0 / (60 * (stop - first))) + 0.05, (first, power)
@@ -29,12 +29,13 @@ def test_white_and_flicker_noise_together_come_out_white(level):
 @given(st.integers(2, 3000), st.floats(0.0, 1e3))
 def test_weights_lie_between_nothing_and_one_and_rise_with_frequency(count, level):
     weights = flicker_weights(count, level)
-    assert np.all((weights > 0.0) & (weights <= 1.0)) and np.all(np.diff(weights) >= 0.0)
+    assert np.all((weights > 0.0) & (weights <= 1.0))
+    assert np.all(np.diff(weights) >= 0.0)
 
 
 def test_without_flicker_noise_the_sum_of_squares_is_kept():
     columns = np.random.default_rng(2).normal(size=(500, 3))
-    same = whitened(columns, flicker_weights(500, 0.0))
+    same = evened(columns, flicker_weights(500, 0.0))
     assert np.allclose(same.T @ same, columns.T @ columns)
 
 
@@ -48,4 +49,5 @@ def test_slow_noise_of_the_stated_level_leaves_a_residual_of_one_and_no_drift():
 
 
 def test_a_rig_that_is_known_exactly_has_none():
-    assert EXACT.flicker_noise == 0.0 and TOLERANT.flicker_noise > 0.0
+    assert EXACT.flicker_noise == 0.0
+    assert TOLERANT.flicker_noise > 0.0

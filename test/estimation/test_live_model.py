@@ -39,7 +39,7 @@ def measured(composition, samples=5000, mean=5e-4, seed=1, **changes):
     known = default_values(composition) | changes
     values = np.array([known[name] for name in kernel.VALUES])
     start = np.zeros(len(kernel.STATES))
-    force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).force
+    force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     force += NOISE * np.random.default_rng(seed).standard_normal(samples)
     return SampleBlock(START, 0, PERIOD, position, force, np.zeros(samples))
 
@@ -190,9 +190,10 @@ def test_what_cannot_run_live_is_refused_in_one_sentence(effect, tmp_path):
 
 
 def test_only_the_compliant_probe_and_solids_run_live(tmp_path):
-    rigid = written(tmp_path / "rigid.yaml", Composition("rigid_probe"))
-    with pytest.raises(SettingsError, match="rig rigid_probe cannot run live"):
-        Estimator("ekf", EstimatorSettings(model=rigid))
+    for rig in ("rigid_probe", "force_driven"):
+        other = written(tmp_path / "other.yaml", Composition(rig))
+        with pytest.raises(SettingsError, match=f"rig {rig} cannot run live"):
+            Estimator("ekf", EstimatorSettings(model=other))
     fluid = written(tmp_path / "fluid.yaml", Composition(tissue="maxwell"))
     with pytest.raises(SettingsError, match="tissue maxwell cannot run live"):
         Estimator("ekf", EstimatorSettings(model=fluid))

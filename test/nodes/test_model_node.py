@@ -31,7 +31,7 @@ def stiffening(folder):
     position = (times / times[-1]) * 2e-3 * np.sin(62.8 * times) ** 2
     vector = np.array(list(values.values()))
     coil = course(composition.kernel, position, PERIOD, vector)
-    force = respond(composition.kernel, vector, np.zeros(2), coil).force
+    force = respond(composition.kernel, vector, np.zeros(2), coil).output
     force += 0.005 * np.random.default_rng(2).standard_normal(SAMPLES)
     return folder / "model.yaml", position, force
 

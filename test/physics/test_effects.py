@@ -58,8 +58,8 @@ def test_at_neutral_strength_the_force_is_that_without_the_effect(name):
     position = pressing(times) if effect.switches else vibrating(times)
     composition = Composition(effects=(effect,))
     neutral = {p.name: effect.neutral for p in effect.parameters[: effect.strengths]}
-    with_it = force_of(composition, values_of(composition, **neutral), position, PERIOD / 10).force
-    without = force_of(BASE, values_of(BASE), position, PERIOD / 10).force
+    with_it = force_of(composition, values_of(composition, **neutral), position, PERIOD / 10).output
+    without = force_of(BASE, values_of(BASE), position, PERIOD / 10).output
     assert np.abs(without).max() > 0.2
     np.testing.assert_allclose(with_it, without, atol=1e-9)
 
@@ -99,7 +99,7 @@ def test_sensitivities_are_the_derivatives_of_the_force(name):
             continue
         change = np.zeros(unknowns.size)
         change[index] = 1e-5 * abs(unknowns[index]) or 1e-8
-        up, down = answer(unknowns + change).force, answer(unknowns - change).force
+        up, down = answer(unknowns + change).output, answer(unknowns - change).output
         difference = (up - down) / (2 * change[index])
         size = max(np.linalg.norm(difference), np.linalg.norm(exact[:, index]))
         error = np.linalg.norm(difference - exact[:, index]) / max(size, 1e-9)
@@ -119,7 +119,7 @@ def test_steps_converge(name):
     start = np.zeros(len(kernel.STATES))
     forces = []
     for stride in (1, 2, 4, 8):
-        forces.append(respond(kernel, values, start, coil).force[::stride][: position.size - 1])
+        forces.append(respond(kernel, values, start, coil).output[::stride][: position.size - 1])
         coil = halved(coil)
     rms = np.sqrt(np.mean(forces[-1] ** 2))
     changes = [np.sqrt(np.mean((a - b) ** 2)) for a, b in pairwise(forces)]

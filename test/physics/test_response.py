@@ -40,7 +40,7 @@ def transfer(composition, frequency=10.0):
     """Force over position of the coil in steady state [N/m]."""
     times = np.arange(8000) * PERIOD
     position = 1e-3 * np.sin(2 * np.pi * frequency * times)
-    force = force_of(composition, values_of(composition), position).force
+    force = force_of(composition, values_of(composition), position).output
     last = times > 3.0
     return phasor(force[last], times[last], frequency) / phasor(
         position[last], times[last], frequency
@@ -74,7 +74,7 @@ def test_the_force_of_a_rigid_probe_is_that_of_the_interpolated_motion():
     position = vibrating(times)
     spline = CubicSpline(times, position)
     expected = M * spline(times, 2) + B * spline(times, 1) + K * position
-    force = force_of(composition, values_of(composition), position).force
+    force = force_of(composition, values_of(composition), position).output
     np.testing.assert_allclose(force, expected, atol=1e-10)
 
 
@@ -136,14 +136,14 @@ def test_contact_is_lost_and_regained_at_the_right_instants(name):
     position -= 2e-4 * np.exp(-times / 0.02)
     truth, events = lifted(attached_until, values["damping"], position, times)
     values = values_of(composition, **values)
-    force = force_of(composition, values, position).force
+    force = force_of(composition, values, position).output
     assert events >= 10
     rms = np.sqrt(np.mean(truth**2))
     assert np.sqrt(np.mean((force - truth) ** 2)) < 2e-3 * rms
     # In shorter steps the events themselves err by next to nothing.
     coil = halved(halved(course(composition.kernel, position, PERIOD, values)))
     start = np.zeros(len(composition.kernel.STATES))
-    finer = respond(composition.kernel, values, start, coil).force[::4]
+    finer = respond(composition.kernel, values, start, coil).output[::4]
     assert np.sqrt(np.mean((finer - truth[: finer.size]) ** 2)) < 1e-5 * rms
 
 
@@ -156,10 +156,10 @@ def test_a_tip_that_hardly_sticks_moves_as_one_that_never_pulls():
     never_pulls = Composition(effects=EFFECTS["contact_loss"].forms)
     sticking = Composition(effects=(EFFECTS["adhesion"],))
     values = {"stiffness": 313.0, "damping": 6.4}
-    pushed = force_of(never_pulls, values_of(never_pulls, **values), position).force
-    stuck = force_of(sticking, values_of(sticking, pull_off_force=1e-6, **values), position).force
+    pushed = force_of(never_pulls, values_of(never_pulls, **values), position).output
+    stuck = force_of(sticking, values_of(sticking, pull_off_force=1e-6, **values), position).output
     free = Composition()
-    assert np.ptp(force_of(free, values_of(free, **values), position).force - pushed) > 0.05
+    assert np.ptp(force_of(free, values_of(free, **values), position).output - pushed) > 0.05
     np.testing.assert_allclose(stuck, pushed, atol=1e-4)
 
 
@@ -193,6 +193,6 @@ def test_friction_is_followed_as_closely_however_fast_the_probe_is(effect):
     times = np.arange(2000) * PERIOD
     chirp = 1e-3 * np.sin(2 * np.pi * (1.0 + 29.5 * times) * times)  # 60 Hz in the end
     fine = CubicSpline(times, chirp)(np.arange(16 * 1999 + 1) * PERIOD / 16)
-    force = force_of(composition, values, chirp).force
-    finer = force_of(composition, values, fine, PERIOD / 16).force[::16]
+    force = force_of(composition, values, chirp).output
+    finer = force_of(composition, values, fine, PERIOD / 16).output[::16]
     assert np.sqrt(np.mean((force - finer) ** 2)) < 5e-4  # a tenth of the load cell's noise

@@ -10,6 +10,7 @@ import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
+from tissue_probe.quantities import FORCE
 
 
 def compare(
@@ -42,52 +43,55 @@ def compare(
 ) -> None:
     """Compare a model with measurements, and show where it fails.
 
-    The model is fitted first, unless --model names one that was. Errors are in newtons and as a
-    share of the force's rms; the noise floor is what a right model would leave.
+    The model is fitted first, unless --model names one that was. Errors are of the force, or of the
+    position where a force drives; the noise floor is what a right model would leave.
     """
     from tissue_probe.diagnosis.candidates import fit_base
-    from tissue_probe.diagnosis.localise import localise
-    from tissue_probe.diagnosis.residuals import residual_tests
     from tissue_probe.figures.compare import draw_comparison
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
-    taken = asked.measurements(measured.read_measured(files, layout, starts, site, lowpass))
-    instrument = asked.instrument(rig, known_rig, constant or [])
+    segments = measured.read_measured(files, layout, starts, site, lowpass)
     if model:
-        fit = asked.held(model, taken)
-    else:
-        fit = fit_base(asked.composition(rig, tissue), taken, instrument)
-    first, residual = fit.measurements[0], fit.residuals[0]
+        fit = asked.held(model, segments)
+        rig = asked.RigName(fit.composition.rig)
+    instrument = asked.instrument(rig, known_rig, constant or [])
+    if not model:
+        begun = asked.composition(rig, tissue)
+        fit = fit_base(begun, asked.measurements(segments, begun.output), instrument)
+    first = fit.measurements[0]
     _print_errors(fit)
-    tests = residual_tests(residual, first.position, first.sample_period, first.noise)
-    for test in tests:
+    for test in asked.tests(fit):
         if not test.passed and np.isfinite(test.statistic):
             print(f"- {test.name}: {test.finding}. {test.hint}")
-    predicted = fit.predicted[0]
-    stiffness = fit.named().get("load_cell_stiffness", np.inf)
-    tip = first.position - predicted / stiffness
-    where = localise(residual, first.position, tip, first.sample_period, first.noise)
+    where = asked.where(fit)
     print(f"Here: {where.here.describe()}" if where.here else "The error stands out nowhere.")
-    draw_comparison(first.times, first.force, predicted, where, first.noise).savefig(
-        output, dpi=100
-    )
+    draw_comparison(
+        first.times, first.output_values, fit.predicted[0], where, first.noise, fit.output
+    ).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
-        asked.write_answer(json, fit.composition, taken, instrument)
+        asked.write_answer(json, fit.composition, fit.measurements, instrument)
 
 
 def _print_errors(fit) -> None:
-    measured_rms = float(np.sqrt(np.mean(np.concatenate([m.force for m in fit.measurements]) ** 2)))
+    output = fit.output
+    signal = np.concatenate([m.output_values for m in fit.measurements])
+    # A position has no zero of its own, as a force has.
+    size = np.sqrt(np.mean(signal**2)) if output is FORCE else np.std(signal)
+    share = f"{100 * fit.rmse / size:.3g} % of the {output.name}'s rms"
+    if output is not FORCE:
+        share += " about its mean"
     print(f"{asked.title(fit)}:")
     for name, value in asked.table(fit):
         print(f"  {name:26s} {value}")
-    print(f"  error                      {1e3 * fit.rmse:.4g} mN rms, "
-          f"{100 * fit.rmse / measured_rms:.3g} % of the force's rms")  # fmt: skip
-    print(f"  error on held-out blocks   {1e3 * fit.heldout_rmse:.4g} mN rms")
-    print(f"  noise floor                {1e3 * fit.noise:.4g} mN rms: what noise alone leaves")
-    print(f"  error / noise              {fit.ratio:.3g}")
+    print(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
+    print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
+    print(f"  noise floor                {output.tell(fit.noise, 4)} rms: what noise alone leaves")
+    noisy = any(m.whitening is not None for m in fit.measurements)
+    beside = ", the noise of the force counted too" if noisy else ""
+    print(f"  error / noise              {fit.ratio:.3g}{beside}")
     if not fit.converged:
         print("  the fit did not settle: take its values for a guess")

@@ -53,12 +53,16 @@ def diagnose(
     )
     told = answer(diagnosis)
     table = Table(title="The model with one effect more, the best first", title_justify="left")
-    for name in ("effect", "family", "error [mN]", "held out [mN]", "BIC gain"):
-        table.add_column(name, justify="left" if name in ("effect", "family") else "right")
     base = diagnosis.ladder.base
-    table.add_row("none", "", f"{1e3 * base.rmse:.4g}", f"{1e3 * diagnosis.heldout(base):.4g}", "")
+    small, per_small = base.output.small, base.output.per_small
+    for name in ("effect", "family", f"error [{small}]", f"held out [{small}]", "BIC gain"):
+        table.add_column(name, justify="left" if name in ("effect", "family") else "right")
+    errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]
+    table.add_row("none", "", *errors, "")
     for each in told.ranking[:SHOWN]:
-        errors = ["" if e is None else f"{1e3 * e:.4g}" for e in (each.rmse, each.heldout_rmse)]
+        errors = [
+            "" if e is None else f"{per_small * e:.4g}" for e in (each.rmse, each.heldout_rmse)
+        ]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         table.add_row(each.effect, each.family, *errors, gain)
     Console(markup=False, highlight=False).print(table)  # units stand in square brackets

@@ -18,8 +18,11 @@ from tissue_probe.cli.measured import Segment, Starts
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.fit import Fit
+    from tissue_probe.diagnosis.localise import Localisation
     from tissue_probe.diagnosis.measurement import Instrument, Measurement
+    from tissue_probe.diagnosis.residual_test import ResidualTest
     from tissue_probe.physics.composition import Composition
+    from tissue_probe.quantities import Quantity
 
 
 class RigName(str, Enum):
@@ -27,6 +30,7 @@ class RigName(str, Enum):
 
     compliant_probe = "compliant_probe"
     rigid_probe = "rigid_probe"
+    force_driven = "force_driven"
 
 
 class TissueName(str, Enum):
@@ -43,7 +47,13 @@ TISSUE = ("stiffness", "damping")
 #: Known of a rig beside its constants: rms of the 1/f noise over a recording [N].
 FLICKER = "flicker_noise"
 
-Rig = Annotated[RigName, typer.Option(help="How the instrument couples to the tissue.")]
+Rig = Annotated[
+    RigName,
+    typer.Option(
+        help="How the instrument couples to the tissue; in force_driven the force is the input, "
+        "and the position is predicted."
+    ),
+]
 TissueOption = Annotated[TissueName, typer.Option("--tissue", help="The model to begin with.")]
 KnownRig = Annotated[
     bool, typer.Option("--known-rig", help="Take the rig's constants as exactly known.")
@@ -92,13 +102,13 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
     Raises
     ------
     ValueError
-        If a constant is not one of the rig's, or is not a number.
+        If a constant is not one of the rig's, or is not a number within its bounds.
     """
-    from tissue_probe.diagnosis.measurement import FLICKER_NOISE, PAPER_RIG, RIGID, Instrument
+    from tissue_probe.diagnosis.measurement import FLICKER_NOISE, KNOWN, Instrument
+    from tissue_probe.physics.composition import Composition
 
-    paper = rig is RigName.compliant_probe
-    values = dict(PAPER_RIG if paper else RIGID)
-    flicker_noise = FLICKER_NOISE if paper else 0.0
+    values = dict(KNOWN[rig.value])
+    flicker_noise = FLICKER_NOISE if rig is RigName.compliant_probe else 0.0
     for text in constants:
         name, _, number = text.partition("=")
         value, _, deviation = number.partition("+-")
@@ -116,12 +126,27 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
             raise ValueError(
                 f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
             ) from None
+        if name == FLICKER:
+            continue
+        (entry,) = Composition(rig.value).entries([name])
+        if not entry.lower <= values[name][0] <= entry.upper:
+            raise ValueError(
+                f"--constant {text}: {name} of {rig.value} lies from {entry.lower:g} to "
+                f"{entry.upper:g} {entry.unit}; give one that does"
+            )
     chosen = Instrument(rig.value, values, flicker_noise)
     return chosen.exact() if known else chosen
 
 
-def measurements(segments: Sequence[Segment]) -> list[Measurement]:
+def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurement]:
     """Make of what was read what is fitted; prints what was done to read it.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        What was read.
+    output : Quantity
+        What the rig's models predict of it.
 
     Raises
     ------
@@ -140,7 +165,9 @@ def measurements(segments: Sequence[Segment]) -> list[Measurement]:
                 raise ValueError(f"{each.source}: {finding.sentence}")
             print(f"note: {each.source}: {finding.sentence}")
         rested = each.starts is Starts.at_rest
-        found.append(Measurement(each.position, each.force, each.sample_period, rested))
+        found.append(
+            Measurement(each.position, each.force, each.sample_period, rested, output=output)
+        )
     return found
 
 
@@ -194,10 +221,11 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
 
 def _fall(diagnosis: Diagnosis) -> str:
     base, final = diagnosis.ladder.base, diagnosis.ladder.final
-    return (
-        f"The held-out error goes from {1e3 * diagnosis.heldout(base):.3g} mN to "
-        f"{1e3 * diagnosis.heldout(final):.3g} mN; the noise is {1e3 * base.noise:.3g} mN."
+    before, after, noise = (
+        base.output.tell(error)
+        for error in (diagnosis.heldout(base), diagnosis.heldout(final), base.noise)
     )
+    return f"The held-out error goes from {before} to {after}; the noise is {noise}."
 
 
 def title(fit: Fit) -> str:
@@ -217,24 +245,45 @@ def table(fit: Fit) -> list[tuple[str, str]]:
     ]
 
 
-def held(model: Path, taken: Sequence[Measurement]) -> Fit:
-    """Return a model file's model on measurements: only the state at their start is fitted.
+def where(fit: Fit) -> Localisation:
+    """Say where in its first measurement a model fails."""
+    from tissue_probe.diagnosis.localise import localise
+
+    first = fit.measurements[0]
+    return localise(fit.residuals[0], first.position, fit.tip[0], first.sample_period, first.noise)
+
+
+def tests(fit: Fit) -> tuple[ResidualTest, ...]:
+    """Test what a model leaves of its first measurement."""
+    from tissue_probe.diagnosis.residuals import residual_tests
+
+    first = fit.measurements[0]
+    return residual_tests(
+        fit.residuals[0], first.input_values, first.sample_period, first.noise, fit.output
+    )
+
+
+def held(model: Path, segments: Sequence[Segment]) -> Fit:
+    """Return a model file's model on what was read: only the state at the start is fitted.
 
     Raises
     ------
     ValueError
         If the file is no model, or it cannot be simulated on these measurements.
     """
+    from tissue_probe.diagnosis.coloured import whitened
     from tissue_probe.diagnosis.fit import Problem, search
     from tissue_probe.diagnosis.measurement import Instrument
     from tissue_probe.physics.model_file import load
 
     file = load(model)
-    problem = Problem(file.composition, taken, Instrument(file.composition.rig, {}), file.values)
+    taken = measurements(segments, file.composition.output)
+    rig = Instrument(file.composition.rig, {})
+    problem = Problem(file.composition, taken, rig, file.values)
     fit = search(problem, problem.nominal, [z for z, _ in problem.begin(problem.nominal)])
     if fit is None:
         raise ValueError(f"{model} diverges on these measurements; was it fitted to other units?")
-    return fit
+    return whitened(fit, rig, file.values)
 
 
 def diagnosis(
@@ -259,9 +308,8 @@ def diagnosis(
     for name in add:
         if name not in library:
             raise ValueError(f"--add {name}: no such effect; known are {', '.join(library)}")
-    return diagnose(
-        model, measurements(segments), known, library, measurements(validation), tuple(add)
-    )
+    taken, tried = (measurements(each, model.output) for each in (segments, validation))
+    return diagnose(model, taken, known, library, tried, tuple(add))
 
 
 def write_answer(

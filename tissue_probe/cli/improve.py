@@ -67,13 +67,14 @@ def improve(
     )
     ladder = diagnosis.ladder
     table = Table(title="The ladder", title_justify="left")
-    for name in ("model", "error [mN]", "held out [mN]", "error / noise"):
+    small, per_small = ladder.base.output.small, ladder.base.output.per_small
+    for name in ("model", f"error [{small}]", f"held out [{small}]", "error / noise"):
         table.add_column(name, justify="left" if name == "model" else "right")
     for fit in (ladder.base, *ladder.steps):
         table.add_row(
             asked.title(fit),
-            f"{1e3 * fit.rmse:.4g}",
-            f"{1e3 * diagnosis.heldout(fit):.4g}",
+            f"{per_small * fit.rmse:.4g}",
+            f"{per_small * diagnosis.heldout(fit):.4g}",
             f"{fit.ratio:.3g}" + ("" if fit.converged else " (did not settle)"),
         )
     Console(markup=False, highlight=False).print(table)  # units stand in square brackets

@@ -12,18 +12,16 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 import sympy as sp
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.localise import Localisation, localise
 from tissue_probe.diagnosis.ranking import added
-from tissue_probe.diagnosis.residuals import residual_tests
 from tissue_probe.figures.compare import draw_comparison
 from tissue_probe.figures.ladder import draw_ladder
 from tissue_probe.physics.model_file import Data, DataFile, save
+from tissue_probe.quantities import FORCE
 from tissue_probe.report.contents import (
     Report,
     ReportCandidate,
@@ -43,6 +41,7 @@ LETTERS = {
     "tip_velocity": "\\dot{x}",
     "position": "u",
     "position_rate": "\\dot{u}",
+    "force": "F",
     "stiffness": "k",
     "damping": "\\beta",
     "tip_mass": "m",
@@ -79,22 +78,20 @@ def write(
         [fit.rmse for fit in steps],
         [diagnosis.heldout(fit) for fit in steps],
         final.noise,
+        final.output,
     ).savefig(folder / "ladder.png", dpi=100)
     first = ladder.base.measurements[0]
     draw_comparison(
-        first.times, first.force, ladder.base.predicted[0], where(ladder.base), first.noise
+        first.times,
+        first.output_values,
+        ladder.base.predicted[0],
+        asked.where(ladder.base),
+        first.noise,
+        final.output,
     ).savefig(folder / "compare.png", dpi=100)
     (folder / "report.html").write_text(
         render(report(diagnosis, files, validation)), encoding="utf-8"
     )
-
-
-def where(fit: Fit) -> Localisation:
-    """Say where in its first measurement a model fails."""
-    first = fit.measurements[0]
-    stiffness = fit.named().get("load_cell_stiffness", np.inf)
-    tip = first.position - fit.predicted[0] / stiffness
-    return localise(fit.residuals[0], first.position, tip, first.sample_period, first.noise)
 
 
 def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Path]) -> Report:
@@ -102,16 +99,15 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
     ladder = diagnosis.ladder
     base, final = ladder.base, ladder.final
     first = base.measurements[0]
-    tested = (first.position, first.sample_period, first.noise)
     cut = slice(0, DRAWN)
     signals = ReportSignals(
         f"{files[0].name} (fitted)",
         first.times[cut],
-        first.force[cut],
+        first.output_values[cut],
         base.predicted[0][cut],
         final.predicted[0][cut],
-        where(base),
-        where(final) if final is not base else None,
+        asked.where(base),
+        asked.where(final) if final is not base else None,
     )
     steps = (base, *ladder.steps)
     return Report(
@@ -144,8 +140,8 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
         ),
         signals=(signals,),
         findings=tuple(finding.sentence for finding in diagnosis.findings),
-        base_tests=residual_tests(base.residuals[0], *tested),
-        final_tests=residual_tests(final.residuals[0], *tested) if final is not base else (),
+        base_tests=asked.tests(base),
+        final_tests=asked.tests(final) if final is not base else (),
         excitations=_next(diagnosis),
         sources=(
             *(ReportSource(path.name, "fitted", _digest(path)[:16]) for path in files),
@@ -158,17 +154,19 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
         },
         created=datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         seconds=diagnosis.seconds,
+        output=base.output,
     )
 
 
 def equations(fit: Fit) -> tuple[str, ...]:
-    """Return a model's equations in LaTeX: a rate a state, then the force."""
+    """Return a model's equations in LaTeX: a rate a state, then what is measured."""
     model = fit.composition.model
     lines = [
         f"\\frac{{d}}{{dt}} {_latex(state)} = {_latex(rate)}"
         for state, rate in zip(model.states, model.motion, strict=True)
     ]
-    return (*lines, f"F = {_latex(model.output)}")
+    measured = "F" if fit.output is FORCE else "u"
+    return (*lines, f"{measured} = {_latex(model.output)}")
 
 
 def _latex(expression: sp.Expr) -> str:

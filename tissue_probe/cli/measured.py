@@ -54,8 +54,8 @@ Position = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Displacement of the coil: a column (by default u or position), or a field of a "
-        "topic, such as /pose.pose.position.z.",
+        help="Displacement of the coil, or of the tip where a force drives: a column (by default u "
+        "or position), or a field of a topic, such as /pose.pose.position.z.",
     ),
 ]
 
@@ -63,8 +63,8 @@ Force = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Load-cell force: a column (by default F or force), or a field of a topic, such as "
-        "/ft.wrench.force.z.",
+        help="Load-cell force, or the force that drives: a column (by default F or force), or a "
+        "field of a topic, such as /ft.wrench.force.z.",
     ),
 ]
 

@@ -39,15 +39,15 @@ class Candidate(_Entry):
 
     effect: str
     family: str
-    heldout_rmse: Number = Field(description="error on held-out data [N]")
-    rmse: Number = Field(description="error on the data it was fitted to [N]")
+    heldout_rmse: Number = Field(description="error on held-out data [output.unit]")
+    rmse: Number = Field(description="error on the data it was fitted to [output.unit]")
     gain: Number = Field(description="fall of the Bayesian information criterion")
     parameters: dict[str, ParameterValue]
     converged: bool = Field(description="whether the fit settled")
 
 
 class ErrorPair(_Entry):
-    """Error of the model asked about and of the improved one [N]."""
+    """Error of the model asked about and of the improved one [output.unit]."""
 
     base: Number
     final: Number
@@ -58,6 +58,13 @@ class Rmse(_Entry):
 
     training: ErrorPair
     heldout: ErrorPair
+
+
+class Output(_Entry):
+    """What the rig's models predict, and all errors are of."""
+
+    quantity: Literal["force", "position"]
+    unit: Literal["N", "m"]
 
 
 class Experiment(_Entry):
@@ -85,12 +92,15 @@ class Answer(_Entry):
 
     version: Literal[1] = 1
     verdict: Verdict
+    output: Output
     ranking: list[Candidate] = Field(description="best first")
     indistinguishable: list[str] = Field(description="effects that this excitation cannot tell")
     unseen: list[str] = Field(description="effects that this excitation could not have shown")
     effects: list[str] = Field(description="what improve would add, in order")
     rmse: Rmse
-    noise_floor: Number = Field(description="standard deviation of the force's white noise [N]")
+    noise_floor: Number = Field(
+        description="standard deviation of the output's white noise [output.unit]"
+    )
     ladder: list[Step]
     suggested_excitation: Experiment | None
     findings: list[str] = Field(description="what is wrong with the samples, in sentences")
@@ -111,6 +121,7 @@ def answer(diagnosis: Diagnosis) -> Answer:
     base, final = ladder.base, ladder.final
     return Answer(
         verdict=diagnosis.verdict,
+        output=Output(quantity=base.output.name, unit=base.output.unit),
         ranking=[*spoilt, *(_candidate(diagnosis, fit) for fit in ladder.ranking)],
         indistinguishable=list(diagnosis.indistinguishable),
         unseen=list(diagnosis.unseen),

@@ -13,6 +13,8 @@ from itertools import product
 
 import numpy as np
 
+from tissue_probe.diagnosis.coloured import whitened
+from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
@@ -34,7 +36,7 @@ THREADS = 2
 def fit_base(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> Fit:
-    """Fit a model from its default values, from several stiffnesses.
+    """Fit a model from its default values, and from what a first look at the samples tells.
 
     Raises
     ------
@@ -42,12 +44,12 @@ def fit_base(
         If no start leads to a fit.
     """
     problem = Problem(composition, measurements, instrument)
-    names = list(problem.kernel.VALUES)
     fits = []
-    for stiffness in (300.0, 2000.0):
+    for guess in first_guesses(measurements):
         values = problem.nominal.copy()
-        if problem.free[names.index("stiffness")]:
-            values[names.index("stiffness")] = stiffness
+        for index, name in enumerate(problem.kernel.VALUES):
+            if name in guess and problem.free[index]:
+                values[index] = guess[name]
         starts = [z for z, _ in problem.begin(values)]
         fits.append(search(problem, values, starts))
     found = [fit for fit in fits if fit is not None]
@@ -55,7 +57,7 @@ def fit_base(
         raise ValueError(
             "no fit: the model diverges from every start; check the units and the force's polarity"
         )
-    return min(found, key=lambda fit: fit.cost)
+    return whitened(min(found, key=lambda fit: fit.cost), instrument)
 
 
 def refit(

@@ -11,20 +11,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import refit
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.coloured import filtered
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
-from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
+from tissue_probe.diagnosis.ranking import added, ranked, significant
 from tissue_probe.diagnosis.separation import Suggestion, suggest
 from tissue_probe.diagnosis.visibility import unseen
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.channel_delay import LONGEST
-from tissue_probe.physics.rigs import admits
+from tissue_probe.physics.rigs import admits, obstacle
 from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.quantities import FORCE
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
@@ -55,7 +57,7 @@ class Diagnosis:
     suggestion : Suggestion or None
         What would separate the indistinguishable, or show the unseen.
     validated : mapping of tuple of str to float
-        Error [N] on the validating recordings by the names of a model's effects.
+        Error [unit of the output] on the validating recordings by the names of a model's effects.
     seconds : float
         Time that it took.
     """
@@ -76,7 +78,7 @@ class Diagnosis:
         return (*self.spoilt, *self.ladder.effects)
 
     def heldout(self, fit: Fit) -> float:
-        """Error of a model on what it was not fitted to [N]: a second recording, or blocks."""
+        """Error of a model on what it was not fitted to: a second recording, or blocks."""
         return self.validated.get(fit.composition.names, fit.heldout_rmse)
 
 
@@ -108,7 +110,8 @@ def diagnose(
     Raises
     ------
     ValueError
-        If the samples are such that any fit would be worthless; says why and what to do.
+        If the samples are such that any fit would be worthless, or the rig has nothing that a
+        wanted effect acts on; says why and what to do.
     """
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
@@ -117,6 +120,7 @@ def diagnose(
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
         raise ValueError(fatal.sentence)
+    _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     sound = map(_without_spoilt, measurements, inspected)
     clean = [_finely_read(each) for each in sound]
@@ -124,7 +128,8 @@ def diagnose(
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
     else:
-        ladder = climb(composition, clean, instrument, library)
+        coloured = _coloured(composition, clean, instrument, library)
+        ladder = climb(composition, coloured, instrument, library)
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
     validated = {
         fit.composition.names: error(fit, validation, instrument) for fit in models if validation
@@ -144,7 +149,7 @@ def diagnose(
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error [N] of a fitted model on other recordings of the specimen; its values are held.
+    """Error of a fitted model on other recordings of the specimen; its values are held.
 
     Only what belongs to a run is fitted anew: the state at its start, and the phases of what has
     a phase (``Effect.of_run``).
@@ -161,6 +166,15 @@ def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument)
     return float(np.sqrt(squares / count))
 
 
+def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
+    for effect in wanted:
+        told = [obstacle(rig, form) for form in (effect, *effect.forms)]
+        if all(told):
+            raise ValueError(
+                f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
+            )
+
+
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
     return inspect(measurement.position, measurement.force, measurement.sample_period).findings
 
@@ -170,26 +184,55 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
 
     Of a motion that goes on, what a late channel says first was felt before the first sample.
     """
-    used = np.ones(measurement.force.size, dtype=bool)
+    used = _outside(findings, SPOILT + DISTURBED, measurement.force.size)
     if not measurement.at_rest:
         used[: round(LONGEST / measurement.sample_period)] = False
-    for finding in findings:
-        if finding.name in SPOILT + DISTURBED:
-            for first, stop in finding.spans:
-                used[first:stop] = False
     if used.all():
         return measurement
+    force = measurement.force
+    if measurement.input is FORCE:
+        # A spike that drives would move the tip ever after: it is bridged.
+        steady, number = _outside(findings, DISTURBED, used.size), np.arange(used.size)
+        force = np.interp(number, number[steady], force[steady])
     # The noise is estimated anew: where samples repeat there seems to be none.
-    return replace(measurement, used=used & measurement.used, noise=0.0)
+    return replace(measurement, force=force, used=used & measurement.used, noise=0.0)
+
+
+def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:
+    """Which samples none of these findings concerns."""
+    outside = np.ones(size, dtype=bool)
+    for finding in findings:
+        if finding.name in names:
+            for first, stop in finding.spans:
+                outside[first:stop] = False
+    return outside
+
+
+def _coloured(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+) -> Sequence[Measurement]:
+    """Filter noise of a force that drives by the best model of one effect: it has the colour."""
+    if composition.input is not FORCE:
+        return measurements
+    base = fit_base(composition, measurements, instrument)
+    if all(measurement.whitening is None for measurement in base.measurements):
+        return measurements
+    ranking = ranked(fit_candidates(base, library.values(), instrument))
+    right = bool(ranking) and significant(base, ranking[0])
+    return filtered(ranking[0]) if right else base.measurements
 
 
 def _finely_read(measurement: Measurement) -> Measurement:
     """Smooth what a fine encoder has rounded in a motion that goes on and on.
 
     A record that begins at rest stays as it was read: there the errors differ from period to
-    period, and smoothing would bend the beginning. A coarse step is for the effects to explain.
+    period, and smoothing would bend the beginning. A coarse step is for the effects to explain,
+    and where a force drives, rounding is part of the noise.
     """
     step = measurement.extent.step
-    if measurement.at_rest or not 0.0 < step <= COARSE:
+    if measurement.input is FORCE or measurement.at_rest or not 0.0 < step <= COARSE:
         return measurement
     return replace(measurement, position=smoothed(measurement.position, step, fine=True).course)

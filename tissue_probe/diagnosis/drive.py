@@ -1,4 +1,4 @@
-"""How the coil was driven, read from its position: what repeats, and which frequencies move.
+"""How a rig was driven, read from what drives it: what repeats, and which frequencies move.
 
 What belongs here: what tests of a residual must know of the drive. What does not: planning an
 excitation (``excitation``).
@@ -50,12 +50,12 @@ def spectrum(values: FloatArray, sample_period: float) -> tuple[FloatArray, Floa
 
 
 def drive_of(position: FloatArray, sample_period: float) -> Drive:
-    """Return how the coil was driven.
+    """Return how a rig was driven.
 
     Parameters
     ----------
     position : array, shape (N,)
-        Displacement u of the coil [m].
+        Displacement u of the coil [m], or the force [N] where that drives.
     sample_period : float
         Time between two samples [s].
     """

@@ -1,6 +1,6 @@
 """Whether a residual follows the drive: what a right model leaves knows nothing of the motion.
 
-What belongs here: correlation with the coil's position and speed, at the same time and later.
+What belongs here: correlation with what drives and its rate of change, at the same time and later.
 """
 
 from __future__ import annotations
@@ -9,22 +9,23 @@ import numpy as np
 from scipy import signal, stats
 
 from tissue_probe.diagnosis.residual_test import ResidualTest, judged
+from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
 LATEST = 0.05  # s by which a residual may follow its cause
 
 
-def position_correlation(
-    residual: FloatArray, position: FloatArray, sample_period: float
+def drive_correlation(
+    residual: FloatArray, drive: FloatArray, sample_period: float, quantity: Quantity
 ) -> ResidualTest:
-    """Test the correlation of the residual with the position, up to 50 ms earlier or later.
+    """Test the correlation of the residual with what drives, up to 50 ms earlier or later.
 
     ``statistic`` is the correlation coefficient of largest size; Bonferroni over the lags.
     """
     return _correlation(
-        "position",
+        quantity.name,
         residual,
-        position,
+        drive,
         sample_period,
         "a linear part of the answer to the motion is missing: relaxation "
         "(standard_linear_solid, generalized_maxwell, springpot), inertia (added_mass, "
@@ -33,14 +34,14 @@ def position_correlation(
     )
 
 
-def speed_correlation(
-    residual: FloatArray, position: FloatArray, sample_period: float
+def rate_correlation(
+    residual: FloatArray, drive: FloatArray, sample_period: float, quantity: Quantity
 ) -> ResidualTest:
-    """Test the correlation of the residual with the speed, as `position_correlation` does."""
+    """Test the correlation with the rate of what drives, as `drive_correlation` does."""
     return _correlation(
-        "speed",
+        quantity.rate,
         residual,
-        np.gradient(position, sample_period),
+        np.gradient(drive, sample_period),
         sample_period,
         "what takes energy is not the model's damper alone: relaxation (standard_linear_solid, "
         "generalized_maxwell, springpot), friction (coulomb_friction, stribeck_friction, "

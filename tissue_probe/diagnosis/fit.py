@@ -1,4 +1,4 @@
-"""Fitting a composed model to measured force by output error.
+"""Fitting a composed model by output error to what was measured of what it predicts.
 
 What belongs here: the least-squares problem (unknowns, priors, scales) and its solution by
 Levenberg and Marquardt's method with exact sensitivities.
@@ -13,11 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from tissue_probe.diagnosis.flicker import flicker_weights, whitened
+from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.rounding import smoothed
+from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
@@ -35,7 +36,7 @@ LOGARITHMIC = 50.0
 
 @dataclass(frozen=True)
 class Fit:
-    """A model fitted to measurements.
+    """A model fitted to measurements; errors are in the unit of ``output``.
 
     Attributes
     ----------
@@ -50,7 +51,7 @@ class Fit:
     covariance : array, shape (q, q)
         Of the values' errors; rows of what was held are 0.
     residuals : tuple of array
-        Measured minus simulated force [N].
+        Measured minus simulated output.
     misfits : tuple of float
         Sum of squared residuals of each measurement over its noise, flicker noise weighed as such.
     cost : float
@@ -61,7 +62,7 @@ class Fit:
         What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
         how many times narrower the data make their prior.
     heldout : tuple of array
-        Residuals [N] of each eighth of the record when the values are fitted to the other seven
+        Residuals of each eighth of the record when the values are fitted to the other seven
         (to first order in what that changes).
     converged : bool
         Whether the search settled.
@@ -91,13 +92,18 @@ class Fit:
 
     @cached_property
     def rmse(self) -> float:
-        """Root mean square of the residual [N]."""
+        """Root mean square of the residual."""
         return self._rms(self.residuals)
 
     @cached_property
     def heldout_rmse(self) -> float:
-        """Root mean square of the residual of what was left out of the fit [N]."""
+        """Root mean square of the residual of what was left out of the fit."""
         return self._rms(self.heldout)
+
+    @property
+    def output(self) -> Quantity:
+        """What the model predicts, and its unit."""
+        return self.composition.output
 
     def _rms(self, parts: Sequence[FloatArray]) -> float:
         used = [part[m.used] for part, m in zip(parts, self.measurements, strict=True)]
@@ -114,7 +120,7 @@ class Fit:
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the force's white noise over all measurements [N]."""
+        """Standard deviation of the output's white noise over all measurements."""
         squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]
         return float(np.sqrt(sum(squares) / self.samples))
 
@@ -127,10 +133,21 @@ class Fit:
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:
-        """Simulated force of each measurement [N]."""
+        """Simulated output of each measurement."""
         return tuple(
-            measurement.force - residual
+            measurement.output_values - residual
             for measurement, residual in zip(self.measurements, self.residuals, strict=True)
+        )
+
+    @property
+    def tip(self) -> tuple[FloatArray, ...]:
+        """Displacement of the tip in each measurement, as far as the model says [m]."""
+        if self.output is POSITION:
+            return self.predicted
+        stiffness = self.named().get("load_cell_stiffness", np.inf)
+        return tuple(
+            measurement.position - force / stiffness
+            for measurement, force in zip(self.measurements, self.predicted, strict=True)
         )
 
     def named(self) -> dict[str, float]:
@@ -168,6 +185,7 @@ class Problem:
     ) -> None:
         self.composition = composition
         self.measurements = tuple(measurements)
+        _check_output(composition, self.measurements)
         self.kernel = composition.kernel
         self.held = dict(held or {})
         entries = composition.values
@@ -225,19 +243,28 @@ class Problem:
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]
     ) -> list[tuple[FloatArray, FloatArray]]:
-        """Residual [N] and sensitivity of the force for each measurement."""
+        """Residual and sensitivity of the output for each measurement."""
         result = []
         for measurement, start in zip(self.measurements, starts, strict=True):
-            coil = course(self.kernel, measurement.position, measurement.sample_period, values)
+            coil = course(self.kernel, measurement.input_values, measurement.sample_period, values)
             response = respond(self.kernel, values, start, coil)
-            result.append((measurement.force - response.force, response.sensitivity))
+            result.append((measurement.output_values - response.output, response.sensitivity))
         return result
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return columns of samples of a measurement, shape (N, m), over the noise in them."""
-        measurement, weights = self.measurements[index], self.weights[index]
-        white = columns * (measurement.used / measurement.noise)[:, None]
-        return white if weights is None else whitened(white, weights)
+        over_noise, weights = self.measurements[index].over_noise(columns), self.weights[index]
+        return over_noise if weights is None else evened(over_noise, weights)
+
+
+def _check_output(composition: Composition, measurements: Sequence[Measurement]) -> None:
+    output = composition.output
+    for measurement in measurements:
+        if measurement.output is not output:
+            raise ValueError(
+                f"the rig {composition.rig} predicts the {output.name}, and the measurement is for "
+                f"one that predicts the {measurement.output.name}; give Measurement(output=...)"
+            )
 
 
 @dataclass
@@ -472,7 +499,7 @@ def _rounding(problem: Problem, point: _Point) -> float:
     changes = []
     for m, start in zip(problem.measurements, point.starts, strict=True):
         right, wrong = (
-            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).force
+            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).output
             for u in _as_read(m, step)
         )
         changes.append((wrong - right)[m.used])
@@ -505,27 +532,28 @@ def _left_out(problem: Problem, point: _Point) -> list[FloatArray]:
     """Return each block's residual with the values fitted to the others only.
 
     With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
-    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values and white noise.
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
+    the noise, of which flicker noise is left aside.
     """
     q, n = problem.count, problem.states
     own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
     scale = _scale(problem, point.values)[own]
-    sensitivities = [
-        sensitivity[:, n:][:, own] * scale * (m.used / m.noise)[:, None]
-        for m, (_, sensitivity) in zip(problem.measurements, point.simulated, strict=True)
-    ]
-    prior = (scale / problem.deviation[own]) ** 2
-    whole = np.diag(prior) + sum(J.T @ J for J in sensitivities)
+    by_value = [sensitivity[:, n:][:, own] * scale for _, sensitivity in point.simulated]
+    pairs = zip(problem.measurements, by_value, strict=True)
+    over_noise = [measurement.over_noise(each) for measurement, each in pairs]
+    whole = np.diag((scale / problem.deviation[own]) ** 2) + sum(J.T @ J for J in over_noise)
     root = np.sqrt(np.diag(whole))
     left = []
-    for J, (residual, _) in zip(sensitivities, point.simulated, strict=True):
+    for index, J in enumerate(over_noise):
+        residual = point.simulated[index][0]
+        r = problem.measurements[index].over_noise(residual)
         out = residual.copy()
         for block in np.array_split(np.arange(residual.size), BLOCKS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
             # What only this block tells would be unknown without it; it stays within reason.
             rest[np.diag_indices(own.size)] += 1e-2
-            out[block] += J[block] @ (
-                np.linalg.solve(rest, J[block].T @ residual[block] / root) / root
+            out[block] += by_value[index][block] @ (
+                np.linalg.solve(rest, J[block].T @ r[block] / root) / root
             )
         left.append(out)
     return left

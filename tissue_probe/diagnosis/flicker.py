@@ -36,6 +36,6 @@ def flicker_weights(count: int, level: float) -> FloatArray:
     return 1.0 / np.sqrt(1.0 + level**2 * count / (order * harmonics))
 
 
-def whitened(columns: FloatArray, weights: FloatArray) -> FloatArray:
+def evened(columns: FloatArray, weights: FloatArray) -> FloatArray:
     """Return the weighted cosines of columns of shape (N, m); their products are those of GLS."""
     return dct(columns, axis=0, norm="ortho") * weights[:, None]

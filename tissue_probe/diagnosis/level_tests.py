@@ -10,6 +10,7 @@ from scipy import ndimage, optimize, signal, stats
 
 from tissue_probe.diagnosis.drive import dominant_period
 from tissue_probe.diagnosis.residual_test import SIGNIFICANCE, ResidualTest, judged, untold
+from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
 #: How well the noise is known, as a share of it; `noise_floor` has 2 % on 4000 samples.
@@ -37,12 +38,14 @@ def level(residual: FloatArray, noise: float) -> ResidualTest:
     )
 
 
-def offset(residual: FloatArray, position: FloatArray, sample_period: float) -> ResidualTest:
+def offset(
+    residual: FloatArray, drive: FloatArray, sample_period: float, output: Quantity
+) -> ResidualTest:
     """Test whether the residual's mean is zero: Student's t over the means of whole periods.
 
     Batch means, since a residual that is not white is not independent from sample to sample.
     """
-    period = round(dominant_period(position, sample_period) / sample_period)
+    period = round(dominant_period(drive, sample_period) / sample_period)
     size = max(1, min(period, residual.size // BATCHES))
     count = residual.size // size
     means = residual[: count * size].reshape(count, size).mean(axis=1)
@@ -51,7 +54,7 @@ def offset(residual: FloatArray, position: FloatArray, sample_period: float) -> 
         "offset",
         mean,
         stats.ttest_1samp(means, 0.0).pvalue if means.any() else 1.0,
-        f"mean is {1e3 * mean:.3g} mN",
+        f"mean is {output.tell(mean)}",
         "a force that is off by a constant (force_bias) or wanders (force_drift), tissue that "
         "relaxes under the preload (standard_linear_solid, generalized_maxwell, springpot), a "
         "force that is not symmetrical in the motion (hertz_contact, exponential_stiffening, "

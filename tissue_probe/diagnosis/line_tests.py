@@ -14,6 +14,7 @@ from scipy import ndimage, stats
 
 from tissue_probe.diagnosis.drive import Drive, drive_of, spectrum
 from tissue_probe.diagnosis.residual_test import SIGNIFICANCE, ResidualTest, judged, untold
+from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
 MAINS = (50.0, 60.0)  # Hz
@@ -31,6 +32,7 @@ class _Lines:
     height: FloatArray
     samples: int
     drive: Drive
+    output: Quantity
 
     def near(self, frequency: float) -> NDArray[np.bool_]:
         """Return the bins over which a line at this frequency is spread."""
@@ -45,7 +47,7 @@ class _Lines:
         return (distance <= 0.75 * self.frequencies[0]) & (ratio > 0.5)
 
     def strongest(self, among: NDArray[np.bool_]) -> tuple[float, float, float]:
-        """Return frequency [Hz] and amplitude [N] of the strongest line, and the highest's p-value.
+        """Return frequency [Hz] and amplitude of the strongest line, and the highest's p-value.
 
         The strongest is looked for among those that no noise explains, if there are any.
         """
@@ -61,30 +63,32 @@ class _Lines:
 
 
 def _lines_of(
-    residual: FloatArray, position: FloatArray, sample_period: float, noise: float
+    residual: FloatArray, drive: FloatArray, sample_period: float, noise: float, output: Quantity
 ) -> _Lines:
     frequencies, power = spectrum(residual, sample_period)
     beside = ndimage.median_filter(power, BESIDE, mode="mirror") / np.log(2.0)
     height = power / np.maximum(beside, noise**2)
-    drive = drive_of(position, sample_period)
-    return _Lines(frequencies, power, height, residual.size, drive)
+    driven = drive_of(drive, sample_period)
+    return _Lines(frequencies, power, height, residual.size, driven, output)
 
 
 def line_tests(
-    residual: FloatArray, position: FloatArray, sample_period: float, noise: float
+    residual: FloatArray, drive: FloatArray, sample_period: float, noise: float, output: Quantity
 ) -> tuple[ResidualTest, ...]:
     """Test for harmonics, for each mains frequency, and for lines that belong to neither.
 
     Parameters
     ----------
-    residual, position : array, shape (N,)
-        Measured minus predicted force [N]; displacement of the coil [m].
+    residual, drive : array, shape (N,)
+        Measured minus predicted output; what drives, as the displacement of the coil [m].
     sample_period : float
         Time between two samples [s].
     noise : float
-        Standard deviation of the force's white noise [N].
+        Standard deviation of the output's white noise.
+    output : Quantity
+        What is predicted.
     """
-    lines = _lines_of(residual, position, sample_period, noise)
+    lines = _lines_of(residual, drive, sample_period, noise, output)
     return (_harmonics(lines), *(_mains(lines, frequency) for frequency in MAINS), _others(lines))
 
 
@@ -104,8 +108,9 @@ def _harmonics(lines: _Lines) -> ResidualTest:
         name,
         amplitude,
         chance,
-        f"strongest where the drive is silent: {1e3 * amplitude:.3g} mN at {frequency:.4g} Hz, "
-        f"{round(frequency / repetition)} times the {repetition:.4g} Hz at which the drive repeats",
+        f"strongest where the drive is silent: {lines.output.tell(amplitude)} at "
+        f"{frequency:.4g} Hz, {round(frequency / repetition)} times the {repetition:.4g} Hz at "
+        "which the drive repeats",
         "the tissue or the instrument is not linear: stiffening, friction, contact, backlash, or "
         "the encoder (encoder_quantization, encoder_interpolation)" + _parity(lines, among),
     )
@@ -139,7 +144,7 @@ def _mains(lines: _Lines, mains: float) -> ResidualTest:
         name,
         amplitude,
         chance,
-        f"a line of {1e3 * amplitude:.3g} mN",
+        f"a line of {lines.output.tell(amplitude)}",
         "hum of the mains (mains_hum)"
         + (
             f", or a harmonic of the drive, which repeats at {lines.drive.repetition:.4g} Hz: "
@@ -168,6 +173,6 @@ def _others(lines: _Lines) -> ResidualTest:
         "other lines",
         amplitude,
         chance,
-        f"strongest: {1e3 * amplitude:.3g} mN at {frequency:.4g} Hz",
+        f"strongest: {lines.output.tell(amplitude)} at {frequency:.4g} Hz",
         hint,
     )

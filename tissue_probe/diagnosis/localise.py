@@ -57,7 +57,7 @@ class Profile:
     edges : array, shape (B + 1,)
         Ends of the bins.
     energy, expected : array, shape (B,)
-        Sum of squares of the residual in each bin [N^2], and what noise alone would leave there.
+        Sum of squares of the residual in each bin, and what noise alone would leave there.
     here : Region or None
         The interval that stands out most; None if the residual is noise, or spread evenly.
     labels : tuple of str
@@ -122,22 +122,22 @@ def localise(
     Parameters
     ----------
     residual : array, shape (N,)
-        Measured minus predicted force [N]; N >= 200.
+        Measured minus predicted output; N >= 200.
     position : array, shape (N,)
-        Displacement u of the coil [m], positive into the tissue.
+        Displacement u of what is moved [m], positive into the tissue.
     tip_position : array, shape (N,)
         Displacement x of the tip [m]: the indentation; as the model predicts it, or u - F / k0.
     sample_period : float
         Time between two samples [s].
     noise : float
-        Standard deviation of the force's white noise [N].
+        Standard deviation of the output's white noise.
 
     Returns
     -------
     Localisation
         With the profiles ``time`` [s since the first sample], ``frequency`` [Hz],
         ``indentation`` [mm], ``speed`` [mm/s, of the tip, positive inwards], ``direction``
-        (out, in) and ``phase`` [degrees of the coil's cycle, 0 where it is deepest, -90 on the
+        (out, in) and ``phase`` [degrees of the motion's cycle, 0 where it is deepest, -90 on the
         way in].
 
     Raises

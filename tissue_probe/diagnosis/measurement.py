@@ -12,9 +12,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from tissue_probe.diagnosis.residuals import noise_floor
 from tissue_probe.physics.effects import Extent
+from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import FloatArray
 
 BoolArray = NDArray[np.bool_]
@@ -30,6 +32,10 @@ PAPER_RIG = {
 FLICKER_NOISE = 1e-3
 #: A rig without spring: the mass between load cell and tissue is not known.
 RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
+#: A force moves an armature of its own, whose mass is not known; touch is known as on the paper's.
+FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
+#: What is known of each rig where nothing is said.
+KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
 
 
 #: Finer steps of the position are digits of its text, not an encoder's [m].
@@ -49,9 +55,12 @@ class Instrument:
     flicker_noise: float = FLICKER_NOISE
 
     def exact(self) -> Instrument:
-        """Return the same instrument, its constants taken as known, its noise as white."""
-        known = {name: (value, 0.0) for name, (value, _) in self.constants.items()}
-        return Instrument(self.rig, known, flicker_noise=0.0)
+        """Return the same instrument, its constants taken as known but those that nobody gave.
+
+        Its noise is white.
+        """
+        held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
+        return Instrument(self.rig, held, flicker_noise=0.0)
 
 
 @dataclass(frozen=True)
@@ -61,15 +70,20 @@ class Measurement:
     Attributes
     ----------
     position, force : array, shape (n,)
-        Displacement of the coil [m], load-cell force [N], positive in compression; finite.
+        Displacement of the coil [m], load-cell force [N], positive in compression; finite. Where
+        a force drives: displacement of the tip, and that force, positive into the tissue.
     sample_period : float
         Time between two samples [s].
     at_rest : bool
         Whether the probe had been at rest before the first sample.
     noise : float
-        Standard deviation of the force's white noise [N]; estimated where it is not given.
+        Standard deviation of the output's white noise [its unit]; estimated where not given.
     used : array of bool, shape (n,)
         Which samples a fit weighs; all by default.
+    output : Quantity
+        What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
+    whitening : array, optional
+        Filter that makes the output's noise white and of variance 1, where that is not white.
     """
 
     position: FloatArray
@@ -78,13 +92,39 @@ class Measurement:
     at_rest: bool = False
     noise: float = 0.0
     used: BoolArray | None = None
+    output: Quantity = FORCE
+    whitening: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
         if not self.noise > 0:
-            floor = noise_floor(self.force[self.used], self.position[self.used])
+            floor = noise_floor(self.output_values[self.used], self.input_values[self.used])
             object.__setattr__(self, "noise", max(floor, 1e-12))
+
+    @property
+    def input(self) -> Quantity:
+        """What drives the model."""
+        return other(self.output)
+
+    @property
+    def input_values(self) -> FloatArray:
+        """What was measured of it."""
+        return getattr(self, self.input.name)
+
+    @property
+    def output_values(self) -> FloatArray:
+        """What was measured of that which a model predicts."""
+        return getattr(self, self.output.name)
+
+    def over_noise(self, values: FloatArray) -> FloatArray:
+        """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
+        if self.whitening is None or not values.size:
+            return (values.T * (self.used / self.noise)).T
+        filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
+        # The filter reaches back: what follows an unused sample is unused too.
+        lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5
+        return (filtered.T * ~lost).T
 
     @property
     def times(self) -> FloatArray:

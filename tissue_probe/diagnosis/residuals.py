@@ -1,6 +1,6 @@
 """What a residual says about the model that left it: the noise below it, and tests of the rest.
 
-What belongs here: what can be said of measured minus predicted force without a model, all tests
+What belongs here: what can be said of measured minus predicted output without a model, all tests
 together. What does not: the single tests (``*_tests``), where in the record the model fails
 (``localise``), which effect would explain it (``ranking``).
 """
@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from tissue_probe.diagnosis.drive_tests import position_correlation, speed_correlation
+from tissue_probe.diagnosis.drive_tests import drive_correlation, rate_correlation
 from tissue_probe.diagnosis.level_tests import amplitude, level, offset, outliers
 from tissue_probe.diagnosis.line_tests import line_tests
 from tissue_probe.diagnosis.memory_tests import ljung_box, whiteness
 from tissue_probe.diagnosis.residual_test import ResidualTest, checked
+from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import FloatArray
 
 #: Samples to a window within which the force counts as smooth, and the degree that is smooth.
@@ -23,6 +24,8 @@ SMOOTH_WINDOW, SMOOTH_DEGREE = 12, 7
 
 def noise_floor(force: FloatArray, position: FloatArray | None = None) -> float:
     """Estimate the standard deviation of the white noise in a force, from the force alone.
+
+    Of any other channel likewise, ``position`` being what drives it.
 
     A polynomial of degree p = 7 is taken out of every n = 12 consecutive samples. Of white noise
     it leaves a sum of squares RSS ~ sigma^2 chi^2(n - p - 1), so that
@@ -88,20 +91,26 @@ def _rough(values: FloatArray, rough: FloatArray) -> FloatArray:
 
 
 def residual_tests(
-    residual: FloatArray, position: FloatArray, sample_period: float, noise: float
+    residual: FloatArray,
+    drive: FloatArray,
+    sample_period: float,
+    noise: float,
+    output: Quantity = FORCE,
 ) -> tuple[ResidualTest, ...]:
     """Put every test to a residual.
 
     Parameters
     ----------
     residual : array, shape (N,)
-        Measured minus predicted force [N], evenly sampled; N >= 200, finite.
-    position : array, shape (N,)
-        Displacement u of the coil [m].
+        Measured minus predicted output, evenly sampled; N >= 200, finite.
+    drive : array, shape (N,)
+        What drives: displacement u of the coil [m], or a force [N] whose answer is the position.
     sample_period : float
         Time between two samples [s].
     noise : float
-        Standard deviation of the force's white noise [N], positive; see `noise_floor`.
+        Standard deviation of the output's white noise, positive; see `noise_floor`.
+    output : Quantity
+        What is predicted.
 
     Returns
     -------
@@ -113,16 +122,16 @@ def residual_tests(
     ValueError
         If the arrays differ in length, are too short or not finite, or the noise is not positive.
     """
-    residual, position = checked(noise, residual, position)
-    record = (residual, position, sample_period, noise)
+    residual, drive = checked(noise, residual, drive)
+    record = (residual, drive, sample_period)
     return (
         level(residual, noise),
-        offset(residual, position, sample_period),
+        offset(*record, output),
         whiteness(residual),
         ljung_box(residual),
-        position_correlation(residual, position, sample_period),
-        speed_correlation(residual, position, sample_period),
-        *line_tests(*record),
-        amplitude(*record),
+        drive_correlation(*record, other(output)),
+        rate_correlation(*record, other(output)),
+        *line_tests(*record, noise, output),
+        amplitude(*record, noise),
         outliers(residual),
     )

@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.visibility import SEEN, visibility
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.response import course, respond
+from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
 
 #: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
@@ -97,6 +98,11 @@ def suggest(
     """
     if len(rivals) < 2 and not unseen:
         return None
+    names = [rival.composition.names[-1] for rival in rivals if rival.composition.names]
+    helps = [CALIBRATIONS[name] for name in names if name in CALIBRATIONS]
+    if rivals[0].composition.input is FORCE:
+        # The experiments are motions of a coil; which forces another drive can make is not known.
+        return Suggestion({}, 0.0, 0.0, np.nan, "; ".join(helps)) if helps else None
     tried = []
     for excitation, preload, duration in EXPERIMENTS:
         if not _is_sampled(excitation, rivals[0].measurements[0].sample_period):
@@ -112,8 +118,6 @@ def suggest(
     if not tried:
         return None
     apart, excitation, preload, duration = max(tried, key=lambda each: each[0])
-    names = [rival.composition.names[-1] for rival in rivals if rival.composition.names]
-    helps = [CALIBRATIONS[name] for name in names if name in CALIBRATIONS]
     told = {**excitation, "amplitude": AMPLITUDE}
     if len(rivals) > 1 and apart < 1.02:
         return Suggestion({}, 0.0, 0.0, apart, "; ".join(helps) or "calibrate the rig")
@@ -138,7 +142,7 @@ def _made(
     start = np.zeros(problem.states)
     problem.kernel.begin(fit.values, position[0], _static(fit, position[0]), start)
     coil = course(problem.kernel, position, first.sample_period, fit.values)
-    force = respond(problem.kernel, fit.values, start, coil).force
+    force = respond(problem.kernel, fit.values, start, coil).output
     if not np.isfinite(force).all():
         return None
     noisy = force + first.noise * np.random.default_rng(0).standard_normal(count)

@@ -25,9 +25,10 @@ def visibility(base: Fit, effect: Effect, instrument: Instrument) -> float:
     """Squared change of the force over the noise that an effect leaves, summed over the samples.
 
     It has typical strength, or the one that changes the force by ``PLAIN`` times the noise (rms) if
-    that is less: an excitation should show it well before it spoils the other values. The part of the change that the model's own parameters, the rig's tolerances and the unknown
-    start would absorb is taken off (a Schur complement of the normal matrix). Infinite for effects
-    whose strength is not small of first order, such as lost contact: they show or they are absent.
+    that is less: an excitation should show it well before it spoils the other values. The part of
+    the change that the model's own parameters, the rig's tolerances and the unknown start would
+    absorb is taken off (a Schur complement of the normal matrix). Infinite for effects whose
+    strength is not small of first order, such as lost contact: they show or they are absent.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Measured against predicted force as a picture: how far off, and where.
+"""Measured against predicted as a picture: how far off, and where.
 
 What belongs here: how a comparison looks on one page. What does not: where the model fails
 (``diagnosis``).
@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, NullFormatter
 
 from tissue_probe.diagnosis.localise import Localisation, Profile
+from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
-MILLINEWTONS = 1e3
-ZOOMED_CROSSINGS = 7  # of the force through its mean: three cycles and a half
+ZOOMED_CROSSINGS = 7  # of the signal through its mean: three cycles and a half
 ROOM_FOR_LEGEND = 0.25  # of the axis
 FEW = 8  # samples in a bin, from which on its error is shown
 RASTERISED = 5000  # samples from which on a line in an SVG is stored as an image
@@ -36,8 +36,9 @@ def draw_comparison(
     predicted: FloatArray,
     localisation: Localisation,
     noise: float,
+    output: Quantity = FORCE,
 ) -> Figure:
-    """Draw force and error over time, whole and magnified, and the error over six quantities.
+    """Draw signal and error over time, whole and magnified, and the error over six quantities.
 
     Below, each panel shows the rms error as a multiple of the noise; 1 is what a right model
     leaves. Regions that stand out are marked "here".
@@ -47,33 +48,39 @@ def draw_comparison(
     time : array, shape (N,)
         Times of the samples [s].
     measured, predicted : array, shape (N,)
-        Force [N].
+        What a model predicts.
     localisation : Localisation
         Where the residual lies, with the six profiles of `localise`.
     noise : float
-        Standard deviation of the force's white noise [N].
+        Standard deviation of the output's white noise.
+    output : Quantity
+        What it is.
     """
     figure = Figure(figsize=(12.0, 12.0), layout="constrained")
     rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
-    _draw_signals(figure, rows[:2], time, measured, predicted, noise)
+    _draw_signals(figure, rows[:2], time, measured, predicted, noise, output)
     panels = rows[2:].subgridspec(2, 3).subplots(sharey=True)
     for axes, profile in zip(panels.flat, localisation.profiles, strict=True):
         _draw_profile(axes, profile, noise, foremost=profile is localisation.here)
     for axes in panels[:, 0]:
         axes.set_ylabel("rms error / noise")
     _scale(panels[0, 0], localisation, noise)
-    figure.suptitle(_title(measured, predicted, localisation, noise), fontsize=13)
+    figure.suptitle(_title(measured, predicted, localisation, noise, output), fontsize=13)
     return figure
 
 
 def _title(
-    measured: FloatArray, predicted: FloatArray, localisation: Localisation, noise: float
+    measured: FloatArray,
+    predicted: FloatArray,
+    localisation: Localisation,
+    noise: float,
+    output: Quantity,
 ) -> str:
     error = np.sqrt(np.mean((measured - predicted) ** 2))
     size = measured.std() or 1.0
     first = (
-        f"Error {MILLINEWTONS * error:.3g} mN rms: {100.0 * error / size:.2g} % of the force, "
-        f"{error / noise:.3g} times the noise of {MILLINEWTONS * noise:.3g} mN"
+        f"Error {output.tell(error)} rms: {100.0 * error / size:.2g} % of the {output.name}, "
+        f"{error / noise:.3g} times the noise of {output.tell(noise)}"
     )
     here = localisation.here
     return f"{first}\nWhere most: {here.describe()}" if here else f"{first}\nNo region stands out"
@@ -86,16 +93,17 @@ def _draw_signals(
     measured: FloatArray,
     predicted: FloatArray,
     noise: float,
+    output: Quantity,
 ) -> None:
     panels = place.subgridspec(2, 2, width_ratios=(2, 1)).subplots(sharex="col", sharey="row")
     residual = measured - predicted
     zoom = _zoom(measured, residual)
     for column, span in ((panels[:, 0], slice(None)), (panels[:, 1], zoom)):
         shown = {"rasterized": time[span].size > RASTERISED}
-        column[0].plot(time[span], measured[span], **_MEASURED, **shown)
-        column[0].plot(time[span], predicted[span], **_PREDICTED, **shown)
-        column[1].plot(time[span], MILLINEWTONS * residual[span], **_RESIDUAL, **shown)
-        twice = 2.0 * MILLINEWTONS * noise
+        column[0].plot(time[span], output.per_drawn * measured[span], **_MEASURED, **shown)
+        column[0].plot(time[span], output.per_drawn * predicted[span], **_PREDICTED, **shown)
+        column[1].plot(time[span], output.per_small * residual[span], **_RESIDUAL, **shown)
+        twice = 2.0 * output.per_small * noise
         column[1].axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE)
         column[1].set_xlim(time[span][0], time[span][-1])
         column[1].set_xlabel("time [s]")
@@ -103,8 +111,8 @@ def _draw_signals(
         axes.axvspan(time[zoom][0], time[zoom][-1], color="0.9", zorder=0.0)
     for axes in panels.flat:
         axes.grid(alpha=0.3)
-    panels[0, 0].set(ylabel="force [N]", title="Whole record")
-    panels[1, 0].set_ylabel("error [mN]")
+    panels[0, 0].set(ylabel=f"{output.name} [{output.drawn}]", title="Whole record")
+    panels[1, 0].set_ylabel(f"error [{output.small}]")
     panels[0, 1].set_title("Where the error is largest")
     for axes in panels[:, 0]:
         low, high = axes.get_ylim()
@@ -113,7 +121,7 @@ def _draw_signals(
 
 
 def _zoom(measured: FloatArray, residual: FloatArray) -> slice:
-    """Return a few cycles of the force around the largest error, or an eighth of the record."""
+    """Return a few cycles of the signal around the largest error, or an eighth of the record."""
     width = max(2, measured.size // 50)
     energy = np.convolve(residual**2, np.ones(width), mode="same")
     centre = int(np.argmax(energy))
@@ -148,7 +156,7 @@ def _draw_profile(axes: Axes, profile: Profile, noise: float, foremost: bool) ->
     if profile.quantity == "phase":
         ticks = [f"{phase:g}°\n{name}" for phase, name in _PHASES.items()]
         axes.set_xticks(list(_PHASES), ticks)
-        axes.set_title("phase of the coil's cycle", fontsize=11, fontweight=_weight(foremost))
+        axes.set_title("phase of the cycle", fontsize=11, fontweight=_weight(foremost))
     if profile.labels:
         middles = 0.5 * (profile.edges[:-1] + profile.edges[1:])
         axes.set_xticks(middles, profile.labels)

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
+from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
-MILLINEWTONS = 1e3
 STEP_WIDTH = 2.0  # inches
 LONG = 20  # characters
 
@@ -33,7 +33,11 @@ _NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 
 
 def draw_ladder(
-    models: Sequence[str], training: Sequence[float], heldout: Sequence[float], noise: float
+    models: Sequence[str],
+    training: Sequence[float],
+    heldout: Sequence[float],
+    noise: float,
+    output: Quantity = FORCE,
 ) -> Figure:
     """Draw the rms error of each model on the data it was fitted to, and on data held out.
 
@@ -42,9 +46,11 @@ def draw_ladder(
     models : sequence of str
         Name of each step, in order: the base model, then what was added or dropped.
     training, heldout : sequence of float
-        Root mean square of measured minus predicted force [N]; NaN where there is none.
+        Root mean square of measured minus predicted output; NaN where there is none.
     noise : float
-        Standard deviation of the force's white noise [N]: what no model can explain.
+        Standard deviation of the output's white noise: what no model can explain.
+    output : Quantity
+        What the models predict.
 
     Raises
     ------
@@ -58,16 +64,16 @@ def draw_ladder(
         )
     steps = np.arange(len(models))
     errors = {
-        "fitted data": (MILLINEWTONS * np.asarray(training, dtype=np.float64), _TRAINING),
-        "held-out data": (MILLINEWTONS * np.asarray(heldout, dtype=np.float64), _HELDOUT),
+        "fitted data": (output.per_small * np.asarray(training, dtype=np.float64), _TRAINING),
+        "held-out data": (output.per_small * np.asarray(heldout, dtype=np.float64), _HELDOUT),
     }
-    floor = MILLINEWTONS * noise
+    floor = output.per_small * noise
     figure = Figure(figsize=(max(6.0, min(12.0, STEP_WIDTH * (len(models) + 1))), 5.0))
     figure.set_layout_engine("constrained")
     axes = figure.subplots()
     for label, (values, style) in errors.items():
         axes.plot(steps, values, label=label, linewidth=2.0, **style)
-    axes.axhline(floor, label=f"noise, {floor:.3g} mN", **_NOISE)
+    axes.axhline(floor, label=f"noise, {floor:.3g} {output.small}", **_NOISE)
     axes.axhspan(0.01 * floor, floor, color="0.92", zorder=0.0)
     judged = errors["held-out data"][0]
     _write_ratios(axes, np.where(np.isfinite(judged), judged, errors["fitted data"][0]), floor)
@@ -77,7 +83,7 @@ def draw_ladder(
     axes.set_ylim(*_limits(np.concatenate([values for values, _ in errors.values()]), floor))
     for place in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
         place(LogFormatter(minor_thresholds=(2.0, 0.7)))
-    axes.set_ylabel("rms error [mN]")
+    axes.set_ylabel(f"rms error [{output.small}]")
     axes.grid(axis="y", which="both", alpha=0.25)
     axes.legend(loc="upper right")
     return figure

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import ModuleType
 
@@ -19,6 +19,7 @@ from tissue_probe.physics.model import Model
 from tissue_probe.physics.response_code import source
 from tissue_probe.physics.rigs import CELL_DAMPING, CELL_STIFFNESS, CONTACT, MASS, RIGS
 from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.quantities import FORCE, Quantity
 
 #: What a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
@@ -34,6 +35,8 @@ CONSTANTS = (
     Parameter(CELL_DAMPING, "N s/m", default=0.8, lower=0.0, upper=1e4),
     Parameter(CONTACT, "m", default=0.0, lower=-1.0, upper=1.0),
 )
+#: Where a force drives, it divides by the mass [kg].
+LIGHTEST = 1e-6
 TISSUE = (
     Parameter(STIFFNESS, "N/m", default=450.0, lower=-1e7, upper=1e9),
     Parameter(DAMPING, "N s/m", default=5.0, lower=-1e5, upper=1e6),
@@ -66,6 +69,16 @@ class Composition:
         """The effects' names, the tissue's own among them."""
         return tuple(effect.name for effect in self.all_effects)
 
+    @property
+    def input(self) -> Quantity:
+        """The signal that drives the model."""
+        return RIGS[self.rig].input
+
+    @property
+    def output(self) -> Quantity:
+        """The signal that the model predicts."""
+        return RIGS[self.rig].output
+
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
         return Composition(self.rig, self.tissue, (*self.effects, effect))
@@ -79,7 +92,7 @@ class Composition:
     def model(self) -> Model:
         """The symbols."""
         tissue = TISSUES[self.tissue]
-        return RIGS[self.rig](self.all_effects, tissue=tissue, contact_position=True)
+        return RIGS[self.rig].compose(self.all_effects, tissue=tissue, contact_position=True)
 
     @cached_property
     def kernel(self) -> ModuleType:
@@ -96,5 +109,7 @@ class Composition:
     def entries(self, names: Iterable[str]) -> tuple[Parameter, ...]:
         """Return what is declared of constants and parameters of these names."""
         known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
+        if self.input is FORCE:
+            known[str(MASS)] = replace(known[str(MASS)], lower=LIGHTEST)
         own = {entry.name: entry for effect in self.all_effects for entry in effect.parameters}
         return tuple((known | own)[name] for name in names)

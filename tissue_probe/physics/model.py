@@ -11,7 +11,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import POSITION, State, Switch
+from tissue_probe.physics.effects.effect import POSITION, POSITION_ACCELERATION, State, Switch
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,13 @@ class Model:
         What is to be estimated, p: stiffness k [N/m] and damping beta [N s/m] first.
     constants : tuple of symbols
         What is known: masses, the load cell's stiffness and damping.
-    input, input_rate : Symbol
-        u [m] and u' [m/s].
+    input, input_rate, input_curvature : Symbol
+        u, u' and u'': of the coil [m], or, where a force drives, of the measured force [N].
     motion : Matrix, shape (n, 1)
         f, the time derivative of the states.
     output : Expr
-        h, the measured force [N], positive in compression.
+        h, what is measured: the force [N], positive in compression, or, where a force drives, the
+        position [m].
     begin : tuple of State
         Every state again, with where it starts.
     switches : tuple of Switch
@@ -39,7 +40,7 @@ class Model:
     position : Expr
         True position of the coil [m], of the measured one, at each sample.
     delay : Expr
-        Time by which the force channel is late [s].
+        Time by which the output's channel is late [s].
     rounded : Expr
         Step to which the measured position is rounded [m].
     reaction : Expr
@@ -59,6 +60,12 @@ class Model:
     delay: sp.Expr = field(default=sp.Integer(0))
     rounded: sp.Expr = field(default=sp.Integer(0))
     reaction: sp.Expr = field(default=sp.Integer(0))
+    input_curvature: sp.Symbol = field(default=POSITION_ACCELERATION)
+
+    @cached_property
+    def course(self) -> tuple[sp.Symbol, sp.Symbol, sp.Symbol]:
+        """The input and its first two derivatives by time."""
+        return (self.input, self.input_rate, self.input_curvature)
 
     @cached_property
     def values(self) -> tuple[sp.Symbol, ...]:

@@ -57,13 +57,17 @@ class DataFile(_Entry):
 
 
 class Data(_Entry):
-    """What the numbers came from, and how well they fit it."""
+    """What the numbers came from, and how well they fit it.
+
+    Noise and errors are of what the rig's models predict: a force [N], or of ``force_driven`` a
+    position [m].
+    """
 
     files: tuple[DataFile, ...] = setting((), "", "fitted together")
     date: datetime.date = setting(..., "", "day of the fit")
-    noise: float = setting(..., "N", "standard deviation of the force's white noise", gt=0.0)
-    rmse_training: float = setting(..., "N", "error on what was fitted", ge=0.0)
-    rmse_heldout: float = setting(..., "N", "error on what was not", ge=0.0)
+    noise: float = setting(..., "", "standard deviation of the output's white noise", gt=0.0)
+    rmse_training: float = setting(..., "", "error on what was fitted", ge=0.0)
+    rmse_heldout: float = setting(..., "", "error on what was not", ge=0.0)
 
     @staticmethod
     def of(
@@ -76,7 +80,7 @@ class Data(_Entry):
         files : iterable of path
             What the model was fitted to.
         noise, rmse_training, rmse_heldout : float
-            White noise of the force, and the fit's errors [N].
+            White noise of the output, and the fit's errors.
         """
         told = tuple(
             DataFile(

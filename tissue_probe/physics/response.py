@@ -1,4 +1,4 @@
-"""What a composed model answers to a measured motion of the coil: the force, and its derivatives.
+"""What a composed model answers to a measured motion or force of the coil, and its derivatives.
 
 What belongs here: Runge and Kutta's rule over a whole recording, with the tangents of the solution
 by start and values, and with switches found within a step.
@@ -25,9 +25,10 @@ _M = types.Array(_F8, 2, "C")
 _C = types.Array(_F8, 3, "C")
 _I = types.Array(types.int64, 1, "C")
 # All take (t, z, p, u, mode, T, dU, ...): time, states, values, (u, u', u''), switches, tangents of
-# the states, shape (n, q), and of the coil, shape (3, q). What follows is filled:
+# the states, shape (n, q), and of the coil, shape (3, q). What follows is filled; the coil's course
+# u is its position, or its force where that is what drives:
 RATE = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _M)  # z' and its derivatives along T
-OUTPUT = types.float64(_F8, _V, _V, _V, _V, _M, _M, _V)  # derivatives of the force it returns
+OUTPUT = types.float64(_F8, _V, _V, _V, _V, _M, _M, _V)  # derivatives of what it returns
 SWITCH = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M)  # of z': g, g', derivatives
 BEGIN = types.void(_V, _F8, _F8, _V)  # of values, measured position and force: the states' start
 TRUE_POSITION = types.void(_V, _V, _V, _V, _M)  # times, measured, values: fills true and changes
@@ -47,7 +48,7 @@ LOCATING = 30
 
 @dataclass(frozen=True)
 class Course:
-    """The coil's course: cubic pieces between the samples, and how the values change it.
+    """The input's course: cubic pieces between the samples, and how the values change it.
 
     ``pieces`` are coefficients, shape (4, n - 1), highest power first; ``changes`` those of the
     derivatives, shape (r, 4, n - 1), by start or value number ``columns``, shape (r,).
@@ -61,34 +62,37 @@ class Course:
 
 @dataclass(frozen=True)
 class Response:
-    """Force [N], shape (n,), and its derivatives by start and values, shape (n, states + q)."""
+    """What the rig measures, and its derivatives by start and values.
 
-    force: FloatArray
+    ``output`` is force [N] or position [m], shape (n,); ``sensitivity`` has shape (n, states + q).
+    """
+
+    output: FloatArray
     sensitivity: FloatArray
 
 
-def course(kernel: ModuleType, position: FloatArray, period: float, values: FloatArray) -> Course:
-    """Interpolate the true course of the coil through its measured positions.
+def course(kernel: ModuleType, measured: FloatArray, period: float, values: FloatArray) -> Course:
+    """Interpolate the true course of what drives through its measured samples.
 
     Parameters
     ----------
     kernel : module
         The model's generated code.
-    position : array, shape (n,)
-        Measured displacement of the coil [m].
+    measured : array, shape (n,)
+        Measured displacement of the coil [m], or force [N] where that drives.
     period : float
         Time between two samples [s].
     values : array
         The model's constants and parameters.
     """
-    times = np.arange(position.size) * period
-    true = np.array(position, dtype=np.float64)
+    times = np.arange(measured.size) * period
+    true = np.array(measured, dtype=np.float64)
     if kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0:
         true = smoothed(true, values[kernel.ROUNDED]).course.copy()
-    changed = np.zeros((len(kernel.COURSE_COLUMNS), position.size))
+    changed = np.zeros((len(kernel.COURSE_COLUMNS), measured.size))
     if kernel.MOVES_POSITION:
         kernel.position(times, true.copy(), values, true, changed)
-    changes = np.zeros((changed.shape[0], 4, position.size - 1))
+    changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
         changes[row] = _cubics(times, change)
     pieces = _cubics(times, true)
@@ -115,32 +119,41 @@ def respond(kernel: ModuleType, values: FloatArray, start: FloatArray, coil: Cou
         Of ``course``, for the same values.
     """
     samples, columns = coil.pieces.shape[1] + 1, start.size + values.size
-    force, sensitivity = np.empty(samples), np.empty((samples, columns))
+    answer, sensitivity = np.empty(samples), np.empty((samples, columns))
     mode = np.array(kernel.FIRST, dtype=np.float64)
     of_coil = (coil.pieces, coil.changes, coil.columns, coil.sample_period)
     z = start.astype(np.float64)
     if kernel.LINEAR:
-        _run_linear(kernel.rate, kernel.output, values, z, *of_coil, force, sensitivity)
+        _run_linear(kernel.rate, kernel.output, values, z, *of_coil, answer, sensitivity)
     else:
         tip = kernel.SPREADS.index("speed") if "speed" in kernel.SPREADS else -1
         functions = (kernel.rate, kernel.output, kernel.switch)
-        _run(*functions, values, z, mode, tip, *of_coil, force, sensitivity)
+        _run(*functions, values, z, mode, tip, *of_coil, answer, sensitivity)
     if kernel.DELAYS:
-        return _late(force, sensitivity, start.size + kernel.DELAY, values[kernel.DELAY], coil)
-    return Response(force, sensitivity)
+        return _late(kernel, answer, sensitivity, values, coil)
+    return Response(answer, sensitivity)
 
 
 def _late(
-    force: FloatArray, sensitivity: FloatArray, column: int, delay: float, coil: Course
+    kernel: ModuleType,
+    answer: FloatArray,
+    sensitivity: FloatArray,
+    values: FloatArray,
+    coil: Course,
 ) -> Response:
-    """Read the force ``delay`` later; what would have been read before the start stands still."""
-    if not (np.isfinite(force).all() and np.isfinite(sensitivity).all()):
-        return Response(np.full_like(force, np.nan), sensitivity)
-    times = np.arange(force.size) * coil.sample_period
-    at = np.clip(times - delay, 0.0, times[-1])
-    spline = CubicSpline(times, force)
+    """Read the output later by the delay; what lies beyond either end stands still.
+
+    ``LATE`` is -1 where it is the input that is late.
+    """
+    if not (np.isfinite(answer).all() and np.isfinite(sensitivity).all()):
+        return Response(np.full_like(answer, np.nan), sensitivity)
+    times = np.arange(answer.size) * coil.sample_period
+    wanted = times - kernel.LATE * values[kernel.DELAY]
+    at = np.clip(wanted, 0.0, times[-1])
+    spline = CubicSpline(times, answer)
     later = CubicSpline(times, sensitivity)(at)
-    later[:, column] = -spline(at, 1)
+    moved = -kernel.LATE * spline(at, 1) * (at == wanted)
+    later[:, len(kernel.STATES) + kernel.DELAY] = moved
     return Response(spline(at), later)
 
 
@@ -223,7 +236,7 @@ def _parts(rate, p, z, u, mode, dU, period):
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _run(
-    rate, output, switch, p, z, mode, tip, pieces, changes, columns, period, force, sensitivity
+    rate, output, switch, p, z, mode, tip, pieces, changes, columns, period, answer, sensitivity
 ):
     n, q, s = z.size, sensitivity.shape[1], mode.size
     T, dU, u = np.zeros((n, q)), np.zeros((3, q)), np.zeros(3)
@@ -243,12 +256,12 @@ def _run(
                 mode[k] = 1.0 - mode[k]
     met, found = np.zeros(PACES, dtype=np.int64), np.ones(PACES, dtype=np.int64)
     before = np.nan
-    for sample in range(force.size):
-        last = sample == force.size - 1
+    for sample in range(answer.size):
+        last = sample == answer.size - 1
         piece = sample - 1 if last else sample
         t = piece * period
         _coil(pieces, changes, columns, piece, period if last else 0.0, u, dU)
-        force[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
         if last:
             break
         speed = z[tip] if tip >= 0 else u[1]
@@ -258,7 +271,7 @@ def _run(
         for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
             pace = min(int(np.log2(max(abs(at) / SLOWEST, 1.0))), PACES - 1)
             met[pace] += 1
-            if met[pace] == 1 or met[pace] % AGAIN == 0 and met[pace] <= AGAIN**2:
+            if met[pace] == 1 or (met[pace] % AGAIN == 0 and met[pace] <= AGAIN**2):
                 z1[:] = z
                 if tip >= 0:
                     z1[tip] = at
@@ -325,7 +338,7 @@ def _run(
             z[:], T[:] = z1, T1
         for i in range(n):
             if not abs(z[i]) < 1e6:
-                force[sample + 1 :] = np.nan
+                answer[sample + 1 :] = np.nan
                 sensitivity[sample + 1 :] = np.nan
                 return
 
@@ -390,7 +403,7 @@ def _transitions(rate, p, n, q, period):
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
-def _run_linear(rate, output, p, z, pieces, changes, columns, period, force, sensitivity):
+def _run_linear(rate, output, p, z, pieces, changes, columns, period, answer, sensitivity):
     n, q = z.size, sensitivity.shape[1]
     whole, G = _transitions(rate, p, n, q, period)
     E = whole[0]
@@ -399,11 +412,11 @@ def _run_linear(rate, output, p, z, pieces, changes, columns, period, force, sen
     for i in range(n):
         T[i, i] = 1.0
     w[n + 4] = 1.0
-    for sample in range(force.size):
-        last = sample == force.size - 1
+    for sample in range(answer.size):
+        last = sample == answer.size - 1
         piece = sample - 1 if last else sample
         _coil(pieces, changes, columns, piece, period if last else 0.0, u, dU)
-        force[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
         if last:
             break
         w[:n] = z

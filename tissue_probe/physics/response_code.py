@@ -11,17 +11,10 @@ from itertools import pairwise
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import (
-    FORCE,
-    POSITION,
-    POSITION_ACCELERATION,
-    POSITION_RATE,
-    TIME,
-)
+from tissue_probe.physics.effects.effect import FORCE, POSITION, TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
-COIL = (POSITION, POSITION_RATE, POSITION_ACCELERATION)
 HEADER = '''"""Generated from the symbols of a model; do not edit."""
 import math
 
@@ -38,6 +31,7 @@ COURSE_COLUMNS = {columns}
 MOVES_POSITION = {moves}
 DELAYS = {delays}
 DELAY = {delay}
+LATE = {late}
 ROUNDED = {rounded}
 '''
 COMPILE = '\n\n@njit({signature}, cache=True, nogil=True, error_model="numpy")\n{source}\n'
@@ -48,7 +42,8 @@ def source(model: Model) -> str:
     """Return the source text of the module that ``response`` runs for a model."""
     values = list(model.values)
     moves = [s for s in values if model.position.has(s)]
-    delays = model.delay != 0
+    late, delay = model.delay.as_coeff_Mul()
+    delays = delay != 0 and late != 0
     columns = [len(model.states) + values.index(s) for s in moves]
     text = HEADER.format(
         states=[str(state) for state in model.states],
@@ -59,7 +54,8 @@ def source(model: Model) -> str:
         columns=columns,
         moves=model.position != POSITION,
         delays=delays,
-        delay=values.index(model.delay) if delays else -1,
+        delay=values.index(delay) if delays else -1,
+        late=float(late),
         rounded=values.index(model.rounded) if model.rounded != 0 else -1,
     )
     functions = {
@@ -76,12 +72,12 @@ def source(model: Model) -> str:
 
 
 def _is_steady(model: Model) -> bool:
-    """Whether the motion is affine in states and coil, with constant coefficients."""
+    """Whether the motion is affine in states and input, with constant coefficients."""
     if model.switches or not len(model.states):
         return False
-    signals = [*model.states, *COIL[:2]]
+    signals = [*model.states, *model.course[:2]]
     coefficients = model.motion.jacobian(signals).free_symbols
-    return coefficients.isdisjoint({*signals, TIME}) and not model.motion.has(TIME, COIL[2])
+    return coefficients.isdisjoint({*signals, TIME}) and not model.motion.has(TIME, model.course[2])
 
 
 class _Function:
@@ -102,12 +98,12 @@ class _Function:
         return self.program.source(f"rate({ARGUMENTS}, f, dT)")
 
     def output(self) -> str:
-        """Return the force; fill its derivatives."""
+        """Return what is measured; fill its derivatives."""
         output = sp.Matrix([self.model.output])
         self._load([*output])
-        (force,) = self._values(output)
+        (answer,) = self._values(output)
         self._tangents("dF", output, flat=True)
-        return self.program.source(f"output({ARGUMENTS}, dF)", returns=str(force))
+        return self.program.source(f"output({ARGUMENTS}, dF)", returns=str(answer))
 
     def switch(self) -> str:
         """Fill what must stay positive while each switch stays as it is, its rate, derivatives."""
@@ -123,7 +119,7 @@ class _Function:
         rates = [sp.Symbol(f"rate_of_{state}", real=True) for state in self.model.states]
         states = conditions.jacobian(self.model.states) * sp.Matrix(len(rates), 1, rates)
         coil = sum(
-            (conditions.diff(a) * b for a, b in pairwise(COIL)),
+            (conditions.diff(a) * b for a, b in pairwise(self.model.course)),
             sp.zeros(len(modes), 1),
         )
         speed = states + coil + conditions.diff(TIME)
@@ -139,20 +135,20 @@ class _Function:
         program.line(f"{TIME} = t")
         program.load("z", 0, list(map(str, model.states)))
         program.load("p", 0, list(map(str, model.values)))
-        program.load("u", 0, list(map(str, COIL)))
+        program.load("u", 0, list(map(str, model.course)))
         program.load("mode", 0, [str(switch.symbol) for switch in model.switches])
 
     def _values(self, expressions: sp.Matrix) -> list[sp.Expr]:
         return list(self.program.let_matrix("value", expressions))
 
     def _tangents(self, array: str, rows: sp.Matrix, flat: bool = False) -> None:
-        """Fill d rows / d (start, values) = (d rows / d states) T + d rows / d coil dU + direct."""
+        """Fill d rows / d (start, values) = d rows / d states T + d rows / d input dU + direct."""
         model, program = self.model, self.program
         if rows.rows == 0:
             return
         parts = [(rows.jacobian(model.states), "T")] if len(model.states) else []
         if self.moved:
-            parts.append((rows.jacobian(COIL), "dU"))
+            parts.append((rows.jacobian(model.course), "dU"))
         named = [(program.let_matrix("a", matrix), name) for matrix, name in parts]
         direct = program.let_matrix("b", rows.jacobian(model.values))
         place = (lambda i, j: f"{array}[{j}]") if flat else (lambda i, j: f"{array}[{i}, {j}]")

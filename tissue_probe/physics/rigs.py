@@ -1,16 +1,18 @@
 """Rigs: how an instrument couples to tissue and to further effects.
 
-What belongs here: one function a rig, which composes its ``Model``.
+What belongs here: one function a rig, which composes its ``Model``; what drives it, what answers.
 What does not: what a tissue or an effect is (``tissues``, ``effects``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import sympy as sp
 
+from tissue_probe import quantities
 from tissue_probe.physics.effects.effect import (
     DAMPING,
     FORCE,
@@ -28,12 +30,14 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.tissues import TISSUES, Tissue
+from tissue_probe.quantities import Quantity
 
 OFFSET, TIP_POSITION = sp.symbols("force_offset tip_position", real=True)
 MASS, CELL_STIFFNESS, CELL_DAMPING = sp.symbols(
     "tip_mass load_cell_stiffness load_cell_damping", positive=True
 )
 CONTACT = sp.Symbol("contact_position", real=True)
+FORCE_RATE, FORCE_CURVATURE = sp.symbols("force_rate force_curvature", real=True)
 KELVIN_VOIGT = TISSUES["kelvin_voigt"]
 
 
@@ -107,12 +111,7 @@ def rigid_probe(
     ValueError
         If an effect acts on the spring of the load cell.
     """
-    for effect in effects:
-        if not admits("rigid_probe", effect):
-            raise ValueError(
-                f"{effect.name} acts on the load cell's spring, and a rigid probe has none; "
-                "leave it out, or choose the rig compliant_probe"
-            )
+    _refuse("rigid_probe", effects)
     zero = CONTACT if contact_position else sp.Integer(0)
     u, du = reduce(_through, effects, (POSITION, POSITION_RATE))
     pressed = _Pressed(effects, tissue, u - zero, du)
@@ -129,13 +128,101 @@ def rigid_probe(
     )
 
 
-RIGS = {"compliant_probe": compliant_probe, "rigid_probe": rigid_probe}
+def force_driven(
+    effects: Sequence[Effect] = (),
+    tissue: Tissue = KELVIN_VOIGT,
+    contact_position: bool = False,
+) -> Model:
+    """Tip on which a known force acts, its position measured: a voice coil, a shaker.
+
+        m x'' = F - k x - beta x' - effects,    position = x + contact_position
+
+    F is what was measured of the force, positive into the tissue as a load cell's in compression;
+    what effects say of its channel (a gain g, a bias b: measured = g true + b) is undone first.
+
+    Parameters as for ``compliant_probe``, without a constant force: F is given.
+
+    Raises
+    ------
+    ValueError
+        If an effect acts on what this rig has not.
+    """
+    _refuse("force_driven", effects)
+    x, v = TIP_POSITION, TIP_VELOCITY
+    zero = CONTACT if contact_position else sp.Integer(0)
+    pressed = _Pressed(effects, tissue, x, v)
+    read = reduce(lambda force, effect: effect.output.subs(FORCE, force), effects, FORCE)
+    pushed = (FORCE - read.subs(FORCE, 0)) / read.diff(FORCE)
+    acceleration = (pushed - pressed.force - pressed.drag) / (MASS + pressed.inertia)
+    states = [
+        State(x, v, start=POSITION - zero, spread="free"),
+        State(v, acceleration, spread="speed"),
+    ]
+    composed = _compose(
+        effects,
+        force_offset=False,
+        constants=(MASS, *([CONTACT] if contact_position else [])),
+        states=states,
+        pressed=pressed,
+        stretch=sp.Integer(0),
+        load=pushed,
+        reaction=pushed,
+    )
+    return replace(
+        composed,
+        input=FORCE,
+        input_rate=FORCE_RATE,
+        input_curvature=FORCE_CURVATURE,
+        output=x + zero,
+        # A force that comes late answers nothing: the position seems early.
+        delay=-composed.delay,
+    )
+
+
+@dataclass(frozen=True)
+class Rig:
+    """An instrument: its equations, the signal that drives it, and the one that is predicted."""
+
+    compose: Callable[..., Model]
+    input: Quantity
+    output: Quantity
+
+
+RIGS = {
+    "compliant_probe": Rig(compliant_probe, quantities.POSITION, quantities.FORCE),
+    "rigid_probe": Rig(rigid_probe, quantities.POSITION, quantities.FORCE),
+    "force_driven": Rig(force_driven, quantities.FORCE, quantities.POSITION),
+}
 
 
 def admits(rig: str, effect: Effect) -> bool:
-    """Whether a rig has what an effect acts on: the load cell's spring is missing in one."""
-    beside_the_cell = (effect.cell, effect.stretch, effect.engaged) == (1, STRETCH, 1)
-    return rig != "rigid_probe" or beside_the_cell
+    """Whether a rig has what an effect acts on."""
+    return not obstacle(rig, effect)
+
+
+def obstacle(rig: str, effect: Effect) -> str:
+    """Say why an effect has no meaning for a rig, as what it does; empty where it has one."""
+    if rig != "compliant_probe" and (effect.cell, effect.stretch, effect.engaged) != (
+        1,
+        STRETCH,
+        1,
+    ):
+        return f"acts on the load cell's spring, and {rig} has none"
+    if RIGS[rig].input is quantities.POSITION:
+        return ""
+    coil = (effect.coil, effect.position, effect.rounded)
+    if coil != ((POSITION, POSITION_RATE), POSITION, 0):
+        return f"acts on a position that drives the tip, and in {rig} a force does"
+    slope, own = effect.output.diff(FORCE), {state.symbol for state in effect.states}
+    if slope == 0 or slope.has(FORCE) or not own.isdisjoint(effect.output.free_symbols):
+        return f"distorts the force in a way that cannot be undone, and in {rig} the force drives"
+    return ""
+
+
+def _refuse(rig: str, effects: Sequence[Effect]) -> None:
+    for effect in effects:
+        if told := obstacle(rig, effect):
+            raise ValueError(f"{effect.name} {told}; leave it out, or choose another rig")
 
 
 class _Pressed:

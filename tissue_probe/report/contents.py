@@ -11,6 +11,7 @@ from typing import Literal
 
 from tissue_probe.diagnosis.localise import Localisation
 from tissue_probe.diagnosis.residual_test import ResidualTest
+from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
@@ -55,7 +56,7 @@ class ReportStep:
     parameters : tuple of ReportParameter
         As fitted.
     training_rmse, heldout_rmse : float
-        Error on the fitted data and on data held out [N]; NaN where there is none.
+        Error on the fitted data and on data held out; NaN where there is none.
     """
 
     model: str
@@ -75,7 +76,7 @@ class ReportCandidate:
     effect, family, description : str
         Its name, its family, and its physics in a line.
     heldout_rmse : float
-        Error on held-out data with it [N].
+        Error on held-out data with it.
     gain : float
         By how much it lowers the Bayesian information criterion; above 10 is decisive.
     parameters : tuple of ReportParameter
@@ -104,7 +105,7 @@ class ReportSignals:
     time : array, shape (N,)
         Times of the samples [s].
     measured, base, final : array, shape (N,)
-        Measured force, and the force predicted by the first and by the last model [N].
+        What was measured, and what the first and the last model predict.
     base_localisation, final_localisation : Localisation or None
         Where these fail.
     """
@@ -169,7 +170,7 @@ class Report:
     summary : tuple of str
         The verdict in words, a paragraph each.
     noise_floor : float
-        Standard deviation of the force's white noise [N].
+        Standard deviation of the output's white noise.
     steps : tuple of ReportStep
         The ladder from the base model on; at least one.
     ranking : tuple of ReportCandidate
@@ -190,6 +191,8 @@ class Report:
         Date and time of the report.
     seconds : float
         Time that the analysis took [s].
+    output : Quantity
+        What the models predict, and all errors are of.
     """
 
     title: str
@@ -207,6 +210,7 @@ class Report:
     versions: Mapping[str, str] = field(default_factory=dict)
     created: str = ""
     seconds: float = float("nan")
+    output: Quantity = FORCE
 
     def __post_init__(self) -> None:
         if not self.steps:

@@ -14,8 +14,6 @@ from tissue_probe.report.contents import Report
 from tissue_probe.report.numbers import interval, significant
 from tissue_probe.report.plots import draw_ladder, draw_signals, draw_where
 
-MILLINEWTONS = 1e3
-
 
 def render(report: Report) -> str:
     """Return a report as HTML.
@@ -36,13 +34,15 @@ def render(report: Report) -> str:
         lstrip_blocks=True,
     )
     environment.filters["significant"] = significant
-    environment.filters["millinewtons"] = lambda force: significant(MILLINEWTONS * force)
+    environment.filters["small"] = lambda error: significant(report.output.per_small * error)
     environment.filters["display"] = lambda latex: Markup(convert(latex, display="block"))
     environment.filters["inline"] = lambda latex: Markup(convert(latex))
     environment.globals["interval"] = interval
     plots = {
         "ladder": Markup(draw_ladder(report)),
-        "signals": [Markup(draw_signals(each, report.noise_floor)) for each in report.signals],
+        "signals": [
+            Markup(draw_signals(each, report.noise_floor, report.output)) for each in report.signals
+        ],
         "where": [
             Markup(draw_where(each, report.noise_floor))
             if each.base_localisation or each.final_localisation

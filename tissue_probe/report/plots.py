@@ -12,10 +12,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from tissue_probe.diagnosis.localise import Localisation, Profile
+from tissue_probe.quantities import Quantity
 from tissue_probe.report.contents import Report, ReportSignals
 from tissue_probe.signals import FloatArray
 
-MILLINEWTONS = 1e3
 SPANS_MUCH = 10.0  # times the noise, from which on an axis is logarithmic
 FEW = 8  # samples in a bin, from which on its error is shown
 
@@ -39,7 +39,7 @@ _LAYOUT = {
 def draw_ladder(report: Report) -> str:
     """Return the ladder: error of each step on fitted and on held-out data, and the noise."""
     names = [f"{number}. {step.model}" for number, step in enumerate(report.steps)]
-    floor = MILLINEWTONS * report.noise_floor
+    floor = report.output.per_small * report.noise_floor
     figure = go.Figure()
     for name, errors, style in (
         (
@@ -53,7 +53,7 @@ def draw_ladder(report: Report) -> str:
             {"line": {"color": _BLUE}, "marker": {"symbol": "circle"}},
         ),
     ):
-        values = MILLINEWTONS * np.array(errors)
+        values = report.output.per_small * np.array(errors)
         style["marker"] = {**style["marker"], "size": 12, "line": {"width": 2}}
         figure.add_scatter(
             x=names,
@@ -61,33 +61,38 @@ def draw_ladder(report: Report) -> str:
             customdata=values / floor,
             name=name,
             mode="lines+markers",
-            hovertemplate="%{y:.3g} mN, %{customdata:.3g} times the noise",
+            hovertemplate=f"%{{y:.3g}} {report.output.small}, %{{customdata:.3g}} times the noise",
             **style,
         )
     figure.add_scatter(
         x=names,
         y=np.full(len(names), floor),
-        name=f"noise, {floor:.3g} mN",
+        name=f"noise, {floor:.3g} {report.output.small}",
         mode="lines",
         line={"color": "black", "dash": "dot"},
         hoverinfo="skip",
     )
     errors = [error for step in report.steps for error in (step.training_rmse, step.heldout_rmse)]
-    known = MILLINEWTONS * np.array([*errors, report.noise_floor])
+    known = report.output.per_small * np.array([*errors, report.noise_floor])
     known = known[np.isfinite(known) & (known > 0.0)]
     figure.update_yaxes(
-        title="rms error [mN]", **_logarithmic(0.7 * known.min(), 1.6 * known.max())
+        title=f"rms error [{report.output.small}]",
+        **_logarithmic(0.7 * known.min(), 1.6 * known.max()),
     )
     figure.update_layout(height=380, **_LAYOUT)
     return _html(figure)
 
 
-def draw_signals(signals: ReportSignals, noise: float) -> str:
-    """Return measured and predicted force, and below them the errors with the noise's band."""
+def draw_signals(signals: ReportSignals, noise: float, output: Quantity) -> str:
+    """Return measured and predicted signal, and below them the errors with the noise's band."""
     figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.55, 0.45])
     # Six digits are more than any load cell has, and a third of the page's size.
     time, measured, base, final = (
-        _rounded(each) for each in (signals.time, signals.measured, signals.base, signals.final)
+        _rounded(each)
+        for each in (
+            signals.time,
+            *(output.per_drawn * x for x in (signals.measured, signals.base, signals.final)),
+        )
     )
     one = np.array_equal(signals.base, signals.final)
     models = [("model", final, _BLUE)]
@@ -101,15 +106,15 @@ def draw_signals(signals: ReportSignals, noise: float) -> str:
         figure.add_scatter(
             x=time, y=predicted, name=name, legendgroup=name, line=line, row=1, col=1
         )
-        error = _rounded(MILLINEWTONS * (signals.measured - predicted))
+        error = _rounded(output.per_small * (signals.measured - predicted))
         line = {"color": colour, "width": 1.0}
         figure.add_scatter(
             x=time, y=error, name=name, legendgroup=name, line=line, showlegend=False, row=2, col=1
         )
-    twice = 2.0 * MILLINEWTONS * noise
+    twice = 2.0 * output.per_small * noise
     figure.add_hrect(-twice, twice, fillcolor="black", opacity=0.18, line_width=0, row=2, col=1)
-    figure.update_yaxes(title="force [N]", row=1, col=1)
-    figure.update_yaxes(title="error [mN]", row=2, col=1)
+    figure.update_yaxes(title=f"{output.name} [{output.drawn}]", row=1, col=1)
+    figure.update_yaxes(title=f"error [{output.small}]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=2, col=1)
     figure.update_layout(height=560, hovermode="x unified", **_LAYOUT)
     return _html(figure)

@@ -1,0 +1,49 @@
+"""The two signals of an instrument, as what they are called and measured in.
+
+What belongs here: name, unit, and the units in which people read them.
+What does not: which of them drives and which answers (``physics.rigs``), samples (``signals``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A signal that is measured.
+
+    Attributes
+    ----------
+    name : str
+        Also that of the samples' attribute.
+    unit : str
+        SI.
+    rate : str
+        What its change in time is called.
+    drawn, small : str
+        Units in which the signal, and an error of it, are shown.
+    per_drawn, per_small : float
+        How many of these make one SI unit.
+    """
+
+    name: str
+    unit: str
+    rate: str
+    drawn: str
+    per_drawn: float
+    small: str
+    per_small: float
+
+    def tell(self, error: float, digits: int = 3) -> str:
+        """Return an error [SI] in words."""
+        return f"{self.per_small * error:.{digits}g} {self.small}"
+
+
+POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6)
+FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3)
+
+
+def other(quantity: Quantity) -> Quantity:
+    """Return the signal that drives where this one answers, and the reverse."""
+    return POSITION if quantity is FORCE else FORCE
