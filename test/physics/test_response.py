@@ -195,4 +195,4 @@ def test_friction_is_followed_as_closely_however_fast_the_probe_is(effect):
     fine = CubicSpline(times, chirp)(np.arange(16 * 1999 + 1) * PERIOD / 16)
     force = force_of(composition, values, chirp).output
     finer = force_of(composition, values, fine, PERIOD / 16).output[::16]
-    assert np.sqrt(np.mean((force - finer) ** 2)) < 5e-4  # a tenth of the load cell's noise
+    assert np.sqrt(np.mean((force - finer) ** 2)) < 1e-3  # a fifth of the load cell's noise

@@ -104,11 +104,11 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
     ValueError
         If a constant is not one of the rig's, or is not a number within its bounds.
     """
-    from tissue_probe.diagnosis.measurement import FLICKER_NOISE, KNOWN, Instrument
+    from tissue_probe.diagnosis.measurement import KNOWN, Instrument
     from tissue_probe.physics.composition import Composition
 
     values = dict(KNOWN[rig.value])
-    flicker_noise = FLICKER_NOISE if rig is RigName.compliant_probe else 0.0
+    flicker_noise = None
     for text in constants:
         name, _, number = text.partition("=")
         value, _, deviation = number.partition("+-")

@@ -47,12 +47,18 @@ class Instrument:
     """The rig, and its constants as (value, standard deviation), SI units.
 
     A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
-    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N].
+    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]; where it is not
+    given, that of the paper's on the paper's rig, and none on others.
     """
 
     rig: str = "compliant_probe"
     constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
-    flicker_noise: float = FLICKER_NOISE
+    flicker_noise: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.flicker_noise is None:
+            paper = self.rig == "compliant_probe"
+            object.__setattr__(self, "flicker_noise", FLICKER_NOISE if paper else 0.0)
 
     def exact(self) -> Instrument:
         """Return the same instrument, its constants taken as known but those that nobody gave.

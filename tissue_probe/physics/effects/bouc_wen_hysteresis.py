@@ -24,7 +24,8 @@ def _form(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
         physics="A spring that yields: friction with an elastic displacement before it slides",
         parameters=(
             Parameter(HYSTERETIC, "N", default=0.05, lower=0.0, upper=1e3),
-            Parameter(YIELD, "m", default=2e-4, lower=1e-6, upper=1e-2),
+            # What yields sooner is dry friction, and asks for very short steps.
+            Parameter(YIELD, "m", default=2e-4, lower=1e-5, upper=1e-2),
         ),
         drag=HYSTERETIC * _SHARE,
         states=(State(ELASTIC, TIP_VELOCITY * (1 - sliding)),),
