@@ -12,11 +12,14 @@ from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.ranking import (
+    EXPLAINED,
     LEAST_GAIN,
     LEAST_SHARE,
     SIMPLER,
     TIE,
+    WHITE,
     added,
+    explained,
     ranked,
     significant,
     ties,
@@ -62,6 +65,22 @@ def test_better_is_what_gains_enough_and_leaves_less():
     same = 2.0 * (1.0 - 0.5 * LEAST_SHARE)
     assert not significant(plain, fit("mains_hum", 0.0, same))  # whatever the criterion says
     assert not significant(plain, plain)
+
+
+def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
+    made = fit("mains_hum", 1000.0, 1.0)
+    assert explained(made)
+    assert not explained(fit("mains_hum", 1000.0, 1.01 * EXPLAINED))
+    assert not explained(replace(made, colour=1.01 * WHITE))
+    assert explained(replace(made, colour=1.01 * WHITE, rounding=1e-4))
+
+
+def test_the_colour_of_a_residual_is_one_of_noise_and_more_where_an_effect_is_missing():
+    assert abs(base().colour - 1.0) < 0.1
+    wrong = fit_base(
+        Composition(), [measurement(challenge(7, "cubic_stiffening").recording)], EXACT
+    )
+    assert wrong.colour > 1.2
 
 
 def test_the_best_criterion_comes_first():

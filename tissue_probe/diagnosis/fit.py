@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import dct
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
@@ -69,6 +70,9 @@ class Fit:
     rounding : float
         What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
         or corrects the position; 0 where it does not.
+    colour : float
+        Rms of the residual per cosine below a sixteenth of the sampling rate over that above: 1
+        where it is white, whatever the level of the noise.
     """
 
     composition: Composition
@@ -84,6 +88,7 @@ class Fit:
     start_penalty: float
     converged: bool
     rounding: float
+    colour: float
 
     @property
     def samples(self) -> int:
@@ -480,7 +485,21 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         start_penalty=_start_penalty(problem, point),
         converged=converged,
         rounding=_rounding(problem, point),
+        colour=_colour(problem, point),
     )
+
+
+def _colour(problem: Problem, point: _Point) -> float:
+    low, high = [], []
+    for index, (residual, _) in enumerate(point.simulated):
+        over_noise = problem.weighed(index, residual[:, None])[:, 0]
+        if problem.weights[index] is None:
+            over_noise = dct(over_noise, norm="ortho")
+        split = over_noise.size // 8
+        low.append(over_noise[:split])
+        high.append(over_noise[split:])
+    squares = [np.mean(np.concatenate(part) ** 2) for part in (low, high)]
+    return float(np.sqrt(squares[0] / max(squares[1], np.finfo(float).tiny)))
 
 
 def _rounding(problem: Problem, point: _Point) -> float:

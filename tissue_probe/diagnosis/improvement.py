@@ -13,7 +13,7 @@ from typing import Literal
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.ranking import EXPLAINED, SIMPLER, added, ranked, significant, ties
+from tissue_probe.diagnosis.ranking import SIMPLER, added, explained, ranked, significant, ties
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -86,11 +86,11 @@ def climb(
     base = fit_base(composition, measurements, instrument)
     ranking = ranked(fit_candidates(base, library.values(), instrument))
     if not ranking or not significant(base, ranking[0]):
-        verdict: Verdict = "adequate" if base.ratio < EXPLAINED else "unexplained"
+        verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     paths = [(fit,) for fit in _of_each_family(ranking)[:BEAM] if significant(base, fit)]
     best = paths[0]
-    while best[-1].ratio > EXPLAINED and len(best) < MOST:
+    while not explained(best[-1]) and len(best) < MOST:
         longer = _longer(base, paths, instrument, library)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
@@ -101,7 +101,7 @@ def climb(
         ranking = _bettered(ranking, first)
     tied = ties(ranking) if added(first) is added(ranking[0]) and len(steps) == 1 else [first]
     names = tuple(added(fit).name for fit in tied)
-    verdict = "unexplained" if steps[-1].ratio > EXPLAINED else "missing"
+    verdict = "missing" if explained(steps[-1]) else "unexplained"
     if verdict == "missing" and len(names) > 1:
         verdict = "ambiguous"
     return Ladder(base, tuple(ranking), tuple(steps), names, verdict)
@@ -161,7 +161,7 @@ def climb_by(
             )
         steps += found
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
-    if steps[-1].ratio > EXPLAINED:
+    if not explained(steps[-1]):
         verdict = "unexplained"
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 

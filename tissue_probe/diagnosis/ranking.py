@@ -19,7 +19,9 @@ TIE = 14.0
 #: residual less than the share above.
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
-EXPLAINED = 1.04
+EXPLAINED = 1.07
+#: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
+WHITE = 1.12
 
 
 def significant(simple: Fit, better: Fit) -> bool:
@@ -27,6 +29,14 @@ def significant(simple: Fit, better: Fit) -> bool:
     return (
         simple.bic - better.bic > LEAST_GAIN and better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
     )
+
+
+def explained(fit: Fit) -> bool:
+    """Whether a fit leaves noise only: no more than there is, and white.
+
+    An encoder's rounding, of which more than its size is not known, may have any colour.
+    """
+    return fit.ratio < EXPLAINED and (fit.colour < WHITE or fit.rounding > 0.0)
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
