@@ -81,7 +81,7 @@ def test_innovations_fall_to_the_noise_on_the_same_data(name, effect, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effect", ["generalized_maxwell", "springpot"])
+@pytest.mark.parametrize("effect", ["generalized_maxwell"])
 def test_on_tissue_that_relaxes_the_filter_converges_as_surely_as_it_claims(effect, tmp_path):
     """As the node runs it, in blocks of ten; the recordings differ in their noise."""
     composition = Composition(effects=(EFFECTS[effect],))
