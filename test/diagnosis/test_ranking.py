@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
     LEAST_GAIN,
     LEAST_SHARE,
+    ROUGHLY,
     SIMPLER,
     TIE,
     WHITE,
@@ -73,6 +74,7 @@ def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
     assert not explained(fit("mains_hum", 1000.0, 1.01 * EXPLAINED))
     assert not explained(replace(made, colour=1.01 * WHITE))
     assert explained(replace(made, colour=1.01 * WHITE, rounding=1e-4))
+    assert not explained(replace(fit("mains_hum", 1000.0, 1.2 * ROUGHLY), rounding=1e-4))
 
 
 def test_the_colour_of_a_residual_is_one_of_noise_and_more_where_an_effect_is_missing():

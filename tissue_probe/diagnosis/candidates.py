@@ -193,6 +193,7 @@ def start_values(
     strengths = {parameter.name: effect.neutral for parameter in named}
     given = {**known, **strengths, **proposed}
     values = np.array([given.get(e.name, e.default) for e in problem.composition.values])
+    values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
     return np.clip(values, problem.lower, problem.upper)
 
 

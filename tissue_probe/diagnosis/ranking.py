@@ -20,6 +20,8 @@ TIE = 14.0
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
 EXPLAINED = 1.07
+#: The same where an encoder's rounding is a part of the noise, whose size is known roughly.
+ROUGHLY = 1.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
 WHITE = 1.12
 
@@ -36,7 +38,9 @@ def explained(fit: Fit) -> bool:
 
     An encoder's rounding, of which more than its size is not known, may have any colour.
     """
-    return fit.ratio < EXPLAINED and (fit.colour < WHITE or fit.rounding > 0.0)
+    if fit.rounding > 0.0:
+        return fit.ratio < ROUGHLY
+    return fit.ratio < EXPLAINED and fit.colour < WHITE
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:

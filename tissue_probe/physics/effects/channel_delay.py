@@ -10,8 +10,16 @@ LONGEST = 0.02
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose delays of either sign: a long one is beyond what a tangent tells of a short one."""
-    return [{"channel_delay": delay} for delay in (0.0, 2e-3, 5e-3, 1e-2, -2e-3)]
+    """Propose delays of either sign, and again with a damping that is one.
+
+    Under a steady sine a late force looks like less damping, or less than none, from where a search
+    for the delay does not come back.
+    """
+    delays = (0.0, 2e-3, 5e-3, 1e-2, -2e-3)
+    return [
+        *({"channel_delay": delay} for delay in delays),
+        *({"channel_delay": delay, "damping": 5.0} for delay in delays[1:4]),
+    ]
 
 
 CHANNEL_DELAY = Effect(
