@@ -41,7 +41,8 @@ def screened(
     instrument : Instrument
         What is known of the rig.
     """
-    own, residual = _own(fit, instrument)
+    with np.errstate(all="ignore"):  # what is beyond all bounds is left out
+        own, residual = _own(fit, instrument)
     basis = np.linalg.qr(own)[0]
     residual = residual - basis @ (basis.T @ residual)
     forms = [
