@@ -159,7 +159,8 @@ class Scan(Node):
         """Give those who have only just been found the time to be heard."""
         self._inbox.empty()  # what came before the scan is old
         self._position, self._heard_samples = None, -np.inf
-        deadline = time.monotonic() + self._settings.motion_timeout
+        patience = max(self._settings.motion_timeout, self._settings.samples_timeout)
+        deadline = time.monotonic() + patience
         while self._missing() and time.monotonic() < deadline:
             time.sleep(INTERVAL)
         self._check(goal_handle)
