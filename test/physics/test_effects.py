@@ -8,7 +8,7 @@ import pytest
 from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, values_of, vibrating
 
 from tissue_probe.physics import effects
-from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.composition import TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Extent
 from tissue_probe.physics.response import course, respond
 
@@ -36,7 +36,8 @@ def test_an_effect_says_what_it_is(effect):
 
 @pytest.mark.parametrize("effect", FORMS.values(), ids=FORMS)
 def test_parameters_and_starts_lie_within_their_bounds(effect):
-    bounds = {entry.name: (entry.lower, entry.upper) for entry in effect.parameters}
+    entries = (*effect.parameters, *TISSUE)
+    bounds = {entry.name: (entry.lower, entry.upper) for entry in entries}
     for entry in effect.parameters:
         assert entry.lower <= entry.default <= entry.upper
         assert entry.unit

@@ -13,7 +13,15 @@ from typing import Literal
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.ranking import SIMPLER, added, explained, ranked, significant, ties
+from tissue_probe.diagnosis.ranking import (
+    SIMPLER,
+    TIE,
+    added,
+    explained,
+    ranked,
+    significant,
+    ties,
+)
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -213,12 +221,15 @@ def _longer(
     instrument: Instrument,
     library: Mapping[str, Effect],
 ) -> list[tuple[Fit, ...]]:
-    """Return every path with one effect more, the best first, each set of effects once."""
+    """Return every path with one effect more, the best first, each set of effects once.
+
+    Of two ways to the same effects that end as well, the one stays that began better.
+    """
     longer: dict[frozenset[str], tuple[Fit, ...]] = {}
     for path in paths:
         for fit in ranked(_followed(base, path[-1], instrument, library)):
             names = frozenset(fit.composition.names)
-            if names not in longer or fit.bic < longer[names][-1].bic:
+            if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                 longer[names] = (*path, fit)
     return sorted(longer.values(), key=lambda path: path[-1].bic)
 

@@ -156,7 +156,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "
             "from tissue_probe.physics.effects.effect"
         )
-    names = {entry.name for entry in effect.parameters}
+    names = {entry.name for entry in (*effect.parameters, *TISSUE)}
     for start in effect.starts(USUAL):
         if unknown := sorted(set(start) - names):
             yield f"proposes starts for {', '.join(unknown)}, which it has not"

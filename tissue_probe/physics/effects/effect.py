@@ -139,7 +139,8 @@ class Effect:
     neutral : float
         The value of every strength at which nothing is changed.
     starts : callable
-        From an ``Extent``, values of the further parameters from which a search begins.
+        From an ``Extent``, values of the parameters from which a search begins, the tissue's
+        ``stiffness`` and ``damping`` among them where those of the model without it mislead.
     near : callable, optional
         From an ``Extent`` and values found, further values to try: where a search by gradients
         may stop short.
