@@ -239,8 +239,8 @@ def _followed(
 ) -> list[Fit]:
     """Fit what promises most of each family, then all of the family that keeps its promise best."""
     taken = {each.family for each in fit.composition.effects if each.family in FORMS}
-    others = [each for each in library.values() if each.family not in taken]
-    promising = screened(fit, base.composition, others, instrument)
+    allowed = [each for each in library.values() if each.family not in taken]
+    promising = screened(fit, base.composition, allowed, instrument)
     first: dict[str, Effect] = {}
     for effect in promising:
         first.setdefault(effect.family, effect)
