@@ -19,6 +19,7 @@ from rclpy.action import ActionClient
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from crtk_msgs.msg import StringStamped
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
@@ -98,7 +99,11 @@ class Graph:
             self._executor.spin_once(timeout_sec=0.02)
 
 
-def collect(node, message_type, topic: str, qos=BLOCKS) -> list:
+#: A test's own process may be kept waiting for longer than any node of ours.
+EVERYTHING = QoSProfile(depth=100_000, reliability=ReliabilityPolicy.RELIABLE)
+
+
+def collect(node, message_type, topic: str, qos=EVERYTHING) -> list:
     """Subscribe, and return the list to which every message is added."""
     received: list = []
     node.create_subscription(message_type, topic, received.append, qos)

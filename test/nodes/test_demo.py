@@ -21,19 +21,35 @@ EXECUTABLES = Path(sys.prefix, "lib", "tissue_probe")
 PROGRAM = EXECUTABLES / "tissue_probe"
 
 
-def demo(folder: Path, *arguments: str) -> subprocess.Popen:
-    return subprocess.Popen(
-        [PROGRAM, "demo", "--folder", str(folder), *arguments],
-        cwd="/",
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+@pytest.fixture
+def demo(tmp_path):
+    """Start the demo; it is ended with the test, in order if it listens."""
+    started = []
+
+    def start(*arguments: str) -> subprocess.Popen:
+        started.append(
+            subprocess.Popen(
+                [PROGRAM, "demo", "--folder", str(tmp_path), *arguments],
+                cwd="/",
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
+        )
+        return started[-1]
+
+    yield start
+    for each in started:
+        each.send_signal(signal.SIGINT)
+        try:
+            each.communicate(timeout=PATIENCE)
+        finally:
+            each.kill()
 
 
 @pytest.mark.slow
-def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(tmp_path):
-    running = demo(tmp_path, "--dwell-time", "0.2")
+def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp_path):
+    running = demo("--dwell-time", "0.2")
     printed, said = running.communicate(timeout=150)
     assert running.returncode == 0, said
     assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed
@@ -53,8 +69,8 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(tmp_path)
     assert live[3, 1] > 2.5 * 450.0
 
 
-def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(tmp_path):
-    running = demo(tmp_path)
+def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(demo, tmp_path):
+    running = demo()
     bag = tmp_path / "run.mcap"
     deadline = time.monotonic() + PATIENCE
     while recorded_samples(bag) < 2000:

@@ -31,7 +31,6 @@ from conftest import (
 )
 from tissue_probe.nodes.conversions import from_time, samples_from_message
 from tissue_probe.nodes.driver import Driver
-from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.settings import SettingsError
 from tissue_probe.signals import join
@@ -85,8 +84,8 @@ def test_samples_keep_up_with_the_clock_without_drifting(session):
 def test_each_sample_is_also_published_alone_for_surgical_stacks(session):
     running = session(driver(), stage_on_tissue())
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
-    poses = collect(running.node, PoseStamped, "/probe/measured_cp", PER_SAMPLE)
-    wrenches = collect(running.node, WrenchStamped, "/probe/measured_cf", PER_SAMPLE)
+    poses = collect(running.node, PoseStamped, "/probe/measured_cp")
+    wrenches = collect(running.node, WrenchStamped, "/probe/measured_cf")
     assert change_state(running, Transition.TRANSITION_CONFIGURE)
     running.wait_until(
         lambda: running.node.count_publishers("/probe/measured_cf") == 1, "the publishers"

@@ -39,9 +39,14 @@ def test_a_foreign_client_receives_every_sample_and_every_estimate(session, fore
     # Beside the foreign client nobody listens to measured_cf.
     running.activate({"/probe/driver": 2})
     running.wait_until(
-        lambda: running.node.count_subscribers("/probe/measured_cf") == 1, "the foreign client"
+        lambda: (
+            running.node.count_subscribers("/probe/measured_cf") == 1
+            and running.node.count_subscribers("/probe/ekf/stiffness") == 2
+        ),
+        "the foreign client",
     )
-    running.wait_until(lambda: len(blocks) > 600, "three seconds of samples")
+    found = len(blocks)
+    running.wait_until(lambda: len(blocks) > found + 600, "three seconds of samples")
     deactivate(running)
     sent = join(samples_from_message(block) for block in blocks)[0]
     running.wait_until(

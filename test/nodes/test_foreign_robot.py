@@ -13,6 +13,7 @@ from rclpy.action import ActionClient
 
 from conftest import (
     PATIENCE,
+    PATIENT,
     activate,
     change_state,
     collect,
@@ -58,7 +59,7 @@ def scan(running) -> ScanGrid.Result:
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),
-        NodeProcess("scan", "scan", parameters={"robot": ROBOT}),
+        NodeProcess("scan", "scan", parameters={"robot": ROBOT, **PATIENT}),
         estimator("robust_ekf", restart_at_site=False),
         NodeProcess("mapper", "mapper", parameters={"estimators": ["robust_ekf"]}),
     )

@@ -204,6 +204,8 @@ class Driver(SturdyLifecycleNode):
         """Put the coil at zero and end the samples."""
         self._stop()
         self._crtk.publish()
+        # Whoever deactivates may end this process next.
+        self._publisher.deliver()
         self.get_logger().info("deactivated: the coil is at zero")
         return TransitionCallbackReturn.SUCCESS
 

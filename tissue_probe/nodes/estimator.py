@@ -23,6 +23,7 @@ from tissue_probe.settings import setting
 from tissue_probe.signals import Phase, Status, TissueEstimates
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 
+SITES = "palpation_site"
 #: How long the estimation waits before it looks whether it is to end [s].
 PATIENCE = 0.1
 
@@ -64,9 +65,8 @@ class EstimatorNode(Node):
             name: publish(Float64, f"{self._name}/{name}", BLOCKS)
             for name in ("stiffness", "damping", "covariance_trace")
         }
-        # Sites first, so that a restart is known before the samples that it is for.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
+        self._inbox.subscribe(PalpationSite, SITES, ANNOUNCEMENTS, self._on_site)
         self._inbox.subscribe(ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
         Diagnostics(self, self._examine)
         self._failure: Exception | None = None
@@ -98,6 +98,8 @@ class EstimatorNode(Node):
             self._estimator.restart_at(site.stamp)
 
     def _on_samples(self, message: bytes, info: dict) -> None:
+        # A restart must be known before the samples that it is for, however many wait here.
+        self._inbox.empty(SITES)
         try:
             block, frame_id = samples_from_cdr(message)
         except ValueError as error:

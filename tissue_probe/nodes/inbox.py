@@ -39,7 +39,7 @@ class Inbox:
             enable_rosout=False,
             start_parameter_services=False,
         )
-        self._subscriptions: list[tuple[Any, Handler]] = []
+        self._subscriptions: dict[str, tuple[Any, Handler]] = {}
         self._in_use = ExitStack()
         self._wait_set: Any = None
 
@@ -58,12 +58,17 @@ class Inbox:
         )
         # What rclpy asks of whoever uses a handle; once here, since it takes as long as a message.
         self._in_use.enter_context(subscription.handle)
-        self._subscriptions.append((subscription, handler))
+        self._subscriptions[topic] = subscription, handler
 
-    def empty(self) -> int:
-        """Hand every message that has arrived to its handler, topic by topic; return how many."""
+    def empty(self, topic: str | None = None) -> int:
+        """Hand every message that has arrived to its handler, topic by topic; return how many.
+
+        With a ``topic``, only what has arrived there: for a handler to which another topic's
+        messages matter that may have come while it was busy.
+        """
         count = 0
-        for subscription, handler in self._subscriptions:
+        wanted = self._subscriptions.values() if topic is None else [self._subscriptions[topic]]
+        for subscription, handler in wanted:
             take = subscription.handle.take_message
             while (taken := take(subscription.msg_type, subscription.raw)) is not None:
                 handler(*taken)
@@ -81,7 +86,7 @@ class Inbox:
                 len(self._subscriptions), 0, 0, 0, 0, 0, self._owner.context.handle
             )
         self._wait_set.clear_entities()
-        for subscription, _ in self._subscriptions:
+        for subscription, _ in self._subscriptions.values():
             self._wait_set.add_subscription(subscription.handle)
         self._wait_set.wait(round(timeout * NANOSECONDS))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
+from rclpy.duration import Duration
 from rclpy.node import Node
 
 from tissue_probe.devices.device import Samples
@@ -11,6 +12,9 @@ from tissue_probe.nodes.cdr import samples_to_cdr
 from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
+
+#: Longest wait for the last blocks to reach everyone: a recorder on a busy machine.
+DELIVERY = Duration(seconds=1)
 
 
 class SamplePublisher:
@@ -90,6 +94,10 @@ class SamplePublisher:
         self._blocks.publish(samples_to_cdr(block, self._frame_id))
         self.published += len(block)
         self._look_for_subscribers()
+
+    def deliver(self) -> None:
+        """Wait until everyone has the last block."""
+        self._blocks.wait_for_all_acked(DELIVERY)
 
     def destroy(self) -> None:
         """Let go of the publishers."""
