@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import time
 
+import grpc
 import numpy as np
 import pytest
 import yaml
 from nidaqmx.error_codes import DAQmxErrors
+from nidaqmx.errors import RpcError
 
 from daq_server import CDAQ, USB_6002, X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
@@ -24,6 +26,7 @@ from tissue_probe.devices import (
 )
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.nidaqmx.decoder import SampleClock
+from tissue_probe.devices.nidaqmx.errors import told
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.signals import FloatArray, SampleBlock
@@ -401,3 +404,11 @@ def test_a_driver_that_fell_behind_soon_has_all_that_waited(bench):
     commands = np.concatenate([probe.read(10).command for _ in range(20)])
     assert len(made.board.acquisition) == 0
     np.testing.assert_allclose(commands, DRIVE(np.arange(200) * 5e-4), atol=1e-9)
+
+
+def test_a_server_that_dies_while_it_answers_is_told_as_one_that_is_gone():
+    with (
+        pytest.raises(DeviceError, match="gRPC device server does not answer"),
+        told("the DAQ cannot be read"),
+    ):
+        raise RpcError(grpc.StatusCode.CANCELLED, "CANCELLED")

@@ -30,9 +30,13 @@ _SENTENCES = {
     Code.OUTPUT_FIFO_UNDERFLOW_2: _DRY,
 }
 
+_NO_SERVER = (
+    "the gRPC device server does not answer: is it running, and at the address nidaqmx.server?"
+)
+
 _RPC_SENTENCES = {
-    grpc.StatusCode.UNAVAILABLE: "the gRPC device server does not answer: is it running, and at "
-    "the address nidaqmx.server?",
+    grpc.StatusCode.UNAVAILABLE: _NO_SERVER,
+    grpc.StatusCode.CANCELLED: _NO_SERVER,  # it died while it worked on the request
     grpc.StatusCode.DEADLINE_EXCEEDED: "the gRPC device server did not answer in time: it or the "
     "DAQ stalled",
 }
