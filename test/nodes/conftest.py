@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import domain_coordinator
@@ -48,8 +51,30 @@ def own_domain():
     return domain_coordinator.domain_id(selector=lambda: next(DOMAINS))
 
 
+TURNS = os.open(
+    Path(tempfile.gettempdir(), f"tissue_probe_tests_{os.getuid()}.lock"), os.O_RDWR | os.O_CREAT
+)
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Wait until no other worker's test runs, and keep them waiting."""
+    fcntl.flock(TURNS, fcntl.LOCK_EX)
+    yield
+    fcntl.flock(TURNS, fcntl.LOCK_SH)
+
+
 @pytest.fixture(autouse=True)
-def domain(monkeypatch) -> Iterator[int]:
+def turn(request) -> Iterator[None]:
+    """Two tests share two cores; one that starts many processes has them to itself."""
+    fcntl.flock(TURNS, fcntl.LOCK_SH)
+    with alone() if request.node.get_closest_marker("crowded") else nullcontext():
+        yield
+    fcntl.flock(TURNS, fcntl.LOCK_UN)
+
+
+@pytest.fixture(autouse=True)
+def domain(turn, monkeypatch) -> Iterator[int]:
     """The test's own DDS domain."""
     with own_domain() as number:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(number))

@@ -47,6 +47,7 @@ def demo(tmp_path):
             each.kill()
 
 
+@pytest.mark.crowded
 @pytest.mark.slow
 def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp_path):
     running = demo("--dwell-time", "0.2")
@@ -69,6 +70,7 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     assert live[3, 1] > 2.5 * 450.0
 
 
+@pytest.mark.crowded
 def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(demo, tmp_path):
     running = demo()
     bag = tmp_path / "run.mcap"

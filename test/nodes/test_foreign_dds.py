@@ -32,6 +32,7 @@ def foreign():
     client.wait()
 
 
+@pytest.mark.crowded
 def test_a_foreign_client_receives_every_sample_and_every_estimate(session, foreign):
     running = session(driver(), stage_on_tissue(), estimator("ekf"))
     blocks = collect(running.node, ProbeSamples, "/probe/samples")

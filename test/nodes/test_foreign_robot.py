@@ -56,6 +56,7 @@ def scan(running) -> ScanGrid.Result:
     return ended.result()
 
 
+@pytest.mark.crowded
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),

@@ -13,8 +13,9 @@ from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 
-#: Longest wait for the last blocks to reach everyone: a recorder on a busy machine.
-DELIVERY = Duration(seconds=1)
+#: Longest wait for the last blocks to reach everyone. What a busy machine lost on the way is sent
+#: again after the next of DDS's heartbeats, by default 3 s apart.
+DELIVERY = Duration(seconds=5)
 
 
 class SamplePublisher:
