@@ -60,7 +60,7 @@ def scan(running) -> ScanGrid.Result:
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(
         driver(stage_pose=f"{ROBOT}/measured_cp"),
-        NodeProcess("scan", "scan", parameters={"robot": ROBOT, **PATIENT}),
+        NodeProcess("scan", "scan", parameters={**PATIENT, "robot": ROBOT, "samples_timeout": 3.0}),
         estimator("robust_ekf", restart_at_site=False),
         NodeProcess("mapper", "mapper", parameters={"estimators": ["robust_ekf"]}),
     )

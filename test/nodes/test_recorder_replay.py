@@ -188,7 +188,7 @@ def test_a_full_disk_is_told_and_what_was_recorded_stays(session, bag):
     # A limit on the file's size fails as a full disk does, without needing a disk to fill.
     limited = subprocess.Popen(
         recorder(bag).command(running.parameter_file),
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000)),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000)),
         stderr=subprocess.PIPE,
         text=True,
     )

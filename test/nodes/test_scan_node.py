@@ -129,7 +129,7 @@ def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session
 
 
 def test_a_robot_that_says_nothing_stops_the_scan(session):
-    running = session(driver(), SCAN)
+    running = session(driver(), NodeProcess("scan", "scan"))
     activate(running)
     answer = Scanning(running, goal()).result()
     assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
@@ -149,7 +149,7 @@ def test_a_robot_that_does_not_arrive_stops_the_scan(session):
 
 
 def test_a_scan_without_samples_is_stopped_at_once(session):
-    running = session(STAGE, SCAN)
+    running = session(STAGE, NodeProcess("scan", "scan"))
     answer = Scanning(running, goal()).result()
     assert answer.status == GoalStatus.STATUS_ABORTED, answer.result.message
     assert "is the driver running and active?" in answer.result.message

@@ -34,6 +34,9 @@ ANSWER_TIMEOUT = 20.0
 #: Longest wait for a process to end after Ctrl-C, before it is killed [s].
 END_TIMEOUT = 15.0
 
+#: Announces new processes for longer, so that they are found at once.
+PROFILES = "discovery.xml"
+
 
 class SessionError(RuntimeError):
     """The suite could not be started or broke down; the message says which part and why."""
@@ -110,6 +113,7 @@ class Session:
     def __enter__(self) -> Session:
         # Nobody outside this machine is to hear of a demonstration, nor to command its coil.
         os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(stock_configuration(PROFILES)))
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node("session", namespace="/probe", context=self._context)
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_health, 100)
