@@ -198,6 +198,11 @@ def test_a_smooth_position_has_no_step():
     assert Measurement(position, position, PERIOD).extent.step == 0.0
 
 
+def test_coarse_steps_that_a_model_does_not_smooth_are_not_counted_as_noise():
+    made = challenge(4, "encoder_quantization", excitation="msine60")
+    assert fitted([measurement(made.recording)], "encoder_interpolation").rounding == 0.0
+
+
 def test_a_steep_error_of_the_encoder_explains_the_rounding_that_it_magnifies():
     made = challenge(360100, "encoder_interpolation", excitation="msine60")
     found = fitted([measurement(made.recording)], "encoder_interpolation")

@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
-from tissue_probe.physics.rounding import smoothed
+from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
@@ -131,9 +131,17 @@ class Fit:
 
     @property
     def bic(self) -> float:
-        """Bayesian information criterion, the noise's level being unknown."""
+        """Bayesian information criterion, the noise's level being unknown.
+
+        What an encoder's rounding is known to leave is not held against a model that says so; for
+        saying so it pays as for noise that is larger by as much.
+        """
         counted = self.unknowns * np.log(self.samples) + self.start_penalty
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
+        if self.rounding > 0.0:
+            share = (self.rounding / self.noise) ** 2
+            left = max(cost - self.samples * share, self.samples)
+            cost = left + self.samples * np.log1p(share)
         return float(self.samples * np.log(cost) + counted)
 
     @property
@@ -505,12 +513,14 @@ def _colour(problem: Problem, point: _Point) -> float:
 def _rounding(problem: Problem, point: _Point) -> float:
     """Simulate an error that rounding of the position may have left; rms of the force [N].
 
-    It counts where a model smooths coarse steps, and where it undoes an error of the encoder: that
-    makes the rounding larger wherever two positions read nearly alike.
+    It counts where a model smooths coarse steps, and where it undoes an error of a fine encoder:
+    that makes the rounding larger wherever two positions read nearly alike. Coarse steps that a
+    model does not smooth are no noise to be counted, but something that it lacks.
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0
-    if not smooths and not kernel.MOVES_POSITION:
+    fine = all(measurement.extent.step <= COARSE for measurement in problem.measurements)
+    if not smooths and not (kernel.MOVES_POSITION and fine):
         return 0.0
     step = values[kernel.ROUNDED] if smooths else 0.0
     if smooths:
