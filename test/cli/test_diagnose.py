@@ -153,6 +153,7 @@ def test_doubtful_measurements_are_compared_with_a_note(run, tmp_path):
         (("data.csv", "--force-unit", "stone"), "stone"),
         (("data.csv", "--constant", "mass=0.04"), "mass is no constant of compliant_probe"),
         (("data.csv", "--constant", "tip_mass=heavy"), "give NAME=VALUE"),
+        (("data.csv", "--constant", "flicker_noise=-1"), "give its rms in newtons, 0 or more"),
         (("data.csv", "--effects", "none.py"), "no such file of effects"),
         (("data.csv", "--position", "depth"), "depth"),
     ],

@@ -127,6 +127,8 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
                 f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
             ) from None
         if name == FLICKER:
+            if not 0.0 <= flicker_noise < float("inf"):
+                raise ValueError(f"--constant {text}: give its rms in newtons, 0 or more")
             continue
         (entry,) = Composition(rig.value).entries([name])
         if not entry.lower <= values[name][0] <= entry.upper:
