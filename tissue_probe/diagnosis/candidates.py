@@ -29,6 +29,8 @@ FOLLOWED, WORSE = 3, 2.0
 FAR = 3.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
+#: How often the values near those found are tried, if each time lowers the cost to this share.
+ROUNDS, BETTER = 3, 0.98
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -150,8 +152,11 @@ class _Proposals:
         best = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
         tried = [search(self.problem, values, starts, bar) for _, values, starts in best]
         found = [fit for fit in tried if fit is not None]
-        if self.effect.near and found:
-            found += self._around(min(found, key=lambda fit: fit.cost), bar)
+        for _ in range(ROUNDS if self.effect.near and found else 0):
+            best = min(found, key=lambda fit: fit.cost)
+            found += self._around(best, bar)
+            if min(fit.cost for fit in found) > BETTER * best.cost:
+                break
         return found
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
