@@ -27,7 +27,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE))
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile --reruns 1 test/nodes
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile --reruns 2 test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
