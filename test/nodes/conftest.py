@@ -10,7 +10,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 
 import domain_coordinator
@@ -57,20 +57,26 @@ TURNS = os.open(
 
 
 @contextmanager
-def alone() -> Iterator[None]:
+def turn_of(kind: int) -> Iterator[None]:
+    """Wait for a turn beside others' (LOCK_SH) or alone (LOCK_EX), and end it whatever happens."""
+    fcntl.flock(TURNS, kind)
+    try:
+        yield
+    finally:
+        fcntl.flock(TURNS, fcntl.LOCK_UN)
+
+
+def alone():
     """Wait until no other worker's test runs, and keep them waiting."""
-    fcntl.flock(TURNS, fcntl.LOCK_EX)
-    yield
-    fcntl.flock(TURNS, fcntl.LOCK_SH)
+    return turn_of(fcntl.LOCK_EX)
 
 
 @pytest.fixture(autouse=True)
 def turn(request) -> Iterator[None]:
     """Two tests share two cores; one that starts many processes has them to itself."""
-    fcntl.flock(TURNS, fcntl.LOCK_SH)
-    with alone() if request.node.get_closest_marker("crowded") else nullcontext():
+    crowded = request.node.get_closest_marker("crowded")
+    with alone() if crowded else turn_of(fcntl.LOCK_SH):
         yield
-    fcntl.flock(TURNS, fcntl.LOCK_UN)
 
 
 @pytest.fixture(autouse=True)

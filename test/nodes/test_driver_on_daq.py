@@ -264,5 +264,6 @@ def test_the_papers_daq_gives_a_stiffness_where_the_coil_moves_slowly():
                 "three seconds of samples and a converged estimate",
             )
     last = estimates[-1]
+    assert last.status == TissueEstimate.CONVERGED
     assert last.stiffness == pytest.approx(620.0, rel=0.02)
     assert abs(last.stiffness - 620.0) < 5.0 * last.stiffness_variance**0.5 < 0.02 * 620.0

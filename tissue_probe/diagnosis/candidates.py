@@ -149,8 +149,8 @@ class _Proposals:
     def fits(self, bar: Bar) -> list[Fit]:
         """Search from the best proposals, and again near what was found."""
         near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.known
-        best = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
-        tried = [search(self.problem, values, starts, bar) for _, values, starts in best]
+        begin = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
+        tried = [search(self.problem, values, starts, bar) for _, values, starts in begin]
         found = [fit for fit in tried if fit is not None]
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)

@@ -97,7 +97,7 @@ class SamplePublisher:
         self._look_for_subscribers()
 
     def deliver(self) -> None:
-        """Wait until everyone has the last block."""
+        """Wait until everyone has the last block, at most ``DELIVERY``."""
         self._blocks.wait_for_all_acked(DELIVERY)
 
     def destroy(self) -> None:
