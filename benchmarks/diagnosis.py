@@ -19,7 +19,7 @@ from benchmarks import sparse_regression
 from tissue_probe.challenge import simulator
 from tissue_probe.challenge.grading import Diagnosis, Grade, Kind, grade, kind_of
 from tissue_probe.challenge.instrument import FORCE_NOISE
-from tissue_probe.challenge.series import SHOWN, deal
+from tissue_probe.challenge.series import all_show, deal
 from tissue_probe.challenge.simulator import PINK_NOISE, Challenge, Rig, make_challenge
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.diagnosis import diagnosis
@@ -120,7 +120,7 @@ def _two(
     while True:
         (effects,) = deal("two", 1, random)
         challenge = make_challenge(next(seeds), effects, excitation, rig)
-        if min(challenge.answer.ratios.values()) >= SHOWN:
+        if all_show(challenge.answer):
             return challenge
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from tissue_probe.challenge.grading import Diagnosis, Kind, grade, kind_of
@@ -98,8 +100,20 @@ def test_two_effects_are_found_in_any_order_but_not_behind_others():
     }
     marks = grade(answers, diagnoses)
     assert pair(marks.two) == (1, 4)
+    assert pair(marks.two_declared) == (1, 4)
     assert pair(marks.one_of_two) == (3, 4)
     assert marks.confusion["backlash + mains_hum"] == {"mains_hum": 3, "x": 1}
+
+
+def test_of_two_effects_one_may_be_declared_unseen_but_not_both():
+    answers = {name: hidden("backlash", "mains_hum") for name in "ab"}
+    diagnoses = {
+        "a": replace(told("missing", ["mains_hum"], effects=["mains_hum"]), unseen={"backlash"}),
+        "b": replace(told("adequate"), unseen={"backlash", "mains_hum"}),
+    }
+    marks = grade(answers, diagnoses)
+    assert pair(marks.two) == (0, 2)
+    assert pair(marks.two_declared) == (1, 2)
 
 
 def test_what_the_library_lacks_must_be_called_unexplained():

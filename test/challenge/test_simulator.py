@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from tissue_probe.challenge import make_challenge
 from tissue_probe.challenge.kelvin_voigt import fit_residual
-from tissue_probe.challenge.series import SHARES, deal, make_series
+from tissue_probe.challenge.series import SHARES, all_show, deal, make_series
 from tissue_probe.challenge.simulator import EFFECTS, LIBRARY, Answer
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.trajectory import DURATIONS
@@ -121,6 +121,32 @@ def test_two_effects_each_leave_at_least_twice_the_noise_alone():
         assert min(answer.ratios.values()) >= 1.9
         assert not answer.absorbed
         assert set(answer.parameters) == set(answer.effects)
+
+
+def test_of_two_effects_on_a_tolerant_rig_none_hides_within_its_tolerances():
+    for challenge in make_series("two", 6, 2, "sine10", "tolerant"):
+        answer = challenge.answer
+        assert min(answer.shown.values()) >= 1.05
+        assert all(answer.shown[name] <= 1.01 * answer.ratios[name] for name in answer.effects)
+
+
+def test_pairs_of_which_one_hides_within_the_tolerances_are_drawn_anew():
+    made = make_challenge(343000, ("force_bias", "stiffness_ramp"), "sine10", "tolerant").answer
+    hides = replace(made, ratios={"a": 3.0, "b": 3.0}, shown={"a": 1.04, "b": 2.0})
+    assert not all_show(hides)
+    assert all_show(replace(hides, shown={"a": 1.06, "b": 2.0}))
+    assert not all_show(replace(hides, ratios={"a": 1.8, "b": 3.0}, shown={"a": 2.0, "b": 2.0}))
+    assert all_show(replace(hides, effects=("a",)))
+
+
+def test_what_the_rigs_tolerances_could_make_of_an_effect_is_told():
+    gain = make_challenge(77, ("force_gain",), "chirp60", "tolerant").answer
+    assert gain.ratios["force_gain"] > 2.0
+    assert gain.shown["force_gain"] < 1.05
+    hum = make_challenge(77, ("mains_hum",), "sine10", "tolerant").answer
+    assert hum.shown["mains_hum"] == pytest.approx(hum.ratios["mains_hum"], rel=0.02)
+    exact = make_challenge(77, ("force_gain",), "chirp60", "exact").answer
+    assert exact.shown == exact.ratios
 
 
 def test_an_answer_is_plain_json():

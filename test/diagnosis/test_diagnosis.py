@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden import EXACT, challenge, library, measurement
+from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.ranking import EXPLAINED
@@ -84,6 +84,35 @@ def test_a_broadband_record_under_preload_could_have_shown_everything():
     found = diagnose(made, effects)
     assert (found.verdict, found.unseen) == ("adequate", ())
     assert found.suggestion is None
+
+
+def test_a_damping_that_drives_does_not_stand_for_a_lag():
+    """Fitted without bounds, less mass and a negative damping left as little."""
+    made = challenge(422016, "force_lag", excitation="sine10ss")
+    effects = library("force_lag", "added_mass", "structural_mode", "channel_delay")
+    found = diagnose(made, effects, at_rest=False)
+    assert (found.verdict, found.effects) == ("missing", ("force_lag",))
+    assert found.ladder.base.named()["damping"] >= 0.0
+
+
+def test_more_than_the_tips_own_mass_is_found_from_a_rig_fitted_astray():
+    made = challenge(423030, "added_mass", rig="tolerant")
+    effects = library("added_mass", "structural_mode", "load_cell_stiffness_error")
+    found = diagnosis.diagnose(Composition(), [measurement(made.recording)], TOLERANT, effects)
+    assert (found.verdict, found.effects) == ("missing", ("added_mass",))
+
+
+def test_coarse_steps_are_named_and_not_the_lag_that_smooths_them():
+    made = challenge(422060, "encoder_quantization")
+    found = diagnose(made, library("encoder_quantization", "force_lag", "standard_linear_solid"))
+    assert (found.verdict, found.effects) == ("missing", ("encoder_quantization",))
+
+
+def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
+    """Of a load cell that warms up, a slow sine leaves two thousandths of the energy."""
+    made = challenge(425008, "exponential_drift", excitation="chirp60")
+    found = diagnose(made, library("tissue_motion", "force_drift", "force_bias"))
+    assert found.verdict == "unexplained"
 
 
 def test_what_is_absorbed_is_not_claimed():

@@ -12,11 +12,13 @@ from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.ranking import (
+    EVEN,
     EXPLAINED,
     LEAST_GAIN,
     LEAST_SHARE,
     ROUGHLY,
     SIMPLER,
+    STRAINED,
     TIE,
     WHITE,
     added,
@@ -75,6 +77,8 @@ def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
     assert not explained(replace(made, colour=1.01 * WHITE))
     assert explained(replace(made, colour=1.01 * WHITE, rounding=1e-4))
     assert not explained(replace(fit("mains_hum", 1000.0, 1.2 * ROUGHLY), rounding=1e-4))
+    assert not explained(replace(made, unevenness=1.01 * EVEN))
+    assert not explained(replace(made, strain=1.01 * STRAINED))
 
 
 def test_the_colour_of_a_residual_is_one_of_noise_and_more_where_an_effect_is_missing():
@@ -88,6 +92,15 @@ def test_the_colour_of_a_residual_is_one_of_noise_and_more_where_an_effect_is_mi
 def test_the_best_criterion_comes_first():
     fits = [fit("mains_hum", 300.0), fit("cubic_stiffening", 100.0), fit("force_bias", 200.0)]
     assert names(ranked(fits)) == ["cubic_stiffening", "force_bias", "mains_hum"]
+
+
+def test_coarse_steps_that_explain_all_come_before_a_better_criterion_that_does_not():
+    steps = replace(fit("encoder_quantization", 200.0), rounding=5e-3)
+    lag = fit("force_lag", 100.0, 2.0 * EXPLAINED)
+    assert names(ranked([lag, steps])) == ["encoder_quantization", "force_lag"]
+    assert names(ranked([replace(steps, rounding=0.0), fit("force_lag", 100.0)]))[0] == "force_lag"
+    still = replace(fit("encoder_quantization", 200.0, 2.0 * ROUGHLY), rounding=1e-6)
+    assert names(ranked([lag, still]))[0] == "force_lag"
 
 
 def test_a_simpler_effect_stands_before_one_that_contains_it_unless_that_gains_much():

@@ -15,6 +15,7 @@ from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrume
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.motion import RATE, move
 from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
 from tissue_probe.signals import FloatArray
 
@@ -74,7 +75,7 @@ class Case:
         """Number of samples of the record."""
         return round(self.trajectory.duration * SAMPLE_RATE)
 
-    def ratio(self, rig: Specimen, rate: int = RATE) -> float:
+    def ratio(self, rig: Specimen, rate: int = RATE, tolerances: Tolerances | None = None) -> float:
         """Return the rms that the best Kelvin-Voigt fit leaves, in units of the noise.
 
         The noise is counted as if it were there: 1 means that nothing else is left. The position
@@ -86,9 +87,11 @@ class Case:
             Rig and tissue as they would be without the effect.
         rate : int
             Steps a second of the integration [Hz].
+        tolerances : Tolerances, optional
+            Within which the fit may move the rig; by default it knows the rig exactly.
         """
         position, force = self.measure(np.zeros(self.samples), rate)
         if not np.isfinite(force).all():
             return np.inf
-        left = fit_residual(position - self.instrument.contact_zero, force, rig)
+        left = fit_residual(position - self.instrument.contact_zero, force, rig, tolerances)
         return float(np.hypot(1.0, np.sqrt(np.mean(left**2)) / FORCE_NOISE))

@@ -148,6 +148,9 @@ class Grade:
         None hidden: verdict other than ``adequate``. Counted are the alarms.
     two : Count
         Two hidden: the first two of ``effects`` are these.
+    two_declared : Count
+        Two hidden: one of them is among the first two of ``effects``, and the other too, or it is
+        listed as one that the recording could not have shown.
     one_of_two : Count
         Two hidden: at least one of them among the first two of ``effects``.
     unexplained : Count
@@ -169,6 +172,7 @@ class Grade:
     absorbed: Count = field(default_factory=Count)
     false_alarms: Count = field(default_factory=Count)
     two: Count = field(default_factory=Count)
+    two_declared: Count = field(default_factory=Count)
     one_of_two: Count = field(default_factory=Count)
     unexplained: Count = field(default_factory=Count)
     spoilt: Count = field(default_factory=Count)
@@ -234,6 +238,7 @@ def _mark_absorbed(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> No
 def _mark_two(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
     found = set(diagnosis.effects[:2]) & set(effects)
     marks.two.add(len(found) == 2)
+    marks.two_declared.add(bool(found) and set(effects) <= found | diagnosis.unseen)
     marks.one_of_two.add(len(found) >= 1)
 
 

@@ -1,6 +1,7 @@
 """The best that a Kelvin-Voigt model can do: a small output-error fit to measure an effect by.
 
-What belongs here: the fit that says how much of the force an effect leaves unexplained.
+What belongs here: the fit that says how much of the force an effect leaves unexplained, with the
+constants of the rig known, or free within their tolerances.
 What does not: diagnosis; it has a fit of its own, and the two share nothing.
 """
 
@@ -10,14 +11,18 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
-from tissue_probe.challenge.instrument import SAMPLE_RATE
+from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE
 from tissue_probe.challenge.specimen import Specimen
+from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.signals import FloatArray
 
 LOWEST, HIGHEST = (1.0, 1e-4), (1e5, 1e3)  # k [N/m], beta [N s/m]
+FARTHEST = 4.0  # standard deviations of a tolerance
 
 
-def fit_residual(position: FloatArray, force: FloatArray, rig: Specimen) -> FloatArray:
+def fit_residual(
+    position: FloatArray, force: FloatArray, rig: Specimen, tolerances: Tolerances | None = None
+) -> FloatArray:
     """Return what the best k, beta and initial state of the tip leave of the force [N].
 
     Parameters
@@ -26,20 +31,28 @@ def fit_residual(position: FloatArray, force: FloatArray, rig: Specimen) -> Floa
         At 2 kHz [m], [N].
     rig : Specimen
         Its mass, load cell, and the k and beta to begin with.
+    tolerances : Tolerances, optional
+        The rig's constants and the contact zero are fitted too, drawn to what they are.
     """
     coil = position - position[0]
 
     def left(values: FloatArray) -> FloatArray:
-        k, beta = np.exp(values)
-        poles = _poles(k, beta, rig)
-        over = force - _force(coil, position[0], k, poles, rig)
+        k, beta = np.exp(values[:2])
+        own, zero = (rig, 0.0) if tolerances is None else tolerances.moved(rig, values[2:])
+        poles = _poles(k, beta, own)
+        over = force - _force(coil, position[0] - zero, k, poles, own)
         # The initial state acts linearly: the best one is known for each k, beta.
         free = _free_motion(force.size, poles)
         return over - free @ np.linalg.lstsq(free, over, rcond=None)[0]
 
-    start = np.log([rig.stiffness, rig.damping])
-    bounds = (np.log(LOWEST), np.log(HIGHEST))
-    return left(least_squares(left, start, bounds=bounds, xtol=1e-6, ftol=1e-6).x)
+    def drawn(values: FloatArray) -> FloatArray:
+        return np.concatenate([left(values), FORCE_NOISE * values[2:]])
+
+    extra = 0 if tolerances is None else len(tolerances)
+    start = np.concatenate([np.log([rig.stiffness, rig.damping]), np.zeros(extra)])
+    low, high = (np.log(LOWEST), np.log(HIGHEST))
+    bounds = (np.append(low, [-FARTHEST] * extra), np.append(high, [FARTHEST] * extra))
+    return left(least_squares(drawn, start, bounds=bounds, xtol=1e-6, ftol=1e-6).x)
 
 
 def _poles(k: float, beta: float, rig: Specimen) -> tuple[complex, complex]:

@@ -16,10 +16,12 @@ from tissue_probe.challenge.simulator import (
     EFFECTS,
     LIBRARY,
     WEAKEST_OF_TWO,
+    Answer,
     Challenge,
     Rig,
     make_challenge,
 )
+from tissue_probe.challenge.strength import ABSORBED
 from tissue_probe.challenge.trajectory import Kind
 
 Effects = tuple[str, ...]
@@ -34,6 +36,9 @@ PACKS = {"one": LIBRARY, "outside": OUTSIDE, "spoilt": SPOILT}
 
 SHOWN = 0.95 * WEAKEST_OF_TWO
 """What each of two effects must leave alone, in units of the noise."""
+
+BEYOND = ABSORBED
+"""And where the fit may move the rig within its tolerances."""
 
 
 def make_series(
@@ -53,10 +58,17 @@ def make_series(
     random = np.random.default_rng(seed)
     for effects in deal(hide, count, random):
         challenge = make_challenge(int(random.integers(2**32)), effects, excitation, rig)
-        while len(effects) > 1 and min(challenge.answer.ratios.values()) < SHOWN:
+        while not all_show(challenge.answer):
             another = int(random.integers(2**32))
             challenge = make_challenge(another, _pair(random), excitation, rig)
         yield challenge
+
+
+def all_show(answer: Answer) -> bool:
+    """Whether each of several effects leaves something alone, beyond the rig's tolerances too."""
+    if len(answer.effects) < 2:
+        return True
+    return min(answer.ratios.values()) >= SHOWN and min(answer.shown.values()) >= BEYOND
 
 
 def deal(hide: Hide, count: int, random: np.random.Generator) -> list[Effects]:

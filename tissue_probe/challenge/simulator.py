@@ -20,6 +20,7 @@ from tissue_probe.challenge.mechanical import MECHANICAL
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
+from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.challenge.trajectory import DURATIONS, LINES, Kind, Trajectory
 from tissue_probe.signals import FloatArray
 
@@ -31,8 +32,6 @@ EFFECTS: dict[str, Effect] = {**LIBRARY, **OUTSIDE, **SPOILT}
 
 Rig = Literal["exact", "tolerant"]
 
-MASS_DEVIATION, STIFFNESS_DEVIATION, DAMPING_DEVIATION = 0.01, 0.015, 0.20
-ZERO_DEVIATION = 30e-6  # m
 PINK_NOISE = 1e-3  # N rms
 WEAKEST, STRONGEST = 1.4, 25.0
 WEAKEST_OF_TWO = 2.0
@@ -64,6 +63,8 @@ class Answer:
         How strong each effect was made, in the measure of its table.
     ratios : dict
         For each effect alone: rms that the best Kelvin-Voigt fit leaves, in units of the noise.
+    shown : dict
+        The same, where the fit may also move the rig within its tolerances.
     targets : dict
         The ratios asked for.
     ratio : float
@@ -82,6 +83,7 @@ class Answer:
     strengths: dict[str, float]
     targets: dict[str, float]
     ratios: dict[str, float]
+    shown: dict[str, float]
     ratio: float
     absorbed: tuple[str, ...]
     tissue: dict[str, float]
@@ -137,9 +139,10 @@ def make_challenge(
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
     first = _trajectory(random, excitation, DURATIONS[excitation])
     other = _trajectory(random, _other(excitation), DURATIONS[excitation])
-    clean = Case(_specimen(random, rig), _instrument(random, rig), first)
+    tolerances = Tolerances() if rig == "tolerant" else None
+    clean = Case(*_rig_and_tissue(random, tolerances), first)
     clean = clean.pressed(pressed if preload is None else preload)
-    case, hidden = _hide(effects, clean, random)
+    case, hidden = _hide(effects, clean, random, tolerances)
     second = _phases_anew(replace(case, trajectory=other), random)
     second = second.pressed(case.trajectory.preload)
     answer = Answer(
@@ -149,6 +152,7 @@ def make_challenge(
         strengths={name: hidden[name].strength for name in effects},
         targets={name: hidden[name].target for name in effects},
         ratios={name: hidden[name].ratio for name in effects},
+        shown={name: hidden[name].shown for name in effects},
         ratio=case.ratio(clean.specimen),
         absorbed=tuple(name for name in effects if hidden[name].absorbed),
         tissue={"stiffness": clean.specimen.stiffness, "damping": clean.specimen.damping},
@@ -171,24 +175,17 @@ def _check(effects: Sequence[str], excitation: str, rig: str) -> None:
         raise ValueError(f"there is no rig {rig!r}; there are exact, tolerant")
 
 
-def _specimen(random: np.random.Generator, rig: str) -> Specimen:
+def _rig_and_tissue(
+    random: np.random.Generator, tolerances: Tolerances | None
+) -> tuple[Specimen, Instrument]:
     tissue = Specimen(
         stiffness=log_uniform(random, 150.0, 3000.0), damping=log_uniform(random, 0.5, 15.0)
     )
-    mass, stiffness, damping = random.standard_normal(3)
-    if rig == "exact":
-        return tissue
-    return tissue._replace(
-        tip_mass=tissue.tip_mass * (1.0 + MASS_DEVIATION * mass),
-        load_cell_stiffness=tissue.load_cell_stiffness * (1.0 + STIFFNESS_DEVIATION * stiffness),
-        # Lognormal, so that no draw makes a damper that drives.
-        load_cell_damping=tissue.load_cell_damping * np.exp(DAMPING_DEVIATION * damping),
-    )
-
-
-def _instrument(random: np.random.Generator, rig: str) -> Instrument:
-    zero = random.normal(0.0, ZERO_DEVIATION)
-    return Instrument() if rig == "exact" else Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
+    deviations = random.standard_normal(len(Tolerances._fields))
+    if tolerances is None:
+        return tissue, Instrument()
+    specimen, zero = tolerances.moved(tissue, deviations)
+    return specimen, Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
 
 
 def _trajectory(random: np.random.Generator, kind: str, duration: float) -> Trajectory:
@@ -202,7 +199,10 @@ def _other(excitation: str) -> str:
 
 
 def _hide(
-    effects: Sequence[str], clean: Case, random: np.random.Generator
+    effects: Sequence[str],
+    clean: Case,
+    random: np.random.Generator,
+    tolerances: Tolerances | None,
 ) -> tuple[Case, dict[str, Hidden]]:
     """Hide the effects, each scaled alone; those that need a preload of their own come first."""
     case, hidden = clean, {}
@@ -210,7 +210,7 @@ def _hide(
     for name in sorted(effects, key=lambda name: not EFFECTS[name].sets_preload):
         target, seed = log_uniform(random, weakest, STRONGEST), int(random.integers(2**32))
         alone = clean.pressed(case.trajectory.preload)
-        hidden[name] = hide(EFFECTS[name], alone, target, seed)
+        hidden[name] = hide(EFFECTS[name], alone, target, seed, tolerances)
         case = case.changed(hidden[name].change)
     return case, hidden
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import Change, Effect
+from tissue_probe.challenge.tolerances import Tolerances
 
 SEARCH_RATE = 8_000
 """Steps a second while searching [Hz]; the challenge itself is simulated at 40 kHz."""
@@ -38,6 +39,8 @@ class Hidden:
     target, ratio : float
         Asked for, and reached: rms left by the best Kelvin-Voigt fit, in units of the noise, with
         this effect alone.
+    shown : float
+        The ratio that is left where the fit may move the rig within its tolerances.
     absorbed : bool
         Whether the model absorbs it, at its typical strength or whatever strength was tried.
     """
@@ -46,14 +49,17 @@ class Hidden:
     strength: float
     target: float
     ratio: float
+    shown: float
     absorbed: bool
 
 
-def hide(effect: Effect, case: Case, target: float, seed: int) -> Hidden:
+def hide(
+    effect: Effect, case: Case, target: float, seed: int, tolerances: Tolerances | None = None
+) -> Hidden:
     """Find the strength at which an effect leaves ``target`` times the noise.
 
     Where no strength of its range does, that which comes nearest is taken. ``seed`` is that of
-    whatever the effect draws.
+    whatever the effect draws; ``tolerances`` are those of the rig, None where it is known exactly.
     """
 
     def change(strength: float) -> Change:
@@ -62,15 +68,13 @@ def hide(effect: Effect, case: Case, target: float, seed: int) -> Hidden:
     def ratio(strength: float) -> float:
         return case.changed(change(strength)).ratio(case.specimen, SEARCH_RATE)
 
-    def excess(logarithm: float) -> float:
-        left = min(ratio(float(np.exp(logarithm))), 1e6)
-        return 0.5 * float(np.log(max(left**2 - 1.0, 1e-12) / (target**2 - 1.0)))
-
     strength = effect.typical
     if ratio(strength) >= ABSORBED:
         strength = _reach(ratio, effect, target)
     reached = ratio(strength)
-    return Hidden(change(strength), strength, target, reached, absorbed=reached < ABSORBED)
+    made = change(strength)
+    shown = case.changed(made).ratio(case.specimen, SEARCH_RATE, tolerances)
+    return Hidden(made, strength, target, reached, shown, absorbed=reached < ABSORBED)
 
 
 def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> float:

@@ -198,13 +198,18 @@ def _adequate(diagnosis: Diagnosis) -> list[str]:
         "Adequate: nothing is missing that this recording could show; the error is "
         f"{diagnosis.ladder.final.ratio:.2f} times the noise."
     ]
-    if diagnosis.unseen:
-        said.append(f"This excitation could not have shown: {', '.join(diagnosis.unseen)}.")
-    return said
+    return said + _unseen(diagnosis)
+
+
+def _unseen(diagnosis: Diagnosis) -> list[str]:
+    if not diagnosis.unseen:
+        return []
+    return [f"This excitation could not have shown: {', '.join(diagnosis.unseen)}."]
 
 
 def _missing(diagnosis: Diagnosis) -> list[str]:
-    return [f"Missing: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"]
+    said = f"Missing: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
+    return [said, *_unseen(diagnosis)]
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:

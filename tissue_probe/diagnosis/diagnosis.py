@@ -53,7 +53,8 @@ class Diagnosis:
     indistinguishable : tuple of str
         Effects that explain the measurement equally well; empty where one is alone.
     unseen : tuple of str
-        Effects of typical strength that this measurement could not have shown.
+        Effects of typical strength that this measurement could not have shown, beside those added;
+        none where something is left unexplained.
     suggestion : Suggestion or None
         What would separate the indistinguishable, or show the unseen.
     validated : mapping of tuple of str to float
@@ -138,9 +139,11 @@ def diagnose(
         ladder = settled(ladder, validated)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
-    hidden = unseen(ladder.final, admitted, instrument) if ladder.verdict == "adequate" else ()
+    told = ladder.verdict != "unexplained"
+    hidden = unseen(ladder.final, admitted, instrument, composition) if told else ()
     rivals = tied if indistinguishable else [ladder.final]
-    suggestion = suggest(rivals, instrument, admitted, hidden)
+    asked = hidden if ladder.verdict == "adequate" else ()
+    suggestion = suggest(rivals, instrument, admitted, asked)
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,

@@ -16,6 +16,7 @@ from scipy.fft import dct
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.whiteness import colour, unevenness
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.rounding import COARSE, smoothed
@@ -70,9 +71,10 @@ class Fit:
     rounding : float
         What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
         or corrects the position; 0 where it does not.
-    colour : float
-        Rms of the residual per cosine below a sixteenth of the sampling rate over that above: 1
-        where it is white, whatever the level of the noise.
+    colour, unevenness : float
+        How slow what is left is, and how far from even over the frequencies (``whiteness``).
+    strain : float
+        Sum of squared departures from the priors, those of the rig's tolerances and of the starts.
     """
 
     composition: Composition
@@ -89,6 +91,8 @@ class Fit:
     converged: bool
     rounding: float
     colour: float
+    unevenness: float
+    strain: float
 
     @property
     def samples(self) -> int:
@@ -479,6 +483,7 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
     covariance[np.ix_(free[own], free[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
     samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
     excess = max(1.0, point.cost / samples)
+    cosines = _cosines(problem, point)
     return Fit(
         composition=problem.composition,
         measurements=problem.measurements,
@@ -493,21 +498,21 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         start_penalty=_start_penalty(problem, point),
         converged=converged,
         rounding=_rounding(problem, point),
-        colour=_colour(problem, point),
+        colour=colour(cosines),
+        unevenness=unevenness(cosines),
+        strain=point.cost - sum(point.misfits),
     )
 
 
-def _colour(problem: Problem, point: _Point) -> float:
-    low, high = [], []
+def _cosines(problem: Problem, point: _Point) -> list[FloatArray]:
+    """Return the cosines of each measurement's residual, white where it is noise."""
+    cosines = []
     for index, (residual, _) in enumerate(point.simulated):
         over_noise = problem.weighed(index, residual[:, None])[:, 0]
         if problem.weights[index] is None:
             over_noise = dct(over_noise, norm="ortho")
-        split = over_noise.size // 8
-        low.append(over_noise[:split])
-        high.append(over_noise[split:])
-    squares = [np.mean(np.concatenate(part) ** 2) for part in (low, high)]
-    return float(np.sqrt(squares[0] / max(squares[1], np.finfo(float).tiny)))
+        cosines.append(over_noise)
+    return cosines
 
 
 def _rounding(problem: Problem, point: _Point) -> float:

@@ -24,6 +24,10 @@ EXPLAINED = 1.07
 ROUGHLY = 1.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
 WHITE = 1.12
+#: And how far an octave of it may stand out, in standard deviations.
+EVEN = 8.0
+#: And the sum of squared departures, in standard deviations, from the rig's tolerances and starts.
+STRAINED = 30.0
 
 
 def significant(simple: Fit, better: Fit) -> bool:
@@ -34,18 +38,26 @@ def significant(simple: Fit, better: Fit) -> bool:
 
 
 def explained(fit: Fit) -> bool:
-    """Whether a fit leaves noise only: no more than there is, and white.
+    """Whether a fit leaves noise only: no more than there is, white, and with a likely rig.
 
     An encoder's rounding, of which more than its size is not known, may have any colour.
     """
     if fit.rounding > 0.0:
         return fit.ratio < ROUGHLY
-    return fit.ratio < EXPLAINED and fit.colour < WHITE
+    white = fit.colour < WHITE and fit.unevenness < EVEN
+    return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
-    """Order fits with one effect more by BIC, a simpler effect before one that contains it."""
+    """Order fits with one effect more by BIC, a simpler effect before one that contains it.
+
+    Where the coarse steps of an encoder explain all and the best does not, they come first: they
+    are there to be seen, and what smooths the force instead (a lag) may do better by a criterion
+    that takes their noise for white.
+    """
     order = sorted(fits, key=lambda fit: fit.bic)
+    if order and not explained(order[0]):
+        order.sort(key=lambda fit: not (added(fit).rounded != 0 and explained(fit)))
     for fit in list(order):
         for name in added(fit).simpler:
             simpler = next((each for each in order if added(each).name == name), None)

@@ -15,6 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import THREADS, begin_states, extent, start_values
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument
+from tissue_probe.diagnosis.sensitivities import by_unknown, stacked, unknown
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.rigs import admits
@@ -93,32 +94,18 @@ def _changes(
             if not strengths or strengths[0] in proposed:
                 yield (bare - _residuals(problem, values, starts))[:, None]
             else:
-                yield _stacked(
-                    problem, [s[:, columns] for _, s in problem.simulate(values, starts)]
-                )
+                yield stacked(problem, [s[:, columns] for _, s in problem.simulate(values, starts)])
 
 
 def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> FloatArray:
     parts = [residual[:, None] for residual, _ in problem.simulate(values, starts)]
-    return _stacked(problem, parts)[:, 0]
+    return stacked(problem, parts)[:, 0]
 
 
 def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
     """Return what the fitted model's unknowns change in the force, and its residual, over noise."""
     problem = Problem(fit.composition, fit.measurements, instrument)
-    n = problem.states
-    simulated = problem.simulate(fit.values, fit.starts)
-    by_value = _stacked(problem, [s[:, n:][:, problem.free] for _, s in simulated])
-    by_start = []
-    for index in range(len(simulated)):
-        parts = [s[:, :n] * (i == index) for i, (_, s) in enumerate(simulated)]
-        by_start.append(_stacked(problem, parts))
-    own = np.concatenate([by_value, *by_start], axis=1)
+    own = by_unknown(problem, fit.values, fit.starts)[:, unknown(problem)]
     own = own[:, np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)]
-    residual = _stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
+    residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
     return own / np.linalg.norm(own, axis=0), residual
-
-
-def _stacked(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
-    """Join arrays of all measurements, each over its noise, unused samples zero."""
-    return np.concatenate([problem.weighed(index, part) for index, part in enumerate(parts)])

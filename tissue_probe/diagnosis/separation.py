@@ -15,12 +15,11 @@ from tissue_probe.diagnosis.candidates import refit
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.sampling_checks import PER_CYCLE
-from tissue_probe.diagnosis.visibility import SEEN, visibility
+from tissue_probe.diagnosis.visibility import SEEN, visibilities
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
-from tissue_probe.signals import FloatArray
 
 #: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
 EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
@@ -175,5 +174,6 @@ def _shown(
     fit = refit(base, base.composition, instrument, [measurement])
     if fit is None:
         return 0.0
-    seen: FloatArray = np.array([visibility(fit, library[name], instrument) for name in unseen])
+    effects = [library[name] for name in unseen]
+    seen = np.array(visibilities(fit, effects, instrument, fit.composition))
     return float(np.sum(seen > SEEN) + 0.5 * np.tanh(np.min(seen) / SEEN))

@@ -37,9 +37,10 @@ CONSTANTS = (
 )
 #: Where a force drives, it divides by the mass [kg].
 LIGHTEST = 1e-6
+#: A tissue that pulls back when it is let go, or drives, is none: what seems so is another effect.
 TISSUE = (
-    Parameter(STIFFNESS, "N/m", default=450.0, lower=-1e7, upper=1e9),
-    Parameter(DAMPING, "N s/m", default=5.0, lower=-1e5, upper=1e6),
+    Parameter(STIFFNESS, "N/m", default=450.0, lower=0.0, upper=1e9),
+    Parameter(DAMPING, "N s/m", default=5.0, lower=0.0, upper=1e6),
 )
 
 

@@ -2,16 +2,23 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
 
 MASS = sp.Symbol("added_mass", real=True)
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose as little as nothing, and as much as a tip: the first may be led astray."""
+    return [{}, {"added_mass": 0.03}]
+
 
 ADDED_MASS = Effect(
     name="added_mass",
     family="inertia",
     physics="Tissue, or a forgotten part of the tool, moves along with the tip",
-    parameters=(Parameter(MASS, "kg", default=0.005, lower=-0.03, upper=1.0),),
+    parameters=(Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),),
     inertia=MASS,
+    starts=starts,
     assumptions="Rigidly joined to the tip",
     reference="Newton (1687), second law; Oestreicher, J. Acoustical Society of America 23 "
     "(1951), 707, for the mass of tissue that a vibrating sphere moves",

@@ -1,0 +1,60 @@
+"""Whether what a fit leaves is white noise, by the cosines of its residual.
+
+What belongs here: two numbers that need no level of the noise. What does not: how much they may be
+(``ranking``), tests that say where a residual comes from (``residual_test``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissue_probe.signals import FloatArray
+
+#: The cosines below this share of all, those below a sixteenth of the sampling rate, are judged by
+#: the others.
+SLOW = 8
+SMALL = 0.00025
+
+
+def colour(cosines: Sequence[FloatArray]) -> float:
+    """Return the rms of slow cosines over that of fast ones: 1 where they are white.
+
+    Parameters
+    ----------
+    cosines : sequence of array, shape (N,)
+        Orthonormal cosines (DCT-II) of each measurement's residual.
+    """
+    low, high = (np.mean(part**2) for part in _split(cosines))
+    return float(np.sqrt(low / max(high, np.finfo(float).tiny)))
+
+
+def unevenness(cosines: Sequence[FloatArray]) -> float:
+    """Return the largest excess of an octave of slow cosines over fast ones.
+
+    In its standard deviations where noise is white; or, if that is less, in shares ``SMALL`` of all
+    energy, so that what hardly matters does not count on a long recording. A cause that the model
+    has not is seldom spread over all frequencies as noise is.
+
+    Parameters
+    ----------
+    cosines : sequence of array, shape (N,)
+        Orthonormal cosines (DCT-II) of each measurement's residual.
+    """
+    level = max(float(np.mean(_split(cosines)[1] ** 2)), np.finfo(float).tiny)
+    total = sum(each.size for each in cosines)
+    largest, first = -np.inf, 0
+    while first < max(each.size for each in cosines) // SLOW:
+        # Octaves: 0 and 1, 2 and 3, 4 to 7, ...
+        after = max(2, 2 * first)
+        octave = np.concatenate([each[: each.size // SLOW][first:after] for each in cosines])
+        excess = float(np.sum(octave**2)) / level - octave.size
+        largest = max(largest, excess / max(np.sqrt(2.0 * octave.size), SMALL * total))
+        first = after
+    return float(largest)
+
+
+def _split(cosines: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    slow = np.concatenate([each[: each.size // SLOW] for each in cosines])
+    return slow, np.concatenate([each[each.size // SLOW :] for each in cosines])
