@@ -9,7 +9,15 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.improvement import _bettered, _exchanged, _needed, climb, climb_by
+from tissue_probe.diagnosis.improvement import (
+    FOLLOWED,
+    _anew,
+    _bettered,
+    _exchanged,
+    _needed,
+    climb,
+    climb_by,
+)
 from tissue_probe.diagnosis.ranking import EXPLAINED
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -51,6 +59,31 @@ def test_two_effects_are_added_one_after_the_other():
     assert len(errors) == 3
     assert errors == sorted(errors, reverse=True)
     assert errors[-1] < EXPLAINED
+
+
+def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second():
+    made = challenge(343014, "backlash", "tissue_motion", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    (first,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
+    (second,) = fit_candidates(first, [EFFECTS["tissue_motion"]], TOLERANT)
+    path = _anew((first, second), TOLERANT)
+    assert second.ratio > 3.0
+    assert path[0] is first
+    assert path[-1].composition.names == ("backlash", "tissue_motion")
+    assert path[-1].ratio < EXPLAINED
+    assert _anew(path, TOLERANT) is path
+
+
+def test_a_second_effect_is_found_though_it_promises_less_than_those_of_five_families():
+    made = challenge(343001, "structural_mode", "backlash", rig="tolerant")
+    misleading = (
+        *("bouc_wen_hysteresis", "channel_delay", "force_gain", "standard_linear_solid"),
+        *("adhesion", "exponential_stiffening"),
+    )
+    effects = library("backlash", *misleading, "structural_mode")
+    assert len({effect.family for effect in effects.values()} - {"lost motion"}) > FOLLOWED + 1
+    ladder = climbed(made, TOLERANT, effects)
+    assert (ladder.verdict, ladder.effects) == ("missing", ("backlash", "structural_mode"))
 
 
 def test_two_forms_of_one_law_are_not_added_to_each_other():

@@ -100,9 +100,13 @@ def climb(
     best = paths[0]
     while not explained(best[-1]) and len(best) < MOST:
         longer = _longer(base, paths, instrument, library)
+        if len(best) == 1 and not (longer and explained(longer[0][-1])):
+            longer += _longer(base, paths[:1], instrument, library, promising=False)
+            longer.sort(key=_criterion)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
-        paths, best = longer[:BEAM], longer[0]
+        best = _anew(longer[0], instrument)
+        paths = [best, *longer[1:BEAM]]
     steps = _exchanged(_needed(base, best, instrument), ranking, instrument)
     first = steps[0]
     if len(steps) == 1:
@@ -174,6 +178,22 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
+def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
+    """Search once more for the first effect, beside the last: it was found while that was missing.
+
+    Only where something is left that a better value of it may explain.
+    """
+    final, first = path[-1], added(path[0])
+    if explained(final):
+        return path
+    without = refit(final, final.composition.without(first.name), instrument)
+    for fit in fit_candidates(without, [first], instrument) if without else ():
+        found = refit(fit, final.composition, instrument)
+        if found is not None and found.bic < final.bic:
+            return (*path[:-1], found)
+    return path
+
+
 def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
     """Let one of several effects give way to another of its family, or a simpler one, if better.
 
@@ -220,6 +240,7 @@ def _longer(
     paths: Sequence[tuple[Fit, ...]],
     instrument: Instrument,
     library: Mapping[str, Effect],
+    promising: bool = True,
 ) -> list[tuple[Fit, ...]]:
     """Return every path with one effect more, the best first, each set of effects once.
 
@@ -227,28 +248,41 @@ def _longer(
     """
     longer: dict[frozenset[str], tuple[Fit, ...]] = {}
     for path in paths:
-        for fit in ranked(_followed(base, path[-1], instrument, library)):
+        for fit in ranked(_followed(base, path[-1], instrument, library, promising)):
             names = frozenset(fit.composition.names)
             if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                 longer[names] = (*path, fit)
-    return sorted(longer.values(), key=lambda path: path[-1].bic)
+    return sorted(longer.values(), key=_criterion)
+
+
+def _criterion(path: tuple[Fit, ...]) -> float:
+    return path[-1].bic
 
 
 def _followed(
-    base: Fit, fit: Fit, instrument: Instrument, library: Mapping[str, Effect]
+    base: Fit,
+    fit: Fit,
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    promising: bool,
 ) -> list[Fit]:
-    """Fit what promises most of each family, then all of the family that keeps its promise best."""
+    """Fit what promises most of each family, then all of the family that keeps its promise best.
+
+    Of the families that promise most, or of the others: a promise is made as if nothing had been
+    added yet, which beside a strong nonlinear effect says little.
+    """
     taken = {each.family for each in fit.composition.effects if each.family in FORMS}
     allowed = [each for each in library.values() if each.family not in taken]
-    promising = screened(fit, base.composition, allowed, instrument)
+    order = screened(fit, base.composition, allowed, instrument)
     first: dict[str, Effect] = {}
-    for effect in promising:
+    for effect in order:
         first.setdefault(effect.family, effect)
-    fits = fit_candidates(fit, list(first.values())[:FOLLOWED], instrument)
+    part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
+    fits = fit_candidates(fit, list(first.values())[part], instrument)
     if not fits:
         return []
     family = added(min(fits, key=lambda each: each.bic)).family
-    others = [each for each in promising if each.family == family and each is not first[family]]
+    others = [each for each in order if each.family == family and each is not first[family]]
     return fits + fit_candidates(fit, others, instrument)
 
 
