@@ -9,8 +9,8 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.further import FOLLOWED
 from tissue_probe.diagnosis.improvement import (
-    FOLLOWED,
     _anew,
     _bettered,
     _exchanged,

@@ -63,6 +63,7 @@ MISTAKES = {
     "starts for what is not there": (
         ("    drag=", '    starts=lambda extent: [{"width": 1.0}],\n    drag='), "starts for width"
     ),
+    "a list for a tuple": (("drag=DRAG", "simpler=[], drag=DRAG"), "write tuples"),
     "no effect": (("QUADRATIC_DRAG =", "_HIDDEN ="), "defines no effect"),
     "no Python": (("drag=DRAG", "drag=)DRAG"), "cannot be run: SyntaxError"),
     "an import that fails": (("import sympy", "import nosuchmodule, sympy"), "nosuchmodule"),

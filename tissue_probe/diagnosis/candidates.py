@@ -92,7 +92,9 @@ def refit(
     return search(problem, values, [z for z, _ in problem.begin(values)])
 
 
-def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument) -> list[Fit]:
+def fit_candidates(
+    base: Fit, effects: Iterable[Effect], instrument: Instrument, needed: float = np.inf
+) -> list[Fit]:
     """Fit the model with each effect added, in the form of it that fits best.
 
     Parameters
@@ -103,6 +105,8 @@ def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument)
         What may be added; what cannot be fitted, or acts on what the rig has not, is left out.
     instrument : Instrument
         What is known of the rig.
+    needed : float
+        The cost that is asked for; searches that will not come near are given up.
     """
     forms = [
         form
@@ -114,7 +118,7 @@ def fit_candidates(base: Fit, effects: Iterable[Effect], instrument: Instrument)
     with ThreadPoolExecutor(THREADS) as pool:
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
-        bar = Bar(base.cost)
+        bar = Bar(min(base.cost, needed))
         fits = [fit for found in pool.map(lambda each: each.fits(bar), proposed) for fit in found]
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.cost):
@@ -154,6 +158,8 @@ class _Proposals:
         found = [fit for fit in tried if fit is not None]
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
+            if best.cost > FAR * bar.cost:
+                break
             found += self._around(best, bar)
             if min(fit.cost for fit in found) > BETTER * best.cost:
                 break

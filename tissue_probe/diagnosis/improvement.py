@@ -12,29 +12,24 @@ from typing import Literal
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.further import SHARE, Further, criterion
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     SIMPLER,
-    TIE,
     added,
     explained,
     ranked,
     significant,
     ties,
 )
-from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
-#: A further effect must remove this share of what exceeds the noise.
-SHARE = 0.7
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: Families whose effects are forms of one law: beside one of them another only bends it.
-FORMS = ("relaxation", "stiffening", "friction", "time-varying")
-#: Families on whose best effect a second is tried; families of which one is; effects in all.
-BEAM, FOLLOWED, MOST = 3, 5, 3
+#: Families on whose best effect a second is tried; effects in all.
+BEAM, MOST = 3, 3
 
 
 @dataclass(frozen=True)
@@ -97,12 +92,11 @@ def climb(
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     paths = [(fit,) for fit in _of_each_family(ranking)[:BEAM] if significant(base, fit)]
-    best = paths[0]
+    best, further = paths[0], Further(base, instrument, library)
     while not explained(best[-1]) and len(best) < MOST:
-        longer = _longer(base, paths, instrument, library)
+        longer = further.of(paths)
         if len(best) == 1 and not (longer and explained(longer[0][-1])):
-            longer += _longer(base, paths[:1], instrument, library, promising=False)
-            longer.sort(key=_criterion)
+            longer = sorted(longer + further.of(paths[:1], promising=False), key=criterion)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
         best = _anew(longer[0], instrument)
@@ -233,57 +227,6 @@ def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     others = [fit for fit in ranking if added(fit).name != added(found).name]
     known = [fit for fit in ranking if added(fit).name == added(found).name]
     return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
-
-
-def _longer(
-    base: Fit,
-    paths: Sequence[tuple[Fit, ...]],
-    instrument: Instrument,
-    library: Mapping[str, Effect],
-    promising: bool = True,
-) -> list[tuple[Fit, ...]]:
-    """Return every path with one effect more, the best first, each set of effects once.
-
-    Of two ways to the same effects that end as well, the one stays that began better.
-    """
-    longer: dict[frozenset[str], tuple[Fit, ...]] = {}
-    for path in paths:
-        for fit in ranked(_followed(base, path[-1], instrument, library, promising)):
-            names = frozenset(fit.composition.names)
-            if names not in longer or fit.bic < longer[names][-1].bic - TIE:
-                longer[names] = (*path, fit)
-    return sorted(longer.values(), key=_criterion)
-
-
-def _criterion(path: tuple[Fit, ...]) -> float:
-    return path[-1].bic
-
-
-def _followed(
-    base: Fit,
-    fit: Fit,
-    instrument: Instrument,
-    library: Mapping[str, Effect],
-    promising: bool,
-) -> list[Fit]:
-    """Fit what promises most of each family, then all of the family that keeps its promise best.
-
-    Of the families that promise most, or of the others: a promise is made as if nothing had been
-    added yet, which beside a strong nonlinear effect says little.
-    """
-    taken = {each.family for each in fit.composition.effects if each.family in FORMS}
-    allowed = [each for each in library.values() if each.family not in taken]
-    order = screened(fit, base.composition, allowed, instrument)
-    first: dict[str, Effect] = {}
-    for effect in order:
-        first.setdefault(effect.family, effect)
-    part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
-    fits = fit_candidates(fit, list(first.values())[part], instrument)
-    if not fits:
-        return []
-    family = added(min(fits, key=lambda each: each.bic)).family
-    others = [each for each in order if each.family == family and each is not first[family]]
-    return fits + fit_candidates(fit, others, instrument)
 
 
 def _removes(fit: Fit, better: Fit) -> bool:

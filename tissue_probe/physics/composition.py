@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from types import ModuleType
 
 from tissue_probe.physics import compiled
@@ -82,12 +82,12 @@ class Composition:
 
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
-        return Composition(self.rig, self.tissue, (*self.effects, effect))
+        return _composed(self.rig, self.tissue, (*self.effects, effect))
 
     def without(self, name: str) -> Composition:
         """Return the model with one effect less."""
         kept = tuple(effect for effect in self.effects if effect.name != name)
-        return Composition(self.rig, self.tissue, kept)
+        return _composed(self.rig, self.tissue, kept)
 
     @cached_property
     def model(self) -> Model:
@@ -114,3 +114,9 @@ class Composition:
             known[str(MASS)] = replace(known[str(MASS)], lower=LIGHTEST)
         own = {entry.name: entry for effect in self.all_effects for entry in effect.parameters}
         return tuple((known | own)[name] for name in names)
+
+
+@cache
+def _composed(rig: str, tissue: str, effects: tuple[Effect, ...]) -> Composition:
+    """Return the same model for the same parts: a diagnosis composes each many times over."""
+    return Composition(rig, tissue, effects)

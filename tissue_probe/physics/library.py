@@ -131,6 +131,11 @@ def _complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[str]:
 
 
 def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[str]:
+    try:
+        hash(effect)
+    except TypeError:
+        yield "holds a list, a set or a dict: write tuples, as for parameters=(...,)"
+        return
     taken = {str(s): "of the model" for s in (*SIGNALS, *ELSEWHERE)}
     taken |= {entry.name: "of the model" for entry in (*CONSTANTS, *TISSUE)}
     # One and the same switch, such as contact, may serve several effects.

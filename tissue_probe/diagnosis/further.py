@@ -1,0 +1,95 @@
+"""A further effect beside those of a path: which are tried, and how they are kept.
+
+What belongs here: paths with one effect more. What does not: which path is taken, and what its
+effects are worth in the end (``improvement``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from tissue_probe.diagnosis.candidates import fit_candidates
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.measurement import Instrument
+from tissue_probe.diagnosis.ranking import TIE, added, ranked
+from tissue_probe.diagnosis.screen import screened
+from tissue_probe.physics.effects import Effect
+
+#: A further effect must remove this share of what exceeds the noise.
+SHARE = 0.7
+#: Families whose effects are forms of one law: beside one of them another only bends it.
+FORMS = ("relaxation", "stiffening", "friction", "time-varying")
+#: Families of which a second effect is tried first.
+FOLLOWED = 5
+
+Path = tuple[Fit, ...]
+
+
+def criterion(path: Path) -> float:
+    """Return what paths are ordered by."""
+    return path[-1].bic
+
+
+class Further:
+    """Paths with one effect more.
+
+    Parameters
+    ----------
+    base : Fit
+        Where all paths begin.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        What may be added.
+    """
+
+    def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
+        self._base, self._instrument, self._library = base, instrument, library
+        self._orders: dict[tuple[str, ...], list[Effect]] = {}
+
+    def of(self, paths: Sequence[Path], promising: bool = True) -> list[Path]:
+        """Return every path with one effect more, the best first, each set of effects once.
+
+        Of two ways to the same effects that end as well, the one stays that began better.
+
+        Parameters
+        ----------
+        paths : sequence of tuple of Fit
+            What is to be extended.
+        promising : bool
+            By the families that promise most, or by the others: a promise is made as if nothing
+            had been added yet, which beside a strong nonlinear effect says little.
+        """
+        longer: dict[frozenset[str], Path] = {}
+        for path in paths:
+            for fit in ranked(self._followed(path[-1], promising)):
+                names = frozenset(fit.composition.names)
+                if names not in longer or fit.bic < longer[names][-1].bic - TIE:
+                    longer[names] = (*path, fit)
+        return sorted(longer.values(), key=criterion)
+
+    def _followed(self, fit: Fit, promising: bool) -> list[Fit]:
+        """Fit the best of each family, then all of the family that keeps its promise best."""
+        order = self._order(fit)
+        first: dict[str, Effect] = {}
+        for effect in order:
+            first.setdefault(effect.family, effect)
+        part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
+        needed = fit.samples * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0))
+        chosen = list(first.values())[part]
+        fits = fit_candidates(fit, chosen, self._instrument, needed)
+        if not fits:
+            return []
+        family = added(min(fits, key=lambda each: each.bic)).family
+        others = [each for each in order if each.family == family and each is not first[family]]
+        return fits + fit_candidates(fit, others, self._instrument, needed)
+
+    def _order(self, fit: Fit) -> list[Effect]:
+        """Order what may be added by what it promises."""
+        names = fit.composition.names
+        if names not in self._orders:
+            taken = {each.family for each in fit.composition.effects if each.family in FORMS}
+            allowed = [each for each in self._library.values() if each.family not in taken]
+            alone = self._base.composition
+            self._orders[names] = screened(fit, alone, allowed, self._instrument)
+        return self._orders[names]
