@@ -126,7 +126,7 @@ MISTAKES = [
      r"parameters.force_bias is missing: give it \[N\]"),
     ("parameters.stiffness.value", "stiff", "value is 'stiff': give a number"),
     ("parameters.stiffness.value", float("nan"), "value is nan: give a number"),
-    ("parameters.stiffness.value", 1e12, r"give a number from -1e\+07 to 1e\+09 \[N/m\]"),
+    ("parameters.stiffness.value", 1e12, r"give a number from 0 to 1e\+09 \[N/m\]"),
     ("parameters.stiffness.unit", "N/mm", "unit is 'N/mm': convert to 'N/m'"),
     ("parameters.stiffness.deviation", -1.0, "deviation is -1.0: give a number from 0"),
     ("parameters.stiffness", 450.0, "parameters.stiffness is 450.0: give the fields value"),

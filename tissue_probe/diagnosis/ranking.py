@@ -24,7 +24,7 @@ EXPLAINED = 1.07
 ROUGHLY = 1.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
 WHITE = 1.12
-#: And how far an octave of it may stand out, in standard deviations.
+#: And how far an octave of it may stand out, in what is usual for noise.
 EVEN = 8.0
 #: And the sum of squared departures, in standard deviations, from the rig's tolerances and starts.
 STRAINED = 30.0

@@ -33,9 +33,9 @@ def colour(cosines: Sequence[FloatArray]) -> float:
 def unevenness(cosines: Sequence[FloatArray]) -> float:
     """Return the largest excess of an octave of slow cosines over fast ones.
 
-    In its standard deviations where noise is white; or, if that is less, in shares ``SMALL`` of all
-    energy, so that what hardly matters does not count on a long recording. A cause that the model
-    has not is seldom spread over all frequencies as noise is.
+    In what is usual where noise is white, about a standard deviation; or, where that says less, in
+    shares ``SMALL`` of all energy, so that what hardly matters does not count on a long recording.
+    A cause that the model has not is seldom spread over all frequencies as noise is.
 
     Parameters
     ----------
@@ -50,7 +50,9 @@ def unevenness(cosines: Sequence[FloatArray]) -> float:
         after = max(2, 2 * first)
         octave = np.concatenate([each[: each.size // SLOW][first:after] for each in cosines])
         excess = float(np.sum(octave**2)) / level - octave.size
-        largest = max(largest, excess / max(np.sqrt(2.0 * octave.size), SMALL * total))
+        # One more than its standard deviation: the sum of few squares has a long tail.
+        usual = 1.0 + np.sqrt(2.0 * octave.size)
+        largest = max(largest, excess / max(usual, SMALL * total))
         first = after
     return float(largest)
 
