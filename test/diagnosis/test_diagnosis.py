@@ -108,6 +108,20 @@ def test_coarse_steps_are_named_and_not_the_lag_that_smooths_them():
     assert (found.verdict, found.effects) == ("missing", ("encoder_quantization",))
 
 
+@pytest.mark.parametrize(("seed", "rig"), [(428004, "tolerant"), (422024, "exact")])
+def test_dry_friction_is_found_as_sharp_as_it_is_among_many_frequencies(seed, rig):
+    """Creep stands for sticking: at the blunt end of a search a fifth of the noise was left."""
+    made = challenge(seed, "coulomb_friction", excitation="msine60", rig=rig)
+    found = diagnosis.diagnose(
+        Composition(),
+        [measurement(made.recording)],
+        TOLERANT if rig == "tolerant" else EXACT,
+        library("coulomb_friction"),
+    )
+    assert (found.verdict, found.effects) == ("missing", ("coulomb_friction",))
+    assert found.ladder.final.named()["transition_velocity"] < 1e-4
+
+
 def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
     """Of a load cell that warms up, a slow sine leaves two thousandths of the energy."""
     made = challenge(425008, "exponential_drift", excitation="chirp60")

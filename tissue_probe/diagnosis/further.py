@@ -17,8 +17,9 @@ from tissue_probe.physics.effects import Effect
 
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.7
-#: Families whose effects are forms of one law: beside one of them another only bends it.
-FORMS = ("relaxation", "stiffening", "friction", "time-varying")
+#: Families whose effects are forms of one law: beside one of them another only bends it. Of an
+#: encoder with coarse steps nothing finer is known.
+FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 #: Families of which a second effect is tried first.
 FOLLOWED = 5
 

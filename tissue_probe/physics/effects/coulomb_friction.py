@@ -1,5 +1,7 @@
 """Dry friction on the tip."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
@@ -13,6 +15,11 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     return [{"transition_velocity": velocity} for velocity in (3e-4, 1e-3, 5e-3)]
 
 
+def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose a sharper turn: among many frequencies a search ends at one that is too blunt."""
+    return [{"transition_velocity": velocity} for velocity in (1e-5, 1e-4)]
+
+
 COULOMB_FRICTION = Effect(
     name="coulomb_friction",
     family="friction",
@@ -23,6 +30,7 @@ COULOMB_FRICTION = Effect(
     ),
     drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION),
     starts=starts,
+    near=near,
     assumptions="Creeps below the transition velocity instead of sticking",
     reference="Coulomb (1785); Olsson et al., European J. Control 4 (1998), 176, section 3",
 )

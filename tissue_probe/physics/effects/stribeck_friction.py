@@ -1,5 +1,7 @@
 """Dry friction that is larger at low speed."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
@@ -15,8 +17,17 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose speeds up to a good part of the largest one."""
     return [
         {"stribeck_velocity": extent.speed * f, "stribeck_transition_velocity": transition}
-        for f in (0.05, 0.15, 0.4)
-        for transition in (3e-4, 1e-3, 5e-3)
+        for f in (0.015, 0.05, 0.15, 0.4)
+        for transition in (3e-4, 3e-3)
+    ]
+
+
+def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose a sharper turn, and a fall at other speeds."""
+    return [
+        {"stribeck_velocity": values["stribeck_velocity"] * f, "stribeck_transition_velocity": each}
+        for f in (0.25, 0.5, 1.0, 2.0)
+        for each in (1e-5, 1e-4)
     ]
 
 
@@ -33,6 +44,7 @@ STRIBECK_FRICTION = Effect(
     drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
     strengths=2,
     starts=starts,
+    near=near,
     simpler=("coulomb_friction",),
     assumptions="Creeps below the transition velocity instead of sticking",
     reference="Stribeck (1902); Armstrong-Helouvry et al., Automatica 30 (1994), 1083, eq. 1",
