@@ -47,6 +47,14 @@ def test_what_an_effect_of_the_model_absorbs_is_unseen_beside_it():
     assert unseen(fitted(made, EXACT, "force_drift"), bias, EXACT, PLAIN) == ("force_bias",)
 
 
+def test_another_form_of_a_law_that_the_model_has_is_not_listed():
+    made = challenge(11, "cubic_stiffening", excitation="sine10")
+    fit = fitted(made, EXACT, "cubic_stiffening")
+    stiffening = library("cubic_stiffening", "exponential_stiffening", "hunt_crossley")
+    assert visibilities(fit, [stiffening["exponential_stiffening"]], EXACT, PLAIN)[0] >= 0.0
+    assert unseen(fit, stiffening, EXACT, PLAIN) == ()
+
+
 def test_beside_what_is_missing_the_answer_lists_what_could_not_be_seen():
     made = challenge(12, "mains_hum", excitation="msine60", rig="tolerant", preload=2e-3)
     found = diagnosis.diagnose(

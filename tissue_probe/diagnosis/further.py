@@ -13,6 +13,7 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.ranking import TIE, added, ranked
 from tissue_probe.diagnosis.screen import screened
+from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
 #: A further effect must remove this share of what exceeds the noise.
@@ -29,6 +30,16 @@ Path = tuple[Fit, ...]
 def criterion(path: Path) -> float:
     """Return what paths are ordered by."""
     return path[-1].bic
+
+
+def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Return what may stand beside a model's effects: no second form of a law that it has."""
+    taken = {each.family for each in composition.effects if each.family in FORMS}
+    return {
+        name: effect
+        for name, effect in library.items()
+        if effect.family not in taken and name not in composition.names
+    }
 
 
 class Further:
@@ -89,8 +100,7 @@ class Further:
         """Order what may be added by what it promises."""
         names = fit.composition.names
         if names not in self._orders:
-            taken = {each.family for each in fit.composition.effects if each.family in FORMS}
-            allowed = [each for each in self._library.values() if each.family not in taken]
+            allowed = addable(fit.composition, self._library).values()
             alone = self._base.composition
             self._orders[names] = screened(fit, alone, allowed, self._instrument)
         return self._orders[names]

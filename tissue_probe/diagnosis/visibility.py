@@ -13,6 +13,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.candidates import THREADS, begin_states, start_values
 from tissue_probe.diagnosis.fit import Fit, Problem
+from tissue_probe.diagnosis.further import addable
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.sensitivities import by_unknown, precision, unknown
 from tissue_probe.physics.composition import Composition
@@ -61,7 +62,7 @@ def unseen(
     fit: Fit, library: Mapping[str, Effect], instrument: Instrument, alone: Composition
 ) -> tuple[str, ...]:
     """Name the effects that the measurements could not have shown (see ``visibilities``)."""
-    others = {n: e for n, e in library.items() if n not in fit.composition.names}
+    others = addable(fit.composition, library)
     seen = visibilities(fit, others.values(), instrument, alone)
     return tuple(name for name, each in zip(others, seen, strict=True) if each < SEEN)
 
