@@ -1,6 +1,7 @@
 """The picture of a comparison: both forces, the error, and where it is marked "here"."""
 
 from io import BytesIO
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 from matplotlib.patches import Rectangle
 
 from tissue_probe.diagnosis.localise import localise
-from tissue_probe.figures.compare import draw_comparison
+from tissue_probe.figures.compare import _title, draw_comparison
+from tissue_probe.quantities import FORCE
 
 PERIOD, NOISE = 5e-4, 5e-3
 TIME = PERIOD * np.arange(4000)
@@ -93,7 +95,13 @@ def test_noise_is_marked_nowhere_and_lies_at_one():
 
 def test_the_title_tells_the_error_in_newtons_of_the_force_and_of_the_noise():
     title = draw(np.ones(TIME.size, dtype=bool), factor=4.0).get_suptitle()
-    assert "Error 20 mN rms: 3.5 % of the force, 3.99 times the noise of 5 mN" in title
+    assert "Error 20 mN rms: 3.52 % of the force, 3.99 times the noise of 5 mN" in title
+
+
+def test_the_share_counts_the_forces_offset_as_the_printed_one_does():
+    force = np.full(8, 2.0)
+    title = _title(force, force - 0.02, SimpleNamespace(here=None), 0.005, FORCE)
+    assert "1 % of the force, 4 times the noise" in title
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])
