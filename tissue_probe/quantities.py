@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -25,6 +28,8 @@ class Quantity:
         Units in which the signal, and an error of it, are shown.
     per_drawn, per_small : float
         How many of these make one SI unit.
+    zeroed : bool
+        Whether its zero means something: a position counts from anywhere.
     """
 
     name: str
@@ -34,14 +39,19 @@ class Quantity:
     per_drawn: float
     small: str
     per_small: float
+    zeroed: bool
+
+    def size(self, values: NDArray[np.float64]) -> float:
+        """Return the rms of values [SI], about their mean where the zero means nothing."""
+        return float(np.sqrt(np.mean(values**2)) if self.zeroed else np.std(values))
 
     def tell(self, error: float, digits: int = 3) -> str:
         """Return an error [SI] in words."""
         return f"{self.per_small * error:.{digits}g} {self.small}"
 
 
-POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6)
-FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3)
+POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6, zeroed=False)
+FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3, zeroed=True)
 
 
 def other(quantity: Quantity) -> Quantity:

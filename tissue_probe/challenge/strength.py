@@ -72,8 +72,9 @@ def hide(
     if ratio(strength) >= ABSORBED:
         strength = _reach(ratio, effect, target)
     reached = ratio(strength)
-    made = change(strength)
-    shown = case.changed(made).ratio(case.specimen, SEARCH_RATE, tolerances)
+    made, shown = change(strength), reached
+    if tolerances is not None:
+        shown = case.changed(made).ratio(case.specimen, SEARCH_RATE, tolerances)
     return Hidden(made, strength, target, reached, shown, absorbed=reached < ABSORBED)
 
 

@@ -10,7 +10,6 @@ import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
-from tissue_probe.quantities import FORCE
 
 
 def compare(
@@ -79,10 +78,8 @@ def compare(
 def _print_errors(fit) -> None:
     output = fit.output
     signal = np.concatenate([m.output_values for m in fit.measurements])
-    # A position has no zero of its own, as a force has.
-    size = np.sqrt(np.mean(signal**2)) if output is FORCE else np.std(signal)
-    share = f"{100 * fit.rmse / size:.3g} % of the {output.name}'s rms"
-    if output is not FORCE:
+    share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
+    if not output.zeroed:
         share += " about its mean"
     print(f"{asked.title(fit)}:")
     for name, value in asked.table(fit):

@@ -401,15 +401,6 @@ def promise(
     return promised, after, begun
 
 
-def normal_matrix(
-    problem: Problem, values: FloatArray, starts: Sequence[FloatArray]
-) -> FloatArray | None:
-    """Return the normal matrix of the cost by values and starts; None where it diverges."""
-    with np.errstate(all="ignore"):
-        point = _point(problem, values, starts)
-    return None if point is None else point.normal
-
-
 @dataclass
 class Bar:
     """The lowest cost that any search of a comparison has reached so far."""

@@ -77,8 +77,7 @@ def _title(
     output: Quantity,
 ) -> str:
     error = np.sqrt(np.mean((measured - predicted) ** 2))
-    # A position has no zero of its own, as a force has.
-    size = (np.sqrt(np.mean(measured**2)) if output is FORCE else measured.std()) or 1.0
+    size = output.size(measured) or 1.0
     first = (
         f"Error {output.tell(error)} rms: {100.0 * error / size:.3g} % of the {output.name}, "
         f"{error / noise:.3g} times the noise of {output.tell(noise)}"
