@@ -7,6 +7,7 @@ import pytest
 
 from tissue_probe.challenge import EFFECTS, make_challenge
 from tissue_probe.challenge.case import Case
+from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.challenge.instrument import Instrument
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.specimen import Specimen
@@ -59,7 +60,7 @@ ABSORBED = (
 
 @pytest.mark.parametrize("name", ABSORBED)
 def test_a_steady_sine_without_preload_lets_kelvin_voigt_absorb(name):
-    answer = make_challenge(1, (name,), "sine10ss", preload=0.0).answer
+    answer = make_challenge(1, (name,), "sine10ss", preload=0.0, coil=PERFECT).answer
     assert answer.absorbed == (name,)
     assert answer.strengths[name] == EFFECTS[name].typical
     assert answer.ratio < 1.05

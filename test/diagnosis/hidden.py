@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.simulator import Challenge, make_challenge
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.physics.effects import EFFECTS
@@ -14,9 +15,14 @@ EXACT = TOLERANT.exact()
 
 @cache
 def challenge(
-    seed: int, *effects: str, excitation="sine10", rig="exact", preload: float | None = None
+    seed: int,
+    *effects: str,
+    excitation="sine10",
+    rig="exact",
+    preload: float | None = None,
+    coil: Coil | None = None,
 ) -> Challenge:
-    return make_challenge(seed, effects, excitation, rig, preload)
+    return make_challenge(seed, effects, excitation, rig, preload, coil)
 
 
 def measurement(made, at_rest=True) -> Measurement:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
+from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.ranking import EXPLAINED
 from tissue_probe.physics.composition import Composition
@@ -130,7 +131,7 @@ def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
 
 
 def test_what_is_absorbed_is_not_claimed():
-    made = challenge(31, "force_gain", excitation="sine10ss", preload=0.0)
+    made = challenge(31, "force_gain", excitation="sine10ss", preload=0.0, coil=PERFECT)
     found = diagnose(made, library(*ABSORBED), at_rest=False)
     assert found.verdict == "adequate"
     assert "force_gain" in found.unseen
@@ -171,7 +172,7 @@ def test_disturbed_samples_are_left_out_and_the_rest_is_fitted():
 
 
 def test_a_second_recording_settles_what_a_steady_sine_cannot_tell():
-    made = challenge(310046, "force_bias", excitation="sine10ss")
+    made = challenge(310046, "force_bias", excitation="sine10ss", coil=PERFECT)
     effects = library("force_bias", "force_lag", "added_mass", "force_gain")
     alone = diagnose(made, effects, at_rest=False)
     assert (alone.verdict, added_names(alone)[0]) != ("missing", "force_bias")

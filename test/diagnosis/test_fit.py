@@ -208,3 +208,17 @@ def test_a_steep_error_of_the_encoder_explains_the_rounding_that_it_magnifies():
     found = fitted([measurement(made.recording)], "encoder_interpolation")
     assert found.rounding > 0.2 * found.noise
     assert found.ratio < 1.03
+
+
+def test_a_start_that_the_samples_hardly_tell_stays_within_reach():
+    made = challenge(460019, "bouc_wen_hysteresis", excitation="sine10ss")
+    whole = measurement(made.recording, at_rest=False)
+    seen = replace(whole, used=np.arange(whole.force.size) >= 40)
+    fit = fitted([seen], "bouc_wen_hysteresis")
+    assert fit.ratio < 1.05
+    yields = fit.named()["yield_displacement"]
+    assert yields == pytest.approx(
+        made.answer.parameters["bouc_wen_hysteresis"]["bouc_yield"], rel=0.02
+    )
+    elastic = dict(zip(fit.composition.kernel.STATES, fit.starts[0], strict=True))
+    assert abs(elastic["elastic_displacement"]) < FARTHEST * yields

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
+from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.further import FOLLOWED
@@ -62,7 +63,7 @@ def test_two_effects_are_added_one_after_the_other():
 
 
 def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second():
-    made = challenge(343014, "backlash", "tissue_motion", rig="tolerant")
+    made = challenge(343014, "backlash", "tissue_motion", rig="tolerant", coil=PERFECT)
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (first,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
     (second,) = fit_candidates(first, [EFFECTS["tissue_motion"]], TOLERANT)

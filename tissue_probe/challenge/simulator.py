@@ -14,6 +14,7 @@ import numpy as np
 
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import Change, Effect, log_uniform
+from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument, pink_noise
 from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
 from tissue_probe.challenge.mechanical import MECHANICAL
@@ -108,6 +109,7 @@ def make_challenge(
     excitation: Kind = "chirp60",
     rig: Rig = "exact",
     preload: float | None = None,
+    coil: Coil | None = None,
 ) -> Challenge:
     """Simulate a recording of a random tissue with hidden effects.
 
@@ -128,6 +130,8 @@ def make_challenge(
     preload : float, optional
         Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm. Effects that
         show only where the force comes near zero draw their own.
+    coil : Coil, optional
+        Faults of the coil; drawn by default.
 
     Raises
     ------
@@ -136,9 +140,10 @@ def make_challenge(
     """
     _check(effects, excitation, rig)
     random = np.random.default_rng(seed)
+    coil = Coil.drawn(random.spawn(1)[0]) if coil is None else coil
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
-    first = _trajectory(random, excitation, DURATIONS[excitation])
-    other = _trajectory(random, _other(excitation), DURATIONS[excitation])
+    first = _trajectory(random, excitation, DURATIONS[excitation], coil)
+    other = _trajectory(random, _other(excitation), DURATIONS[excitation], coil)
     tolerances = Tolerances() if rig == "tolerant" else None
     clean = Case(*_rig_and_tissue(random, tolerances), first)
     clean = clean.pressed(pressed if preload is None else preload)
@@ -188,9 +193,9 @@ def _rig_and_tissue(
     return specimen, Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
 
 
-def _trajectory(random: np.random.Generator, kind: str, duration: float) -> Trajectory:
+def _trajectory(random: np.random.Generator, kind: str, duration: float, coil: Coil) -> Trajectory:
     phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
-    return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases)
+    return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases, coil=coil)
 
 
 def _other(excitation: str) -> str:
@@ -254,4 +259,5 @@ def _excitation(trajectory: Trajectory) -> dict[str, Any]:
         "amplitude": trajectory.amplitude,
         "preload": trajectory.preload,
         "duration": trajectory.duration,
+        "coil": trajectory.coil._asdict(),
     }

@@ -1,7 +1,7 @@
 """What the coil does: analytic displacement and velocity at any time, before the record included.
 
 What belongs here: the five excitations, and how the probe is pressed in before them.
-What does not: what is sampled of it (``instrument``).
+What does not: how a coil departs from them (``coil``), what is sampled of it (``instrument``).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from tissue_probe.challenge.coil import PERFECT, Coil
 from tissue_probe.signals import FloatArray
 
 Kind = Literal["sine10", "sine10ss", "stepped30", "chirp60", "msine60"]
@@ -54,6 +55,8 @@ class Trajectory:
         Time at rest between pressing in and motion [s].
     phases : tuple of float
         Of the multisine's 60 lines [rad]; of ``sine10ss`` the first is its phase at the start.
+    coil : Coil
+        What is added by the coil.
     """
 
     kind: str
@@ -62,6 +65,7 @@ class Trajectory:
     preload: float = 0.0
     hold: float = 0.0
     phases: tuple[float, ...] = (0.0,) * LINES
+    coil: Coil = PERFECT
 
     @property
     def start_of_motion(self) -> float:
@@ -125,15 +129,17 @@ def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]
 
 
 @lru_cache(maxsize=4)
-def _sampled(coil: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
-    before = coil.before(rate)
-    time = (np.arange(before + round(coil.duration * rate) + 1) - before) / rate
-    pressed, pressing = _smooth((time + coil.lead) / PRESSING)
-    u, velocity = coil.preload * pressed, coil.preload / PRESSING * pressing
-    moving = slice(before + round(coil.start_of_motion * rate), None)
-    motion, slope = coil._motion(time[moving] - coil.start_of_motion)
-    u[moving] += coil.amplitude * motion
-    velocity[moving] += coil.amplitude * slope
+def _sampled(told: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
+    before = told.before(rate)
+    time = (np.arange(before + round(told.duration * rate) + 1) - before) / rate
+    pressed, pressing = _smooth((time + told.lead) / PRESSING)
+    u, velocity = told.preload * pressed, told.preload / PRESSING * pressing
+    moving = slice(before + round(told.start_of_motion * rate), None)
+    since = time[moving] - told.start_of_motion
+    motion, slope = told.coil.distorted(*told._motion(since))
+    jitter, shaking = _faded(since, *told.coil.shaking(since.size, rate))
+    u[moving] += told.amplitude * motion + jitter
+    velocity[moving] += told.amplitude * slope + shaking
     u.flags.writeable = velocity.flags.writeable = False
     return u, velocity
 

@@ -126,6 +126,9 @@ def fit_candidates(
     return list(best.values())
 
 
+_Proposal = tuple[float, FloatArray, list[FloatArray]]
+
+
 class _Proposals:
     """Where the search for one effect may begin, the most promising first."""
 
@@ -135,20 +138,35 @@ class _Proposals:
         begin = [base.named()]
         if effect.contact != TISSUE_FORCE:
             begin += _pressed(base, instrument)
-        proposals = []
+        proposals: list[_Proposal] = []
         tried = list(effect.starts(extent(base.measurements)))
         for known, proposed in product(begin, tried):
             values = start_values(self.problem, known, effect, proposed)
             starts = begin_states(self.problem, base, values)
-            promised, after, begun = promise(self.problem, values, starts)
-            # A strength that was proposed stands for a nonlinear effect: a step may lead astray.
-            direct = effect.parameters and effect.parameters[0].name in proposed
-            proposals.append((promised, values if direct else after, starts if direct else begun))
+            proposals.append((promise(self.problem, values, starts), values, starts))
+        proposals.sort(key=lambda proposal: proposal[0])
+        proposals += self._at_rest(proposals[:FOLLOWED])
         proposals.sort(key=lambda proposal: proposal[0])
         self.promise = proposals[0][0] if proposals else np.inf
         self.known = base.cost
         self.direct = any(p.name in each for p in effect.parameters[:1] for each in tried)
         self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
+
+    def _at_rest(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
+        """Return the same, but with the probe at rest where it is known to be.
+
+        A model that lacks an effect starts elsewhere to make up for it, and from there the way to
+        the right start may be barred.
+        """
+        if not any(measurement.at_rest for measurement in self.problem.measurements):
+            return []
+        begun = []
+        for _, values, starts in proposals:
+            rest = [z for z, _ in self.problem.begin(values)]
+            known = zip(self.problem.measurements, rest, starts, strict=True)
+            still = [z if measurement.at_rest else start for measurement, z, start in known]
+            begun.append((promise(self.problem, values, still), values, still))
+        return begun
 
     def fits(self, bar: Bar) -> list[Fit]:
         """Search from the best proposals, and again near what was found."""
@@ -171,7 +189,7 @@ class _Proposals:
         for proposed in self.effect.near(extent(best.measurements), best.named()):
             known = best.named() | dict(proposed)
             values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
-            proposals.append((promise(self.problem, values, best.starts)[0], values))
+            proposals.append((promise(self.problem, values, best.starts), values))
         proposals.sort(key=lambda proposal: proposal[0])
         fits = [search(self.problem, values, best.starts, bar) for _, values in proposals[:2]]
         return [fit for fit in fits if fit is not None]

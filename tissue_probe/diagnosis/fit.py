@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import dct
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
-from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
 from tissue_probe.diagnosis.whiteness import colour, unevenness
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import course, respond
@@ -29,8 +29,9 @@ SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
 BLOCKS = 8
-#: A rig's constant stays within this many standard deviations of its tolerance. Where the model
-#: lacks an effect, its residual would else outweigh any prior, and the rig make up for the effect.
+#: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
+#: motion that goes on of its prior. Where the model lacks an effect, its residual would else
+#: outweigh any prior, and rig or start make up for the effect.
 FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
@@ -243,6 +244,7 @@ class Problem:
             depth = extent.indentation + loaded
             still = measurement.at_rest
             spreads = {
+                **dict(zip(self.kernel.VALUES, map(float, values), strict=True)),
                 "free": depth,
                 "length": loaded + 1e-8 if still else depth,
                 "speed": 1e-4 if still else 2 * extent.speed,
@@ -347,12 +349,15 @@ def _solve(
 ) -> tuple[FloatArray, list[FloatArray], float]:
     """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
 
-    Values that a step would carry beyond a bound stop there, and the others step again without.
+    What a step would carry beyond a bound stops there, and the rest steps again without.
     """
     q, n = problem.count, problem.states
     free = np.concatenate([problem.free, np.ones(n * len(point.starts), dtype=bool)])
     diagonal = np.diag(point.normal)
     free &= diagonal > 0
+    whole = np.concatenate([point.values, *point.starts])
+    lower, upper = _bounds(problem, point.values)
+    logarithmic = np.concatenate([problem.logarithmic, np.zeros(free.size - q, dtype=bool)])
     step = np.zeros(free.size)
     for _ in range(4):
         index = np.flatnonzero(free)
@@ -364,41 +369,48 @@ def _solve(
             - point.normal[np.ix_(index, np.flatnonzero(~free))] @ (step[~free])
         )
         step[index] = np.linalg.lstsq(scaled, rest / root, rcond=1e-13)[0] / root
-        values = _moved(problem, point.values, step[:q])
-        beyond = np.zeros_like(free)
-        beyond[:q] = problem.free & free[:q]
-        beyond[:q] &= (values < problem.lower) | (values > problem.upper)
+        moved = _moved(logarithmic, whole, step)
+        beyond = free & ((moved < lower) | (moved > upper))
         if not beyond.any():
             break
-        held = np.clip(values, problem.lower, problem.upper)
-        step[:q][beyond[:q]] = _unmoved(problem, point.values, held)[beyond[:q]]
+        held = np.clip(moved, lower, upper)
+        step[beyond] = _unmoved(logarithmic, whole, held)[beyond]
         free &= ~beyond
-    values = np.clip(_moved(problem, point.values, step[:q]), problem.lower, problem.upper)
-    starts = [z + step[q + i * n : q + (i + 1) * n] for i, z in enumerate(point.starts)]
+    moved = np.clip(_moved(logarithmic, whole, step), lower, upper)
     promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
-    return values, starts, float(promised)
+    return moved[:q], [moved[q + i * n :][:n] for i in range(len(point.starts))], float(promised)
 
 
-def _moved(problem: Problem, values: FloatArray, step: FloatArray) -> FloatArray:
-    grown = values * np.exp(np.clip(np.where(problem.logarithmic, step, 0.0), -3.0, 3.0))
-    return np.where(problem.logarithmic, grown, values + step)
+def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far values may go, and starts where the probe is not at rest.
+
+    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin.
+    """
+    lower, upper = [problem.lower], [problem.upper]
+    for measurement, (mean, deviation) in zip(
+        problem.measurements, problem.begin(values), strict=True
+    ):
+        reach = np.inf if measurement.at_rest else FARTHEST * deviation
+        lower.append(mean - reach)
+        upper.append(mean + reach)
+    return np.concatenate(lower), np.concatenate(upper)
 
 
-def _unmoved(problem: Problem, values: FloatArray, held: FloatArray) -> FloatArray:
-    ratio = np.where(problem.logarithmic, held / np.where(values != 0, values, 1.0), 1.0)
-    return np.where(problem.logarithmic, np.log(np.maximum(ratio, 1e-300)), held - values)
+def _moved(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
+    grown = at * np.exp(np.clip(np.where(logarithmic, step, 0.0), -3.0, 3.0))
+    return np.where(logarithmic, grown, at + step)
 
 
-def promise(
-    problem: Problem, values: FloatArray, starts: Sequence[FloatArray]
-) -> tuple[float, FloatArray, list[FloatArray]]:
-    """Return the cost that one Gauss-Newton step promises, and where it leads."""
+def _unmoved(logarithmic: BoolArray, at: FloatArray, held: FloatArray) -> FloatArray:
+    ratio = np.where(logarithmic, held / np.where(at != 0, at, 1.0), 1.0)
+    return np.where(logarithmic, np.log(np.maximum(ratio, 1e-300)), held - at)
+
+
+def promise(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> float:
+    """Return the cost that one Gauss-Newton step promises."""
     with np.errstate(all="ignore"):
         point = _point(problem, values, starts)
-    if point is None:
-        return np.inf, values, list(starts)
-    after, begun, promised = _solve(problem, point, 1e-9)
-    return promised, after, begun
+    return np.inf if point is None else _solve(problem, point, 1e-9)[2]
 
 
 @dataclass
@@ -543,7 +555,11 @@ def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatAr
 def _start_penalty(problem: Problem, point: _Point) -> float:
     """Log determinant of the starts' posterior precision in units of their prior's."""
     q, n = problem.count, problem.states
-    own = [i for i, spread in enumerate(problem.kernel.SPREADS) if spread == "length"]
+    own = [
+        i
+        for i, spread in enumerate(problem.kernel.SPREADS)
+        if spread == "length" or spread in problem.kernel.VALUES
+    ]
     penalty = 0.0
     for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):
         place = np.array([q + index * n + i for i in own])

@@ -175,16 +175,21 @@ def climb_by(
 def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
     """Search once more for the first effect, beside the last: it was found while that was missing.
 
-    Only where something is left that a better value of it may explain.
+    The last may have been found badly beside it, too, and is then taken as it is found alone. Only
+    where something is left that better values may explain.
     """
     final, first = path[-1], added(path[0])
     if explained(final):
         return path
-    without = refit(final, final.composition.without(first.name), instrument)
-    for fit in fit_candidates(without, [first], instrument) if without else ():
-        found = refit(fit, final.composition, instrument)
-        if found is not None and found.bic < final.bic:
-            return (*path[:-1], found)
+    others = [refit(final, final.composition.without(first.name), instrument)]
+    base = refit(path[0], path[0].composition.without(first.name), instrument)
+    if base is not None and len(path) == 2:
+        others += fit_candidates(base, [added(final)], instrument)
+    for other in others:
+        for fit in fit_candidates(other, [first], instrument) if other else ():
+            found = refit(fit, final.composition, instrument)
+            if found is not None and found.bic < path[-1].bic:
+                path = (*path[:-1], found)
     return path
 
 

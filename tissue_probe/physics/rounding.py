@@ -25,6 +25,9 @@ WINDOW = 200
 #: Weights of roughness that are tried, by halving; beyond, the equations lose their digits.
 LIGHTEST, HEAVIEST, HALVINGS = 1e-9, 1e9, 12
 ROUNDS = 4
+#: No sample was rounded by more than half a step: those that seem to have been are trusted more by
+#: this factor, again and again.
+PULL, PULLS = 2.0, 16
 #: Share of its due that is taken off a coarse and a fine rounding. What stays rough of a coarse one
 #: is known (``Smoothed.error``), and what is smoothed away of the motion is not; of a fine one
 #: hardly anything can be smoothed away, but a steady sine is rounded alike in every period, by
@@ -49,7 +52,8 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
     the fourth difference of the true course as white too, with a variance that varies along the
     record: Whittaker's graduation (1923) with a weight for each sample. The weights follow the
     roughness found in the last round; their common factor is such that what is taken off has the
-    variance that rounding has (Morozov's principle of discrepancy, 1966).
+    variance that rounding has (Morozov's principle of discrepancy, 1966). At last the course is
+    drawn to where it came from wherever it has left that by more than half a step.
 
     Parameters
     ----------
@@ -80,11 +84,39 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
         course = _solve(weight, rounded)
         roughness = uniform_filter1d(np.diff(course, ORDER) ** 2, WINDOW, mode="nearest")
         shape = edges * roughness.mean() / (roughness + 1e-4 * roughness.mean() + 1e-300)
+    trust = np.ones(rounded.size)
+    if not fine:
+        course, trust = _within_steps(weight, rounded)
     # Perturbing both kinds of noise and solving again draws from what is left uncertain.
     rough = np.sqrt(weight) * random.standard_normal(weight.size)
-    error = _solve(weight, probe + _difference_transposed(rough))
+    error = _solve(weight, np.sqrt(trust) * probe + _difference_transposed(rough), trust)
     unit = step / np.sqrt(12.0)
     return Smoothed(course * unit, error * unit)
+
+
+def _within_steps(weight: FloatArray, rounded: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Draw a course to where it has left what was rounded by more than half a step.
+
+    Where the variance of all errors is met, few of them may still be too large: at the ends, or
+    where the motion turns. Where that costs more variance than rounding has, the record is one of
+    jumps, and the course stays as it is.
+
+    Returns
+    -------
+    course, trust : array, shape (n,)
+        The course, and how much more each sample is trusted.
+    """
+    free = course = _solve(weight, rounded)
+    trust = np.ones(rounded.size)
+    for _ in range(PULLS):
+        beyond = np.abs(course - rounded) > np.sqrt(3.0)
+        if not beyond.any():
+            break
+        trust[beyond] *= PULL
+        course = _solve(weight, trust * rounded, trust)
+    if np.mean((course - rounded) ** 2) > 1.0:
+        return free, np.ones(rounded.size)
+    return course, trust
 
 
 def _edges(count: int) -> FloatArray:
@@ -113,12 +145,12 @@ def _balanced(
     return np.minimum(np.exp(low) * shape, HEAVIEST)
 
 
-def _solve(weight: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve (I + D' W D) s = right, D the fourth difference and W the weights."""
+def _solve(weight: FloatArray, right: FloatArray, trust: FloatArray | float = 1.0) -> FloatArray:
+    """Solve (T + D' W D) s = right, D the fourth difference, W the weights, T those of samples."""
     count = right.shape[0]
     stencil = np.diff(np.eye(ORDER + 1), ORDER, axis=0)[0]
     bands = np.zeros((ORDER + 1, count))
-    bands[0] = 1.0
+    bands[0] = trust
     for row in range(ORDER + 1):
         for column in range(row, ORDER + 1):
             bands[column - row, row : row + weight.size] += weight * stencil[row] * stencil[column]

@@ -28,7 +28,7 @@ def _form(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
             Parameter(YIELD, "m", default=2e-4, lower=1e-5, upper=1e-2),
         ),
         drag=HYSTERETIC * _SHARE,
-        states=(State(ELASTIC, TIP_VELOCITY * (1 - sliding)),),
+        states=(State(ELASTIC, TIP_VELOCITY * (1 - sliding), spread=str(YIELD)),),
         starts=starts,
         forms=forms,
         assumptions=f"Rate-independent; exponent n = {exponent}, gamma = beta",

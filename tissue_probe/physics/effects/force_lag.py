@@ -8,7 +8,7 @@ LAG = sp.Symbol("lag_time", real=True)
 LAGGED = sp.Symbol("lagged_force", real=True)
 # Below this a filter changes nothing that can be seen at any sample rate, and its own motion would
 # ask for very short steps.
-SHORTEST = 1e-4
+SHORTEST = 4e-5
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
