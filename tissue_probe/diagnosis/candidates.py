@@ -29,6 +29,10 @@ FOLLOWED, WORSE = 3, 2.0
 FAR = 3.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
+#: Squared residual over noise at which a further effect needs no other start.
+ENOUGH = 1.04
+#: Two searches that end within this factor of each other's cost have found the same: no third.
+SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
 ROUNDS, BETTER = 3, 0.98
 #: Two shared cores: compiled code runs beside the interpreter's lock.
@@ -106,7 +110,8 @@ def fit_candidates(
     instrument : Instrument
         What is known of the rig.
     needed : float
-        The cost that is asked for; searches that will not come near are given up.
+        The cost that is asked for; searches that will not come near are given up, and those that
+        leave hardly more than noise need no other start.
     """
     forms = [
         form
@@ -119,7 +124,9 @@ def fit_candidates(
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
         bar = Bar(min(base.cost, needed))
-        fits = [fit for found in pool.map(lambda each: each.fits(bar), proposed) for fit in found]
+        enough = ENOUGH * base.samples if np.isfinite(needed) else 0.0
+        found = pool.map(lambda each: each.fits(bar, enough), proposed)
+        fits = [fit for each in found for fit in each]
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.cost):
         best.setdefault(fit.composition.names[-1], fit)
@@ -168,12 +175,20 @@ class _Proposals:
             begun.append((promise(self.problem, values, still), values, still))
         return begun
 
-    def fits(self, bar: Bar) -> list[Fit]:
-        """Search from the best proposals, and again near what was found."""
+    def fits(self, bar: Bar, enough: float) -> list[Fit]:
+        """Search from the best proposals, and again near what was found, until a cost is enough."""
         near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.known
         begin = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
-        tried = [search(self.problem, values, starts, bar) for _, values, starts in begin]
-        found = [fit for fit in tried if fit is not None]
+        found: list[Fit] = []
+        for _, values, starts in begin:
+            fit = search(self.problem, values, starts, bar)
+            if fit is None:
+                continue
+            found.append(fit)
+            if fit.cost < enough:
+                return found
+            if sum(each.cost < SAME * fit.cost for each in found) > 1:
+                break
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
             if best.cost > FAR * bar.cost:

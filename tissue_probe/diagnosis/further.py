@@ -24,6 +24,9 @@ FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 #: Families of which a second effect is tried first.
 FOLLOWED = 5
 
+#: Of families whose best effect leaves no more than this many times the lowest cost, all are.
+NEAR = 4.0
+
 Path = tuple[Fit, ...]
 
 
@@ -81,7 +84,7 @@ class Further:
         return sorted(longer.values(), key=criterion)
 
     def _followed(self, fit: Fit, promising: bool) -> list[Fit]:
-        """Fit the best of each family, then all of the family that keeps its promise best."""
+        """Fit the best of each family, then all of those families that keep their promise best."""
         order = self._order(fit)
         first: dict[str, Effect] = {}
         for effect in order:
@@ -92,8 +95,9 @@ class Further:
         fits = fit_candidates(fit, chosen, self._instrument, needed)
         if not fits:
             return []
-        family = added(min(fits, key=lambda each: each.bic)).family
-        others = [each for each in order if each.family == family and each is not first[family]]
+        enough = NEAR * min(each.cost for each in fits)
+        kept = {added(each).family for each in fits if each.cost <= enough}
+        others = [each for each in order if each.family in kept and each is not first[each.family]]
         return fits + fit_candidates(fit, others, self._instrument, needed)
 
     def _order(self, fit: Fit) -> list[Effect]:

@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further, criterion
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
+    EXPLAINED,
     SIMPLER,
     added,
     explained,
@@ -93,7 +94,7 @@ def climb(
         return Ladder(base, tuple(ranking), (), (), verdict)
     paths = [(fit,) for fit in _of_each_family(ranking)[:BEAM] if significant(base, fit)]
     best, further = paths[0], Further(base, instrument, library)
-    while not explained(best[-1]) and len(best) < MOST:
+    while not explained(best[-1]) and len(best) < MOST and _is_worth(best):
         longer = further.of(paths)
         if len(best) == 1 and not (longer and explained(longer[0][-1])):
             longer = sorted(longer + further.of(paths[:1], promising=False), key=criterion)
@@ -232,6 +233,11 @@ def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     others = [fit for fit in ranking if added(fit).name != added(found).name]
     known = [fit for fit in ranking if added(fit).name == added(found).name]
     return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
+
+
+def _is_worth(path: Sequence[Fit]) -> bool:
+    """Whether one more effect is sought: no third one for a rest that is no more than noise."""
+    return len(path) == 1 or path[-1].ratio > EXPLAINED
 
 
 def _removes(fit: Fit, better: Fit) -> bool:
