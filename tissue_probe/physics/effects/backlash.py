@@ -18,6 +18,8 @@ from tissue_probe.physics.effects.effect import (
 WIDTH = sp.Symbol("backlash_width", real=True)
 PUSHES, PULLS = sp.symbols("pushes pulls", nonnegative=True)
 FOLLOWER = sp.Symbol("follower_position", real=True)
+#: A play that stays taken up on one side shifts the force.
+SIMPLER = ("force_bias",)
 _PARAMETERS = (Parameter(WIDTH, "m", default=3e-5, lower=0.0, upper=2e-3),)
 
 
@@ -44,6 +46,7 @@ _COUPLING = Effect(
     ),
     starts=starts,
     near=near,
+    simpler=SIMPLER,
 )
 BACKLASH = Effect(
     name="backlash",
@@ -71,6 +74,7 @@ BACKLASH = Effect(
     starts=starts,
     near=near,
     forms=(_COUPLING,),
+    simpler=SIMPLER,
     assumptions="Friction holds the load cell's end while the play is taken up",
     reference="Nordin and Gutman, Automatica 38 (2002), 1633, sections 2 and 3",
 )
