@@ -46,6 +46,7 @@ def fit(effect, bic, ratio=1.0):
     made = replace(
         plain,
         composition=plain.composition.plus(EFFECTS[effect]),
+        values=np.append(plain.values, [each.default for each in EFFECTS[effect].parameters]),
         misfits=tuple(scale**2 * misfit for misfit in plain.misfits),
     )
     return replace(made, cost=made.cost * np.exp((bic - made.bic) / made.samples))
@@ -112,6 +113,16 @@ def test_a_simpler_effect_stands_before_one_that_contains_it_unless_that_gains_m
     assert names(ranked([little, simple]))[0] == "standard_linear_solid"
     assert names(ranked([much, simple]))[0] == "generalized_maxwell"
     assert names(ranked([same, simple]))[0] == "standard_linear_solid"
+
+
+def test_an_effect_at_the_bound_where_it_becomes_a_simpler_one_stands_back_whatever_it_gains():
+    simple = fit("coulomb_friction", 100.0)
+    larger = fit("bouc_wen_hysteresis", 100.0 - 10.0 * SIMPLER, 0.9)
+    assert names(ranked([larger, simple]))[0] == "bouc_wen_hysteresis"
+    at_once = larger.values.copy()
+    at_once[-1] = EFFECTS["bouc_wen_hysteresis"].parameters[1].lower
+    order = ranked([replace(larger, values=at_once), simple])
+    assert names(order)[0] == "coulomb_friction"
 
 
 def test_every_effect_that_contains_another_stands_back():

@@ -70,7 +70,13 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
 
 
 def _gains_much(simpler: Fit, fit: Fit) -> bool:
-    """Whether a fit with an effect that contains the other's is worth what it has more."""
+    """Whether a fit with an effect that contains the other's is worth what it has more.
+
+    One that ends at a lower bound of its own, where it becomes the other, is not.
+    """
+    named = fit.named()
+    if any(named[parameter.name] <= parameter.lower for parameter in added(fit).parameters):
+        return False
     share = 1.0 - fit.ratio / simpler.ratio
     return simpler.bic - fit.bic > SIMPLER and share > LEAST_SHARE
 

@@ -31,6 +31,7 @@ def _form(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
         states=(State(ELASTIC, TIP_VELOCITY * (1 - sliding), spread=str(YIELD)),),
         starts=starts,
         forms=forms,
+        simpler=("coulomb_friction",),
         assumptions=f"Rate-independent; exponent n = {exponent}, gamma = beta",
         reference="Bouc (1967); Wen, J. Engineering Mechanics 102 (1976), 249, eq. 3",
     )
