@@ -253,7 +253,9 @@ def samples_publisher(node):
     return node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
 
 
-#: Cyclone is to look for others on this host only, and without multicast, as our nodes do.
+#: Cyclone is to look for others on this host only, and without multicast, as our nodes do. Until a
+#: writer's first heartbeat it keeps 128 samples by default and loses the next (a relative of
+#: rmw_cyclonedds issue 367): too few at 2 kHz, where that may be .3 s away.
 CYCLONE_CONFIGURATION = """
 <CycloneDDS><Domain>
   <General>
@@ -265,6 +267,10 @@ CYCLONE_CONFIGURATION = """
     <MaxAutoParticipantIndex>120</MaxAutoParticipantIndex>
     <Peers><Peer address="127.0.0.1"/></Peers>
   </Discovery>
+  <Internal>
+    <PrimaryReorderMaxSamples>4000</PrimaryReorderMaxSamples>
+    <SecondaryReorderMaxSamples>4000</SecondaryReorderMaxSamples>
+  </Internal>
 </Domain></CycloneDDS>
 """
 
