@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tissue_probe.challenge.change import log_uniform
+from tissue_probe.challenge.periodic import periodic
 from tissue_probe.signals import FloatArray
 
 HARMONICS = (1e-3, 1e-2)
@@ -59,12 +60,9 @@ class Coil(NamedTuple):
         samples = round(PERIOD * rate)
         lines = np.arange(round(LOWEST * PERIOD), round(HIGHEST * PERIOD) + 1)
         phases = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, lines.size)
-        spectrum = np.zeros(samples // 2 + 1, dtype=complex)
-        spectrum[lines] = np.exp(1j * phases) / lines
-        spectrum *= self.jitter * samples / np.sqrt(2.0 * np.sum(1.0 / lines**2))
-        jitter = np.fft.irfft(spectrum, samples)
-        spectrum[lines] *= 2j * np.pi / PERIOD * lines
-        return np.resize(jitter, count), np.resize(np.fft.irfft(spectrum, samples), count)
+        size = self.jitter * samples / np.sqrt(2.0 * np.sum(1.0 / lines**2))
+        return periodic(lines, np.exp(1j * phases) / lines * size, PERIOD, samples, count)
 
 
 PERFECT = Coil()
+"""A coil without faults."""

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from tissue_probe.challenge.coil import PERFECT, Coil
+from tissue_probe.challenge.periodic import periodic
 from tissue_probe.signals import FloatArray
 
 Kind = Literal["sine10", "sine10ss", "stepped30", "chirp60", "msine60"]
@@ -56,7 +57,7 @@ class Trajectory:
     phases : tuple of float
         Of the multisine's 60 lines [rad]; of ``sine10ss`` the first is its phase at the start.
     coil : Coil
-        What is added by the coil.
+        How the coil departs from what it is told.
     """
 
     kind: str
@@ -153,13 +154,9 @@ def _multisine(time: FloatArray, phases: tuple[float, ...]) -> tuple[FloatArray,
     At n equidistant times in a period of 1 s the sum is a discrete Fourier transform, exactly.
     """
     count = round((time.size - 1) / time[-1])
-    spectrum = np.zeros(count // 2 + 1, dtype=complex)
-    lines = np.arange(1, LINES + 1)
     # sin(w t + phase) = Im e^(i phase) e^(i w t) = Re -i e^(i phase) e^(i w t)
-    spectrum[lines] = -0.5j * count * np.exp(1j * np.asarray(phases)) / _peak(phases)
-    period = np.fft.irfft(spectrum, count)
-    spectrum[lines] *= 2j * np.pi * lines
-    return np.resize(period, time.size), np.resize(np.fft.irfft(spectrum, count), time.size)
+    coefficients = -0.5j * count * np.exp(1j * np.asarray(phases)) / _peak(phases)
+    return periodic(np.arange(1, LINES + 1), coefficients, 1.0, count, time.size)
 
 
 def _peak(phases: tuple[float, ...]) -> float:

@@ -23,7 +23,6 @@ SHARE = 0.7
 FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 #: Families of which a second effect is tried first.
 FOLLOWED = 5
-
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.
 NEAR = 4.0
 

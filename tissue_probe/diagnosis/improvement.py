@@ -183,9 +183,9 @@ def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
     if explained(final):
         return path
     others = [refit(final, final.composition.without(first.name), instrument)]
-    base = refit(path[0], path[0].composition.without(first.name), instrument)
-    if base is not None and len(path) == 2:
-        others += fit_candidates(base, [added(final)], instrument)
+    if len(path) == 2:
+        base = refit(path[0], path[0].composition.without(first.name), instrument)
+        others += fit_candidates(base, [added(final)], instrument) if base else []
     for other in others:
         for fit in fit_candidates(other, [first], instrument) if other else ():
             found = refit(fit, final.composition, instrument)

@@ -86,7 +86,7 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
         shape = edges * roughness.mean() / (roughness + 1e-4 * roughness.mean() + 1e-300)
     trust = np.ones(rounded.size)
     if not fine:
-        course, trust = _within_steps(weight, rounded)
+        course, trust = _within_steps(weight, rounded, course)
     # Perturbing both kinds of noise and solving again draws from what is left uncertain.
     rough = np.sqrt(weight) * random.standard_normal(weight.size)
     error = _solve(weight, np.sqrt(trust) * probe + _difference_transposed(rough), trust)
@@ -94,7 +94,9 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
     return Smoothed(course * unit, error * unit)
 
 
-def _within_steps(weight: FloatArray, rounded: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _within_steps(
+    weight: FloatArray, rounded: FloatArray, free: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Draw a course to where it has left what was rounded by more than half a step.
 
     Where the variance of all errors is met, few of them may still be too large: at the ends, or
@@ -106,8 +108,7 @@ def _within_steps(weight: FloatArray, rounded: FloatArray) -> tuple[FloatArray, 
     course, trust : array, shape (n,)
         The course, and how much more each sample is trusted.
     """
-    free = course = _solve(weight, rounded)
-    trust = np.ones(rounded.size)
+    course, trust = free, np.ones(rounded.size)
     for _ in range(PULLS):
         beyond = np.abs(course - rounded) > np.sqrt(3.0)
         if not beyond.any():

@@ -6,8 +6,8 @@ from tissue_probe.physics.effects.effect import FORCE, Effect, Extent, Parameter
 
 LAG = sp.Symbol("lag_time", real=True)
 LAGGED = sp.Symbol("lagged_force", real=True)
-# Below this a filter changes nothing that can be seen at any sample rate, and its own motion would
-# ask for very short steps.
+# Of a shorter lag only what is of first order in it is simulated: the rest cannot be seen at any
+# sample rate, and the filter's own motion would ask for very short steps.
 SHORTEST = 4e-5
 
 
