@@ -21,6 +21,7 @@ from tissue_probe.challenge.outside import OUTSIDE
 ROWS = (
     ("first", "right effect first", ">= 97 %", ">= 85 %"),
     ("first_three", "right effect among the first three", ">= 99 %", ">= 92 %"),
+    ("first_three_named", "  by a verdict that names one", "", ""),
     ("declared", "right first, or declared not to be told", "", ">= 98 %"),
     ("family", "an effect of its family first", "", ""),
     ("false_alarms", "none hidden: effect found", "<= 2.5 %", "<= 2.5 %"),

@@ -42,7 +42,7 @@ def test_first_declared_first_three_and_family_of_one_effect():
     marks = grade(answers, diagnoses)
     assert pair(marks.first) == (1, 7)
     assert pair(marks.declared) == (2, 7)
-    assert pair(marks.first_three) == (2, 7)
+    assert pair(marks.first_three) == pair(marks.first_three_named) == (2, 7)
     assert pair(marks.family) == (3, 7)
     assert pair(marks.covered) == (2, 4)
     assert marks.claimed == [1, 2, 1, 1]
@@ -64,13 +64,15 @@ def test_first_declared_first_three_and_family_of_one_effect():
 def test_an_effect_that_could_not_be_seen_is_declared_by_an_adequate_model_that_lists_it():
     answers = {name: hidden("force_gain") for name in "abc"}
     diagnoses = {
-        "a": told("adequate", unseen=["force_gain"]),
-        "b": told("adequate", unseen=["force_bias"]),
+        "a": told("adequate", ["x", "y", "force_gain"], unseen=["force_gain"]),
+        "b": told("adequate", ["force_gain"], unseen=["force_bias"]),
         "c": told("missing", ["force_bias"], unseen=["force_gain"]),
     }
     marks = grade(answers, diagnoses)
     assert pair(marks.declared) == (1, 3)
     assert pair(marks.first) == (0, 3)
+    assert pair(marks.first_three) == (1, 3)
+    assert pair(marks.first_three_named) == (0, 3)
 
 
 def test_false_alarms_are_verdicts_other_than_adequate():

@@ -10,7 +10,7 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
-from tissue_probe.diagnosis.ranking import EXPLAINED
+from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED
 from tissue_probe.physics.composition import Composition
 
 NOISE = 5e-3
@@ -121,6 +121,52 @@ def test_dry_friction_is_found_as_sharp_as_it_is_among_many_frequencies(seed, ri
     )
     assert (found.verdict, found.effects) == ("missing", ("coulomb_friction",))
     assert found.ladder.final.named()["transition_velocity"] < 1e-4
+
+
+def test_a_tip_that_is_hardly_pulled_off_is_found():
+    """Of the four peaks of the tension two exceed the pull-off force, by a thousandth."""
+    made = challenge(480044, "adhesion", excitation="msine60")
+    found = diagnose(made, library("adhesion", "contact_loss", "exponential_stiffening"))
+    assert (found.verdict, found.effects) == ("missing", ("adhesion",))
+    truth = made.answer.parameters["adhesion"]["pull_off"]
+    assert found.ladder.final.named()["pull_off_force"] == pytest.approx(truth, rel=1e-3)
+
+
+def test_an_instant_is_found_though_a_ramp_nearly_fits():
+    made = challenge(483025, "stiffness_step", rig="tolerant")
+    found = diagnosis.diagnose(
+        Composition(),
+        [measurement(made.recording)],
+        TOLERANT,
+        library("stiffness_step", "stiffness_ramp"),
+    )
+    assert (found.verdict, found.effects) == ("missing", ("stiffness_step",))
+
+
+def test_relaxation_is_found_in_a_motion_that_goes_on_whatever_it_remembers():
+    """Of no strength, what it remembers changes nothing, and the way up begins downhill."""
+    made = challenge(480026, "springpot", excitation="sine10ss")
+    found = diagnose(made, library("springpot", "standard_linear_solid"), at_rest=False)
+    fits = {each.composition.names[-1]: each for each in found.ladder.ranking}
+    assert fits["springpot"].ratio < fits["standard_linear_solid"].ratio
+    assert "springpot" in found.indistinguishable
+
+
+def test_an_effect_for_which_the_rig_had_made_up_is_named():
+    made = challenge(483055, "force_gain", rig="tolerant")
+    measured = [measurement(made.recording)]
+    found = diagnosis.diagnose(Composition(), measured, TOLERANT, library("force_gain"))
+    assert found.ladder.base.strain > STRAINED > found.ladder.final.strain
+    assert (found.verdict, found.effects) == ("missing", ("force_gain",))
+
+
+def test_what_may_hide_comes_before_what_would_have_shown():
+    made = challenge(483027, "force_bias", excitation="stepped30", rig="tolerant")
+    measured = [measurement(made.recording)]
+    effects = library("cubic_stiffening", "contact_loss", "force_bias")
+    found = diagnosis.diagnose(Composition(), measured, TOLERANT, effects)
+    assert (found.verdict, found.unseen) == ("adequate", ("force_bias",))
+    assert found.ladder.ranking[0].composition.names == ("force_bias",)
 
 
 def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():

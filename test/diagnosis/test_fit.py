@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
-from tissue_probe.diagnosis.candidates import extent, fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import FARTHEST
 from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
+from tissue_probe.diagnosis.starts import extent
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -156,12 +157,13 @@ FEW = [EFFECTS[name] for name in ("cubic_stiffening", "contact_loss")]
 )
 def test_any_finite_samples_are_fitted_or_refused_in_a_sentence(samples, at_rest):
     seen = Measurement(*samples, PERIOD, at_rest)
-    assert np.isfinite(list(vars(extent([seen])).values())).all()
+    assert np.isfinite(np.hstack(list(vars(seen.extent).values()))).all()
     try:
         base = fit_base(Composition(), [seen], TOLERANT)
     except ValueError as refused:
         assert "check the units" in str(refused)  # noqa: PT017
         return
+    assert np.isfinite(np.hstack(list(vars(extent(base, base.named())).values()))).all()
     for fit in (base, *fit_candidates(base, FEW, TOLERANT)):
         assert np.isfinite(fit.values).all()
         assert np.isfinite([fit.rmse, fit.heldout_rmse, fit.bic]).all()

@@ -12,6 +12,7 @@ from tissue_probe.challenge.instrument import pink_noise
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.ranking import significant
+from tissue_probe.diagnosis.residuals import residual_tests
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -46,6 +47,15 @@ def test_slow_noise_of_the_stated_level_leaves_a_residual_of_one_and_no_drift():
     assert abs(base.ratio - 1.0) < 0.05
     drifts = [EFFECTS[name] for name in ("force_drift", "tissue_motion", "stiffness_step")]
     assert not any(significant(base, fit) for fit in fit_candidates(base, drifts, TOLERANT))
+
+
+@pytest.mark.parametrize("seed", range(490000, 490004))
+def test_a_right_model_passes_every_test_of_its_residual_where_slow_noise_is_known(seed):
+    measured = measurement(challenge(seed, rig="tolerant", excitation="chirp60").recording)
+    base = fit_base(Composition(), [measured], TOLERANT)
+    record = (measured.position, measured.sample_period, measured.noise)
+    assert all(test.passed for test in residual_tests(base.evened[0], *record))
+    assert not all(test.passed for test in residual_tests(base.residuals[0], *record))
 
 
 def test_a_rig_that_is_known_exactly_has_none():

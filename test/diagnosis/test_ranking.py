@@ -17,6 +17,7 @@ from tissue_probe.diagnosis.ranking import (
     LEAST_GAIN,
     LEAST_SHARE,
     ROUGHLY,
+    ROUNDING,
     SIMPLER,
     STRAINED,
     TIE,
@@ -69,6 +70,9 @@ def test_better_is_what_gains_enough_and_leaves_less():
     same = 2.0 * (1.0 - 0.5 * LEAST_SHARE)
     assert not significant(plain, fit("mains_hum", 0.0, same))  # whatever the criterion says
     assert not significant(plain, plain)
+    unlikely = replace(plain, strain=1.1 * STRAINED)
+    assert significant(unlikely, fit("mains_hum", 0.0, same))  # nor was the rig
+    assert not significant(unlikely, replace(fit("mains_hum", 0.0, same), strain=STRAINED))
 
 
 def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
@@ -76,8 +80,10 @@ def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
     assert explained(made)
     assert not explained(fit("mains_hum", 1000.0, 1.01 * EXPLAINED))
     assert not explained(replace(made, colour=1.01 * WHITE))
-    assert explained(replace(made, colour=1.01 * WHITE, rounding=1e-4))
-    assert not explained(replace(fit("mains_hum", 1000.0, 1.2 * ROUGHLY), rounding=1e-4))
+    rounded = 1.1 * ROUNDING * made.noise
+    assert explained(replace(made, colour=1.01 * WHITE, rounding=rounded))
+    assert not explained(replace(made, colour=1.01 * WHITE, rounding=0.5 * rounded))
+    assert not explained(replace(fit("mains_hum", 1000.0, 1.2 * ROUGHLY), rounding=rounded))
     assert not explained(replace(made, unevenness=1.01 * EVEN))
     assert not explained(replace(made, strain=1.01 * STRAINED))
 
@@ -123,6 +129,10 @@ def test_an_effect_at_the_bound_where_it_becomes_a_simpler_one_stands_back_whate
     at_once[-1] = EFFECTS["bouc_wen_hysteresis"].parameters[1].lower
     order = ranked([replace(larger, values=at_once), simple])
     assert names(order)[0] == "coulomb_friction"
+    # A bound where it remains what it is tells nothing.
+    sharp = fit("stribeck_friction", 100.0 - 10.0 * SIMPLER, 0.9)
+    sharp.values[-1] = EFFECTS["stribeck_friction"].parameters[-1].lower
+    assert names(ranked([sharp, simple]))[0] == "stribeck_friction"
 
 
 def test_every_effect_that_contains_another_stands_back():

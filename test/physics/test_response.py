@@ -78,7 +78,7 @@ def test_the_force_of_a_rigid_probe_is_that_of_the_interpolated_motion():
     np.testing.assert_allclose(force, expected, atol=1e-10)
 
 
-def lifted(attached_until, damping, position, times):
+def lifted(attached_until, damping, position, times, longest=2e-4):
     """Force of a tip on Kelvin-Voigt tissue that lets go, by SciPy with its own search for events.
 
     ``attached_until`` says of (x, v) what turns negative as the contact is lost; it is regained at
@@ -106,7 +106,7 @@ def lifted(attached_until, damping, position, times):
         ahead = times[times >= t]
         solution = solve_ivp(
             moving(attached), (t, times[-1]), z, "DOP853", dense_output=True, rtol=1e-11,
-            atol=1e-14, max_step=2e-4, events=turns(attached),
+            atol=1e-14, max_step=longest, events=turns(attached),
         )  # fmt: skip
         t, z = solution.t[-1], solution.y[:, -1]
         done = ahead[ahead <= t]
@@ -119,7 +119,6 @@ def lifted(attached_until, damping, position, times):
 
 LOSSES = {
     "contact_loss": ({"damping": B}, lambda x, v: x),
-    # So little damping that contacts last longer than a step: shorter ones are not seen.
     "adhesion": (
         {"damping": 0.5, "pull_off_force": 0.05},
         lambda x, v: K * x + 0.5 * v + 0.05,
@@ -145,6 +144,28 @@ def test_contact_is_lost_and_regained_at_the_right_instants(name):
     start = np.zeros(len(composition.kernel.STATES))
     finer = respond(composition.kernel, values, start, coil).output[::4]
     assert np.sqrt(np.mean((finer - truth[: finer.size]) ** 2)) < 1e-5 * rms
+
+
+def test_a_tip_that_is_pulled_at_hard_enough_for_less_than_a_step_comes_off():
+    times, damping = np.arange(700) * PERIOD, 0.5
+    position = 3e-4 + vibrating(times)
+    position -= 3e-4 * np.exp(-times / 0.02)
+    composition = Composition(effects=(EFFECTS["adhesion"],))
+    never = values_of(composition, damping=damping, pull_off_force=1e3)
+    attached = force_of(composition, never, position).output
+    tip, often = CubicSpline(times, position - attached / K0), np.linspace(0, times[-1], 70_000)
+    tension = [-K * tip(at) - damping * tip(at, 1) for at in (times, often)]
+    pull = np.mean([each.max() for each in tension])
+    assert tension[0].max() < pull < tension[1].max()
+    truth, events = lifted(
+        lambda x, v: K * x + damping * v + pull, damping, position, times, longest=2e-5
+    )
+    force = force_of(
+        composition, values_of(composition, damping=damping, pull_off_force=pull), position
+    ).output
+    assert events >= 1
+    assert np.abs(truth - attached).max() > 0.1
+    np.testing.assert_allclose(force, truth, atol=2e-3 * np.abs(truth).max())
 
 
 def test_a_tip_that_hardly_sticks_moves_as_one_that_never_pulls():

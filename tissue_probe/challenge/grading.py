@@ -133,8 +133,9 @@ class Grade:
     declared : Count
         The same: ranked first, in the declared indistinguishable set, or ``adequate`` with the
         effect listed as one that the recording could not have shown.
-    first_three : Count
-        The same: among the first three of the ranking of a diagnosis that names an effect.
+    first_three, first_three_named : Count
+        The same: among the first three of the ranking, and named or, where the verdict is
+        ``adequate``, listed as one that the recording could not have shown; of these the named.
     family : Count
         The same: an effect of its family ranked first.
     covered : Count
@@ -166,6 +167,7 @@ class Grade:
     first: Count = field(default_factory=Count)
     declared: Count = field(default_factory=Count)
     first_three: Count = field(default_factory=Count)
+    first_three_named: Count = field(default_factory=Count)
     family: Count = field(default_factory=Count)
     covered: Count = field(default_factory=Count)
     claimed: list[int] = field(default_factory=list)
@@ -223,7 +225,9 @@ def _mark_one(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
     named = diagnosis.named in LIBRARY
     marks.first.add(diagnosis.named == hidden)
     marks.declared.add(diagnosis.declares(hidden))
-    marks.first_three.add(bool(diagnosis.claimed) and hidden in diagnosis.ranking[:3])
+    among, claims = hidden in diagnosis.ranking[:3], bool(diagnosis.claimed)
+    marks.first_three.add(among and (claims or diagnosis.declares(hidden)))
+    marks.first_three_named.add(among and claims)
     marks.family.add(named and EFFECTS[diagnosis.named].family == EFFECTS[hidden].family)
     if diagnosis.claimed:
         marks.covered.add(hidden in diagnosis.claimed)

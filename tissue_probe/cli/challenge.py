@@ -117,7 +117,8 @@ def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
 ROWS = {
     "first": "one effect hidden: ranked first",
     "declared": "  ranked first, or declared indistinguishable or unseen",
-    "first_three": "  among the first three",
+    "first_three": "  among the first three, named or unseen",
+    "first_three_named": "  among the first three, by a verdict that names one",
     "family": "  an effect of its family ranked first",
     "covered": "  claimed sets that hold it",
     "absorbed": "one that Kelvin-Voigt absorbs: adequate, or listed",

@@ -257,7 +257,7 @@ def where(fit: Fit) -> Localisation:
     from tissue_probe.diagnosis.localise import localise
 
     first = fit.measurements[0]
-    return localise(fit.residuals[0], first.position, fit.tip[0], first.sample_period, first.noise)
+    return localise(fit.evened[0], first.position, fit.tip[0], first.sample_period, first.noise)
 
 
 def tests(fit: Fit) -> tuple[ResidualTest, ...]:
@@ -266,7 +266,7 @@ def tests(fit: Fit) -> tuple[ResidualTest, ...]:
 
     first = fit.measurements[0]
     return residual_tests(
-        fit.residuals[0], first.input_values, first.sample_period, first.noise, fit.output
+        fit.evened[0], first.input_values, first.sample_period, first.noise, fit.output
     )
 
 

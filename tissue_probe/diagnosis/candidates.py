@@ -1,7 +1,7 @@
 """Every effect of the library, added to a fitted model and fitted in its turn.
 
-What belongs here: where the search for each candidate begins, and the search.
-What does not: comparing the candidates (``ranking``).
+What belongs here: which starts are followed, and the search.
+What does not: what is proposed to begin with (``starts``), comparing the candidates (``ranking``).
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
@@ -17,9 +16,9 @@ from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect, Extent
-from tissue_probe.physics.effects.effect import TISSUE_FORCE
+from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.rigs import admits
 from tissue_probe.signals import FloatArray
 
@@ -27,6 +26,8 @@ from tissue_probe.signals import FloatArray
 FOLLOWED, WORSE = 3, 2.0
 #: Where even the promise is this many times the best cost, one start is enough.
 FAR = 3.0
+#: And up to how many times, the values near those found are tried.
+ASTRAY = 6.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
 #: Squared residual over noise at which a further effect needs no other start.
@@ -34,7 +35,7 @@ ENOUGH = 1.04
 #: Two searches that end within this factor of each other's cost have found the same: no third.
 SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
-ROUNDS, BETTER = 3, 0.98
+ROUNDS, BETTER = 3, 0.995
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -142,21 +143,19 @@ class _Proposals:
     def __init__(self, base: Fit, effect: Effect, instrument: Instrument) -> None:
         self.effect = effect
         self.problem = Problem(base.composition.plus(effect), base.measurements, instrument)
-        begin = [base.named()]
-        if effect.contact != TISSUE_FORCE:
-            begin += _pressed(base, instrument)
         proposals: list[_Proposal] = []
-        tried = list(effect.starts(extent(base.measurements)))
-        for known, proposed in product(begin, tried):
-            values = start_values(self.problem, known, effect, proposed)
+        pairs = list(proposed(base, effect, instrument))
+        for known, proposal in pairs:
+            values = start_values(self.problem, known, effect, proposal)
             starts = begin_states(self.problem, base, values)
             proposals.append((promise(self.problem, values, starts), values, starts))
         proposals.sort(key=lambda proposal: proposal[0])
         proposals += self._at_rest(proposals[:FOLLOWED])
         proposals.sort(key=lambda proposal: proposal[0])
         self.promise = proposals[0][0] if proposals else np.inf
-        self.known = base.cost
-        self.direct = any(p.name in each for p in effect.parameters[:1] for each in tried)
+        self.alone, self.known = base.cost, len(base.values)
+        strength = [parameter.name for parameter in effect.parameters[:1]]
+        self.direct = any(strength[0] in proposal for _, proposal in pairs if strength)
         self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
 
     def _at_rest(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
@@ -177,9 +176,10 @@ class _Proposals:
 
     def fits(self, bar: Bar, enough: float) -> list[Fit]:
         """Search from the best proposals, and again near what was found, until a cost is enough."""
-        near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.known
+        near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.alone
         begin = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
         found: list[Fit] = []
+        costs: dict[tuple[float, ...], float] = {}
         for _, values, starts in begin:
             fit = search(self.problem, values, starts, bar)
             if fit is None:
@@ -187,11 +187,13 @@ class _Proposals:
             found.append(fit)
             if fit.cost < enough:
                 return found
-            if sum(each.cost < SAME * fit.cost for each in found) > 1:
+            own = tuple(values[self.known :])
+            if any(cost < SAME * fit.cost for begun, cost in costs.items() if begun != own):
                 break
+            costs[own] = fit.cost
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
-            if best.cost > FAR * bar.cost:
+            if best.cost > ASTRAY * bar.cost:
                 break
             found += self._around(best, bar)
             if min(fit.cost for fit in found) > BETTER * best.cost:
@@ -201,50 +203,11 @@ class _Proposals:
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the most promising of the values near those found."""
         proposals = []
-        for proposed in self.effect.near(extent(best.measurements), best.named()):
-            known = best.named() | dict(proposed)
+        reach = extent(best, best.named())
+        for proposal in self.effect.near(reach, best.named()):
+            known = best.named() | dict(proposal)
             values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
             proposals.append((promise(self.problem, values, best.starts), values))
         proposals.sort(key=lambda proposal: proposal[0])
         fits = [search(self.problem, values, best.starts, bar) for _, values in proposals[:2]]
         return [fit for fit in fits if fit is not None]
-
-
-def extent(measurements: Sequence[Measurement]) -> Extent:
-    """How far the longest measurement reaches."""
-    return max((each.extent for each in measurements), key=lambda each: each.duration)
-
-
-def _pressed(base: Fit, instrument: Instrument) -> list[dict[str, float]]:
-    """Fit what is sure to be in contact only: elsewhere the base is wrong if contact is lost."""
-    stiffness = base.named().get("load_cell_stiffness", np.inf)
-    inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
-    if min(np.mean(m.used) for m in inside) < 0.05:
-        return []
-    problem = Problem(base.composition, inside, instrument)
-    fit = search(problem, base.values, base.starts)
-    return [] if fit is None else [fit.named()]
-
-
-def start_values(
-    problem: Problem,
-    known: Mapping[str, float],
-    effect: Effect | None,
-    proposed: Mapping[str, float],
-) -> FloatArray:
-    """Values to begin a search with: those known, no strength, what is proposed, defaults."""
-    named = effect.parameters[: effect.strengths] if effect else ()
-    strengths = {parameter.name: effect.neutral for parameter in named}
-    given = {**known, **strengths, **proposed}
-    values = np.array([given.get(e.name, e.default) for e in problem.composition.values])
-    values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
-    return np.clip(values, problem.lower, problem.upper)
-
-
-def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:
-    """Start where a fit does, and states that it has not where a probe at rest has them."""
-    known = [dict(zip(base.composition.kernel.STATES, start, strict=True)) for start in base.starts]
-    return [
-        np.array([of.get(name, at) for name, at in zip(problem.kernel.STATES, rest, strict=True)])
-        for of, (rest, _) in zip(known, problem.begin(values), strict=True)
-    ]

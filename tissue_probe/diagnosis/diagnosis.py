@@ -141,6 +141,10 @@ def diagnose(
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
     told = ladder.verdict != "unexplained"
     hidden = unseen(ladder.final, admitted, instrument, composition) if told else ()
+    if ladder.verdict == "adequate":
+        # What may hide comes before what would have shown.
+        order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
+        ladder = replace(ladder, ranking=tuple(order))
     rivals = tied if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import dct
+from scipy.fft import dct, idct
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
@@ -55,6 +55,9 @@ class Fit:
         Of the values' errors; rows of what was held are 0.
     residuals : tuple of array
         Measured minus simulated output.
+    evened : tuple of array
+        The same with flicker noise, and what a force's noise shakes, made white: noise alone would
+        leave white noise of each measurement's ``noise``.
     misfits : tuple of float
         Sum of squared residuals of each measurement over its noise, flicker noise weighed as such.
     cost : float
@@ -84,6 +87,7 @@ class Fit:
     starts: tuple[FloatArray, ...]
     covariance: FloatArray
     residuals: tuple[FloatArray, ...]
+    evened: tuple[FloatArray, ...]
     heldout: tuple[FloatArray, ...]
     misfits: tuple[float, ...]
     cost: float
@@ -494,6 +498,10 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         starts=tuple(point.starts),
         covariance=covariance * excess,
         residuals=tuple(residual for residual, _ in point.simulated),
+        evened=tuple(
+            m.noise * idct(each, norm="ortho")
+            for m, each in zip(problem.measurements, cosines, strict=True)
+        ),
         heldout=tuple(_left_out(problem, point)),
         misfits=tuple(point.misfits),
         cost=point.cost,

@@ -20,8 +20,9 @@ TIE = 14.0
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
 EXPLAINED = 1.07
-#: The same where an encoder's rounding is a part of the noise, whose size is known roughly.
-ROUGHLY = 1.15
+#: The same where an encoder's rounding is at least this share of the noise: its size is known
+#: roughly, and if it is slow, its colour may be any.
+ROUNDING, ROUGHLY = 0.15, 1.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
 WHITE = 1.12
 #: And how far an octave of it may stand out, in what is usual for noise.
@@ -31,10 +32,10 @@ STRAINED = 30.0
 
 
 def significant(simple: Fit, better: Fit) -> bool:
-    """Whether the second fit explains more than noise would let it."""
-    return (
-        simple.bic - better.bic > LEAST_GAIN and better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
-    )
+    """Whether the second fit explains more than noise would let it, or a rig that is unlikely."""
+    less = better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
+    likelier = better.strain < STRAINED <= simple.strain
+    return simple.bic - better.bic > LEAST_GAIN and (less or likelier)
 
 
 def explained(fit: Fit) -> bool:
@@ -42,7 +43,7 @@ def explained(fit: Fit) -> bool:
 
     An encoder's rounding, of which more than its size is not known, may have any colour.
     """
-    if fit.rounding > 0.0:
+    if fit.rounding > ROUNDING * fit.noise:
         return fit.ratio < ROUGHLY
     white = fit.colour < WHITE and fit.unevenness < EVEN
     return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
@@ -72,10 +73,10 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
 def _gains_much(simpler: Fit, fit: Fit) -> bool:
     """Whether a fit with an effect that contains the other's is worth what it has more.
 
-    One that ends at a lower bound of its own, where it becomes the other, is not.
+    One that ends in the limit where it is the other, is not.
     """
-    named = fit.named()
-    if any(named[parameter.name] <= parameter.lower for parameter in added(fit).parameters):
+    limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
+    if any(fit.named()[each.name] <= each.lower for each in limits):
         return False
     share = 1.0 - fit.ratio / simpler.ratio
     return simpler.bic - fit.bic > SIMPLER and share > LEAST_SHARE

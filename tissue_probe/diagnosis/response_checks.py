@@ -22,6 +22,9 @@ from tissue_probe.diagnosis.finding import Finding
 LAG = 4e-3
 """Lag between the channels that is one of clocks, not of the effects of ``channel_delay`` [s]."""
 
+LEFT = 0.25
+"""Share of the force (rms) that the right lag leaves unexplained at the most."""
+
 LONGEST_LAG = 0.25
 """Lags are looked for up to this [s], and to an eighth of the record."""
 
@@ -102,7 +105,8 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
         return 0
     shifted = coarse_response(both, lag)
     passive = shifted.stiffness * shifted.damping > 0.0
-    return lag if passive and found.unexplained > 2.0 * shifted.unexplained else 0
+    right = shifted.unexplained < min(0.5 * found.unexplained, LEFT)
+    return lag if passive and right else 0
 
 
 def _check_sign(found: CoarseResponse, scale: float) -> Iterator[Finding]:

@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import THREADS, begin_states, extent, start_values
+from tissue_probe.diagnosis.candidates import THREADS
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.sensitivities import by_unknown, stacked, unknown
+from tissue_probe.diagnosis.starts import begin_states, extent, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.rigs import admits
@@ -87,7 +88,7 @@ def _changes(
     problem = Problem(alone.plus(effect), fit.measurements, instrument)
     strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
     columns = [problem.kernel.VALUES.index(name) + problem.states for name in strengths]
-    for proposed in effect.starts(extent(fit.measurements)):
+    for proposed in effect.starts(extent(fit, fit.named())):
         values = start_values(problem, fit.named(), effect, proposed)
         starts = begin_states(problem, fit, values)
         with np.errstate(all="ignore"):

@@ -240,6 +240,20 @@ def _parts(rate, p, z, u, mode, dU, period):
     return max(FEWEST, int(np.ceil(fastest * period / LONGEST)))
 
 
+@njit(types.UniTuple(_F8, 2)(_F8, _F8, _F8, _F8), cache=True, nogil=True, error_model="numpy")
+def _lowest(g, rise, g1, rise1):
+    """Return where a cubic from g to g1 of these slopes is lowest between, and how low.
+
+    A switch may turn within a part and back again: a tip that hardly pulls itself off.
+    """
+    if g <= 0.0 or rise >= 0.0 or rise1 <= 0.0:
+        return 1.0, g1
+    square, cube = 3.0 * (g1 - g) - 2.0 * rise - rise1, 2.0 * (g - g1) + rise + rise1
+    inner = square * square - 3.0 * cube * rise
+    share = -rise / (square + np.sqrt(max(inner, 0.0)))
+    return share, g + share * (rise + share * (square + share * cube))
+
+
 @njit(
     types.void(
         types.FunctionType(RATE), types.FunctionType(OUTPUT), types.FunctionType(SWITCH), _V, _V,
@@ -293,6 +307,7 @@ def _run(
             parts = max(parts, found[pace])
         for part in range(parts):
             since, end, events = part * period / parts, (part + 1) * period / parts, 0
+            between = True  # whether a switch may turn, and back, between the two ends
             while True:
                 h = end - since
                 _advance(
@@ -306,19 +321,24 @@ def _run(
                 rate_end = f[3]
                 _coil(pieces, changes, columns, sample, end, u, dU)
                 switch(t + end, z1, p, u, mode, T1, dU, rate_end, g1, dg1, G)
-                first, share = -1, 1.0
+                first, share, high, at_high = -1, 1.0, 1.0, 0.0
                 for k in range(s):
-                    if g1[k] < 0.0:
-                        here = max(g[k], 0.0) / max(g[k] - g1[k], 1e-300)
+                    end_of, at_end = 1.0, g1[k]
+                    if between and at_end >= 0.0:
+                        end_of, at_end = _lowest(g[k], h * dg[k], g1[k], h * dg1[k])
+                    if at_end < 0.0:
+                        here = end_of * max(g[k], 0.0) / max(g[k] - at_end, 1e-300)
                         if g[k] <= 0.0:
                             here = 0.0
                         if first < 0 or here < share:
-                            first, share = k, here
+                            first, share, high, at_high = k, here, end_of, at_end
                 if first < 0:
                     break
                 # Regula falsi (Illinois) for the share of the part at which the switch turns.
-                low, high = 0.0, 1.0
-                at_low, at_high = max(g[first], 0.0), g1[first]
+                low, at_low = 0.0, max(g[first], 0.0)
+                between = high == 1.0
+                if not between:  # the cubic is a guess: it is looked whether the switch turns there
+                    share = high
                 for _ in range(LOCATING):
                     _advance(
                         rate, t, p, z, T, pieces, changes, columns, sample, since, share * h, mode,
@@ -327,6 +347,10 @@ def _run(
                     _coil(pieces, changes, columns, sample, since + share * h, u, dU)
                     rate(t + since + share * h, z1, p, u, mode, T1, dU, after, slope_after)
                     switch(t + since + share * h, z1, p, u, mode, T1, dU, after, g1, dg1, G)
+                    if not between:
+                        if g1[first] >= 0.0:
+                            break
+                        between = True
                     if abs(g1[first]) <= 1e-9 * abs(dg1[first]) * h or at_low <= 0.0:
                         break
                     if g1[first] < 0.0:
@@ -334,6 +358,8 @@ def _run(
                     else:
                         low, at_low, at_high = share, g1[first], 0.5 * at_high
                     share = low + (high - low) * at_low / (at_low - at_high)
+                if not between:
+                    continue
                 mode[first] = 1.0 - mode[first]
                 rate(t + since + share * h, z1, p, u, mode, T1, dU, f[0], slope[0])
                 speed = dg1[first]

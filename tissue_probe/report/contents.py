@@ -78,7 +78,7 @@ class ReportCandidate:
     heldout_rmse : float
         Error on held-out data with it.
     gain : float
-        By how much it lowers the Bayesian information criterion; above 10 is decisive.
+        By how much it lowers the Bayesian information criterion; above 20 counts as real.
     parameters : tuple of ReportParameter
         Its own, as fitted.
     indistinguishable : bool

@@ -1,6 +1,6 @@
 """Adhesion: the tissue holds the tip until it is pulled off."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -15,26 +15,36 @@ from tissue_probe.physics.effects.effect import (
 
 PULL_OFF = sp.Symbol("pull_off_force", positive=True)
 ATTACHED = sp.Symbol("attached", nonnegative=True)
+#: Between how many of the largest peaks of the tension a search begins, and about a force found.
+LARGEST, NEAREST = 12, 12
+#: Peaks that differ by less than this share of the largest count as one.
+ALIKE = 2e-4
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose pull-off forces up to twice the tension read: the tip's inertia hides a part.
+    """Propose pull-off forces between the largest peaks of the tension, and shares of the largest.
 
-    A weak one differs from none where the tip leaves the tissue often: there they lie closer.
+    Which peaks pull the tip off decides everything that follows, and no small change of the force
+    adds or takes one. A weak one differs from none where the tip leaves the tissue often: there
+    they lie closer.
     """
-    shares = (0.01, 0.03, *(i / 10 for i in range(1, 21)))
-    return [{"pull_off_force": _tension(extent) * share} for share in shares]
+    largest = extent.tensions[0] if extent.tensions else max(extent.pull, 0.2 * extent.force)
+    shares = (0.01, 0.03, *(i / 10 for i in range(1, 10)), 0.95, 1.05, 1.2, 1.5, 2.0)
+    between = _between(extent.tensions)[:LARGEST]
+    return [{"pull_off_force": force} for force in (*between, *(largest * i for i in shares))]
 
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
-    """Propose pull-off forces about one that was found, up to a tenth of the tension apart."""
-    shares = (i / 100 for i in (-8, -6, -4, -3, -2, -1, 1, 2, 3, 4, 6, 8))
-    return [{"pull_off_force": found["pull_off_force"] + _tension(extent) * i} for i in shares]
+    """Propose pull-off forces that pull off in a few cycles more or less than the one found."""
+    between = _between(extent.tensions)
+    between.sort(key=lambda force: abs(force - found["pull_off_force"]))
+    return [{"pull_off_force": force} for force in between[:NEAREST]]
 
 
-def _tension(extent: Extent) -> float:
-    """Return the tension that may have been [N], also where inertia hid it from the load cell."""
-    return max(extent.pull, 0.2 * extent.force)
+def _between(tensions: Sequence[float]) -> list[float]:
+    """Return forces halfway between each peak and the next one that differs, largest first."""
+    pairs = zip(tensions, (*tensions[1:], 0.0), strict=False)
+    return [(high + low) / 2 for high, low in pairs if high - low > ALIKE * tensions[0]]
 
 
 def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Effect:

@@ -75,7 +75,8 @@ class Extent:
 
     ``duration`` [s]; ``indentation`` [m] (half the coil's travel) and ``speed`` [m/s] (largest);
     ``force`` [N] (standard deviation); ``pull`` [N] (largest force in tension); ``step`` [m]
-    (smallest difference between two positions, 0 where there is no common one).
+    (smallest difference between two positions, 0 where there is no common one); ``tensions`` [N]
+    (the peaks of the tension in the tissue, if it never let go of the tip; largest first).
     """
 
     duration: float
@@ -84,6 +85,7 @@ class Extent:
     force: float
     pull: float
     step: float
+    tensions: tuple[float, ...] = ()
 
 
 Starts = Callable[[Extent], Iterable[Mapping[str, float]]]
@@ -148,6 +150,8 @@ class Effect:
         The same physics as others write it; the best of them stands for the effect.
     simpler : tuple of str
         Effects that this one contains, and which are preferred where they fit as well.
+    limit : str
+        The parameter at whose lower bound this effect is a simpler one, if there is such.
     of_run : tuple of str
         Parameters that belong to a run and not to specimen or instrument, such as a phase.
     assumptions, reference : str
@@ -181,6 +185,7 @@ class Effect:
     )
     forms: tuple[Effect, ...] = ()
     simpler: tuple[str, ...] = ()
+    limit: str = ""
     of_run: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""
