@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hidden import challenge
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -333,3 +334,10 @@ def test_arrays_that_do_not_fit_are_refused():
         inspect(np.zeros(3), np.zeros(2), PERIOD)
     with pytest.raises(ValueError, match="sample_period is 0"):
         inspect(np.zeros(3), np.zeros(3), 0.0)
+
+
+def test_coarse_steps_of_the_encoder_are_not_taken_for_another_clock():
+    made = challenge(480032, "encoder_quantization", excitation="stepped30").recording
+    found = inspect(made.position, made.force, made.sample_period)
+    assert not found.fatal
+    assert "unsynchronised" not in {finding.name for finding in found.findings}

@@ -33,6 +33,9 @@ BLOCKS = 8
 #: motion that goes on of its prior. Where the model lacks an effect, its residual would else
 #: outweigh any prior, and rig or start make up for the effect.
 FARTHEST = 4.0
+#: A branch of tissue at rest has been pressed in, and is compressed by as much as the tissue at the
+#: most; or it was drawn back a little. In shares of that.
+DRAWN, PRESSED = 0.25, 1.1
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
 
@@ -251,6 +254,7 @@ class Problem:
                 **dict(zip(self.kernel.VALUES, map(float, values), strict=True)),
                 "free": depth,
                 "length": loaded + 1e-8 if still else depth,
+                "branch": loaded + 1e-8 if still else depth,
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }
@@ -388,15 +392,20 @@ def _solve(
 def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how far values may go, and starts where the probe is not at rest.
 
-    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin.
+    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but what
+    relaxes has been pressed.
     """
+    relaxing = np.array([spread == "branch" for spread in problem.kernel.SPREADS], dtype=bool)
     lower, upper = [problem.lower], [problem.upper]
     for measurement, (mean, deviation) in zip(
         problem.measurements, problem.begin(values), strict=True
     ):
-        reach = np.inf if measurement.at_rest else FARTHEST * deviation
-        lower.append(mean - reach)
-        upper.append(mean + reach)
+        back = ahead = FARTHEST * deviation
+        if measurement.at_rest:
+            back = np.where(relaxing, DRAWN * deviation, np.inf)
+            ahead = np.where(relaxing, PRESSED * deviation, np.inf)
+        lower.append(mean - back)
+        upper.append(mean + ahead)
     return np.concatenate(lower), np.concatenate(upper)
 
 
@@ -566,7 +575,7 @@ def _start_penalty(problem: Problem, point: _Point) -> float:
     own = [
         i
         for i, spread in enumerate(problem.kernel.SPREADS)
-        if spread == "length" or spread in problem.kernel.VALUES
+        if spread in ("length", "branch") or spread in problem.kernel.VALUES
     ]
     penalty = 0.0
     for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):

@@ -44,7 +44,7 @@ TISSUES = {
         Tissue(
             "maxwell",
             STIFFNESS * EXTENSION,
-            (State(EXTENSION, TIP_VELOCITY - STIFFNESS / DAMPING * EXTENSION),),
+            (State(EXTENSION, TIP_VELOCITY - STIFFNESS / DAMPING * EXTENSION, spread="branch"),),
         ),
         Tissue("standard_linear_solid", _SOLID, effects=("standard_linear_solid",)),
         Tissue("generalized_maxwell", _SOLID, effects=("generalized_maxwell",)),

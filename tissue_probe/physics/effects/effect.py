@@ -45,6 +45,7 @@ class State:
     ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
     of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
     (of the order of the indentation at the start, or of any where the probe is not at rest),
+    "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
     "speed" (of the order of the tip's where it is not at rest), "none", "free" (of the order of
     any indentation in any case), or the name of a parameter (of the order of its value).
     """

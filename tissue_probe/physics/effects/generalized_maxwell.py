@@ -31,7 +31,10 @@ GENERALIZED_MAXWELL = Effect(
     ),
     # Each spring's compression e follows e' = x' - r e.
     force=K1 * E1 + K2 * E2,
-    states=(State(E1, TIP_VELOCITY - R1 * E1), State(E2, TIP_VELOCITY - R2 * E2)),
+    states=(
+        State(E1, TIP_VELOCITY - R1 * E1, spread="branch"),
+        State(E2, TIP_VELOCITY - R2 * E2, spread="branch"),
+    ),
     strengths=2,
     starts=starts,
     simpler=("standard_linear_solid",),

@@ -34,7 +34,8 @@ SPRINGPOT = Effect(
     ),
     force=STRENGTH * _WIDTH * sum(w * e for w, e in zip(_WEIGHTS, BRANCHES, strict=True)),
     states=tuple(
-        State(e, TIP_VELOCITY - rate * e) for rate, e in zip(RATES, BRANCHES, strict=True)
+        State(e, TIP_VELOCITY - rate * e, spread="branch")
+        for rate, e in zip(RATES, BRANCHES, strict=True)
     ),
     starts=starts,
     assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "

@@ -25,7 +25,7 @@ STANDARD_LINEAR_SOLID = Effect(
     ),
     # The spring's compression e follows e' = x' - r e; at rest for long, the damper has taken all.
     force=RELAXING_STIFFNESS * COMPRESSION,
-    states=(State(COMPRESSION, TIP_VELOCITY - RATE * COMPRESSION),),
+    states=(State(COMPRESSION, TIP_VELOCITY - RATE * COMPRESSION, spread="branch"),),
     starts=starts,
     assumptions="Small strains; one relaxation time",
     reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",
