@@ -152,6 +152,14 @@ def test_relaxation_is_found_in_a_motion_that_goes_on_whatever_it_remembers():
     assert "springpot" in found.indistinguishable
 
 
+def test_a_valley_of_stiffness_and_exponent_is_crossed():
+    """Under a steady sine a springpot of another exponent beside other tissue fits nearly as well."""
+    made = challenge(1500026, "springpot", excitation="sine10ss")
+    found = diagnose(made, library("springpot", "force_bias"), at_rest=False)
+    assert (found.verdict, found.effects) == ("missing", ("springpot",))
+    assert found.ladder.final.converged
+
+
 def test_an_effect_for_which_the_rig_had_made_up_is_named():
     made = challenge(483055, "force_gain", rig="tolerant")
     measured = [measurement(made.recording)]

@@ -176,3 +176,13 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
     assert final.ratio == pytest.approx(both.ratio, rel=0.01)
     assert _exchanged([coulomb, final], ranking, EXACT) == [coulomb, final]  # gains too little
     assert _exchanged([stribeck], ranking, EXACT) == [stribeck]
+
+
+def test_both_of_two_effects_give_way_each_to_another_of_its_family():
+    """Beside a wrong stiffening a delay was as good as the lag, and stayed for the right one."""
+    made = challenge(1500056, "force_lag", "exponential_stiffening", excitation="chirp60")
+    effects = library("hertz_contact", "exponential_stiffening", "force_lag", "channel_delay")
+    ladder = climbed(made, effects=effects)
+    assert ladder.ranking[0].composition.names == ("hertz_contact",)
+    assert set(ladder.effects) == {"force_lag", "exponential_stiffening"}
+    assert ladder.final.ratio < EXPLAINED

@@ -47,7 +47,7 @@ def test_parameters_and_starts_lie_within_their_bounds(effect):
         for name, value in start.items():
             assert bounds[name][0] <= value <= bounds[name][1], name
     if effect.near:
-        found = {entry.name: entry.default for entry in effect.parameters}
+        found = {entry.name: entry.default for entry in entries}
         assert all(set(start) <= set(bounds) for start in effect.near(EXTENT, found))
 
 

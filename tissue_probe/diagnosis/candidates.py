@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
-from tissue_probe.diagnosis.fit import Bar, Fit, Problem, promise, search
+from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
@@ -36,6 +36,8 @@ ENOUGH = 1.04
 SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
 ROUNDS, BETTER = 3, 0.995
+#: How often a search that did not settle is taken up again.
+ONWARD = 3
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -198,7 +200,20 @@ class _Proposals:
             found += self._around(best, bar)
             if min(fit.cost for fit in found) > BETTER * best.cost:
                 break
-        return found
+        return found + self._onward(found, bar)
+
+    def _onward(self, found: Sequence[Fit], bar: Bar) -> list[Fit]:
+        """Go on where the best ran out of steps: a long valley is followed in small ones."""
+        further: list[Fit] = []
+        for _ in range(ONWARD if found else 0):
+            best = min([*found, *further], key=lambda fit: fit.cost)
+            if best.converged or best.cost > HOPELESS * bar.cost:
+                break
+            fit = search(self.problem, best.values, best.starts, bar)
+            if fit is None or fit.cost > best.cost:
+                break
+            further.append(fit)
+        return further
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the most promising of the values near those found."""

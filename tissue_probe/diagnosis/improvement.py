@@ -101,7 +101,7 @@ def climb(
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
         best = _anew(longer[0], instrument)
-        paths = [best, *longer[1:BEAM]]
+        paths = [best]
     steps = _exchanged(_needed(base, best, instrument), ranking, instrument)
     first = steps[0]
     if len(steps) == 1:
@@ -199,10 +199,10 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
 
     It was chosen while the others were missing, which another form of it may have followed.
     """
-    steps = list(steps)
+    steps, begun = list(steps), steps[-1]
     alone = {added(fit).name: fit for fit in ranking}
-    for place in (0, -1) if len(steps) > 1 else ():
-        old, final = added(steps[place]), steps[-1]
+    for first, old in ((True, added(steps[0])), (False, added(steps[-1]))) if steps[1:] else ():
+        final = steps[-1]
         rivals = [
             effect
             for effect in map(added, ranking)
@@ -215,9 +215,9 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
             if fit.bic - steps[-1].bic < margin:
                 old = added(fit)
                 steps[-1] = fit
-                if place == 0:
+                if first:
                     steps[0] = alone[old.name]
-    return steps
+    return steps if steps[-1] is begun else list(_anew(tuple(steps), instrument))
 
 
 def _of_each_family(ranking: Sequence[Fit]) -> list[Fit]:
@@ -247,10 +247,15 @@ def _removes(fit: Fit, better: Fit) -> bool:
 
 
 def _needed(base: Fit, path: Sequence[Fit], instrument: Instrument) -> list[Fit]:
-    """Drop what became superfluous: an earlier effect that the last model does without."""
+    """Drop what became superfluous: an earlier effect that the last model does without.
+
+    Beside it the others may have been found badly; they are searched once more.
+    """
     steps = list(path)
     for fit in path[:-1]:
         without = refit(steps[-1], steps[-1].composition.without(added(fit).name), instrument)
+        if without is not None and fit is not path[0]:
+            without = _anew((path[0], without), instrument)[-1]
         if without is not None and not significant(without, steps[-1]):
             steps = [step for step in steps[:-1] if step is not fit]
             steps = [*steps, without]

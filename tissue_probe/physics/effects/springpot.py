@@ -1,6 +1,7 @@
 """Power-law relaxation: the springpot, as a ladder of Maxwell branches."""
 
 import math
+from collections.abc import Mapping
 
 import sympy as sp
 
@@ -24,6 +25,34 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     return [{"springpot_exponent": exponent} for exponent in (0.15, 0.3, 0.5, 0.7)]
 
 
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose other exponents, tissue and springpot together as stiff at the motion's frequency.
+
+    They lie along a valley too long and bent for a search.
+    """
+    frequency = extent.speed / extent.indentation  # rad/s
+    strength, exponent = found[str(STRENGTH)], found[str(EXPONENT)]
+    known = strength * (1j * frequency) ** exponent
+    proposed = []
+    for other in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85):
+        scaled = strength * frequency ** (exponent - other)
+        more = known - scaled * (1j * frequency) ** other
+        stiffness, damping = (
+            found["stiffness"] + more.real,
+            found["damping"] + more.imag / frequency,
+        )
+        if stiffness > 0.0 and damping > 0.0:
+            proposed.append(
+                {
+                    "stiffness": stiffness,
+                    "damping": damping,
+                    str(STRENGTH): scaled,
+                    str(EXPONENT): other,
+                }
+            )
+    return proposed
+
+
 SPRINGPOT = Effect(
     name="springpot",
     family="relaxation",
@@ -38,6 +67,7 @@ SPRINGPOT = Effect(
         for rate, e in zip(RATES, BRANCHES, strict=True)
     ),
     starts=starts,
+    near=near,
     assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "
     "damping's and what is slower the stiffness's",
     reference="Koeller, J. Applied Mechanics 51 (1984), 299; Schmidt and Gaul, "
