@@ -153,7 +153,7 @@ def test_relaxation_is_found_in_a_motion_that_goes_on_whatever_it_remembers():
 
 
 def test_a_valley_of_stiffness_and_exponent_is_crossed():
-    """Under a steady sine a springpot of another exponent beside other tissue fits nearly as well."""
+    """Under a steady sine other exponents beside other tissue fit nearly as well."""
     made = challenge(1500026, "springpot", excitation="sine10ss")
     found = diagnose(made, library("springpot", "force_bias"), at_rest=False)
     assert (found.verdict, found.effects) == ("missing", ("springpot",))

@@ -100,9 +100,9 @@ def climb(
             longer = sorted(longer + further.of(paths[:1], promising=False), key=criterion)
         if not longer or not _removes(best[-1], longer[0][-1]):
             break
-        best = _anew(longer[0], instrument)
+        best = tuple(_exchanged(_anew(longer[0], instrument), ranking, instrument))
         paths = [best]
-    steps = _exchanged(_needed(base, best, instrument), ranking, instrument)
+    steps = _needed(base, best, instrument)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
