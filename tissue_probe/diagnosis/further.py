@@ -17,7 +17,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
 #: A further effect must remove this share of what exceeds the noise.
-SHARE = 0.7
+SHARE = 0.65
 #: Families whose effects are forms of one law: beside one of them another only bends it. Of an
 #: encoder with coarse steps nothing finer is known.
 FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")

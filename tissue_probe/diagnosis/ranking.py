@@ -20,9 +20,9 @@ TIE = 14.0
 SIMPLER = 30.0
 #: Residual over noise up to which nothing is left to explain.
 EXPLAINED = 1.07
-#: The same where an encoder's rounding is at least this share of the noise: its size is known
-#: roughly, and if it is slow, its colour may be any.
-ROUNDING, ROUGHLY = 0.15, 1.15
+#: The same where an encoder's rounding is as large as the noise: its size is known roughly. Where
+#: it is less, but at least this share, it may still have any colour.
+ROUGHLY, ROUNDING = 1.15, 0.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
 WHITE = 1.12
 #: And how far an octave of it may stand out, in what is usual for noise.
@@ -43,8 +43,9 @@ def explained(fit: Fit) -> bool:
 
     An encoder's rounding, of which more than its size is not known, may have any colour.
     """
-    if fit.rounding > ROUNDING * fit.noise:
-        return fit.ratio < ROUGHLY
+    share = fit.rounding / fit.noise
+    if share > ROUNDING:
+        return fit.ratio < EXPLAINED + (ROUGHLY - EXPLAINED) * min(share**2, 1.0)
     white = fit.colour < WHITE and fit.unevenness < EVEN
     return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
 
