@@ -163,7 +163,8 @@ def test_any_finite_samples_are_fitted_or_refused_in_a_sentence(samples, at_rest
     except ValueError as refused:
         assert "check the units" in str(refused)  # noqa: PT017
         return
-    assert np.isfinite(np.hstack(list(vars(extent(base, base.named())).values()))).all()
+    reach = extent(base, base.named(), EFFECTS["adhesion"])
+    assert np.isfinite(np.hstack(list(vars(reach).values()))).all()
     for fit in (base, *fit_candidates(base, FEW, TOLERANT)):
         assert np.isfinite(fit.values).all()
         assert np.isfinite([fit.rmse, fit.heldout_rmse, fit.bic]).all()

@@ -26,10 +26,10 @@ from tissue_probe.signals import FloatArray
 FOLLOWED, WORSE = 3, 2.0
 #: Where even the promise is this many times the best cost, one start is enough.
 FAR = 3.0
-#: And up to how many times, the values near those found are tried.
-ASTRAY = 6.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
+#: Up to how many times the best cost the values near those found are tried.
+ASTRAY = 6.0
 #: Squared residual over noise at which a further effect needs no other start.
 ENOUGH = 1.04
 #: Two searches that end within this factor of each other's cost have found the same: no third.
@@ -218,7 +218,7 @@ class _Proposals:
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the most promising of the values near those found."""
         proposals = []
-        reach = extent(best, best.named())
+        reach = extent(best, best.named(), self.effect)
         for proposal in self.effect.near(reach, best.named()):
             known = best.named() | dict(proposal)
             values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)

@@ -88,7 +88,7 @@ def _changes(
     problem = Problem(alone.plus(effect), fit.measurements, instrument)
     strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
     columns = [problem.kernel.VALUES.index(name) + problem.states for name in strengths]
-    for proposed in effect.starts(extent(fit, fit.named())):
+    for proposed in effect.starts(extent(fit, fit.named(), effect)):
         values = start_values(problem, fit.named(), effect, proposed)
         starts = begin_states(problem, fit, values)
         with np.errstate(all="ignore"):

@@ -40,18 +40,21 @@ def proposed(base: Fit, effect: Effect, instrument: Instrument) -> Iterator[tupl
     if effect.contact != TISSUE_FORCE:
         known += _pressed(base, instrument)
     for each in known:
-        tried = list(effect.starts(extent(base, each)))
+        tried = list(effect.starts(extent(base, each, effect)))
         for proposal in tried + _strong(base, effect, tried):
             yield each, proposal
 
 
-def extent(fit: Fit, known: Values) -> Extent:
+def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     """How far the longest measurement reaches, by a fitted model with these values of its tissue.
 
-    The tension of tissue that never lets go is taken from the motion of the tip.
+    The tension of tissue that never lets go is taken from the motion of the tip, for effects by
+    which it may.
     """
     index = max(range(len(fit.measurements)), key=lambda i: fit.measurements[i].extent.duration)
     measurement = fit.measurements[index]
+    if effect.contact == TISSUE_FORCE:
+        return measurement.extent
     tip = CubicSpline(measurement.times, fit.tip[index] - known.get("contact_position", 0.0))
     often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
