@@ -10,8 +10,9 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
-from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED
+from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED, added
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
 
 NOISE = 5e-3
 FEW = library("cubic_stiffening", "exponential_stiffening", "coulomb_friction")
@@ -238,3 +239,19 @@ def test_a_second_recording_settles_what_a_steady_sine_cannot_tell():
 
 def added_names(found):
     return [fit.composition.names[-1] for fit in found.ladder.ranking]
+
+
+def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
+    monkeypatch.setattr(diagnosis, "VALIDATED", 1)
+    made = challenge(21, rig="tolerant", excitation="chirp60", preload=2e-3)
+    found = diagnosis.diagnose(
+        Composition(),
+        [measurement(made.recording)],
+        TOLERANT,
+        EFFECTS,
+        [measurement(made.second)],
+    )
+    assert found.verdict == "adequate"
+    first = found.ladder.ranking[0]
+    assert added(first).name in found.unseen
+    assert first.composition.names in found.validated

@@ -93,7 +93,9 @@ class Answer(_Entry):
     version: Literal[1] = 1
     verdict: Verdict
     output: Output
-    ranking: list[Candidate] = Field(description="best first")
+    ranking: list[Candidate] = Field(
+        description="best first; where the verdict is adequate, the unseen before the others"
+    )
     indistinguishable: list[str] = Field(description="effects that this excitation cannot tell")
     unseen: list[str] = Field(description="effects that this excitation could not have shown")
     effects: list[str] = Field(description="what improve would add, in order")

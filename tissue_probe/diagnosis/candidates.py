@@ -200,20 +200,19 @@ class _Proposals:
             found += self._around(best, bar)
             if min(fit.cost for fit in found) > BETTER * best.cost:
                 break
-        return found + self._onward(found, bar)
+        best = sorted(found, key=lambda fit: fit.cost)[:1]
+        return [*found, *(self._onward(fit, bar) for fit in best)]
 
-    def _onward(self, found: Sequence[Fit], bar: Bar) -> list[Fit]:
+    def _onward(self, best: Fit, bar: Bar) -> Fit:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
-        further: list[Fit] = []
-        for _ in range(ONWARD if found else 0):
-            best = min([*found, *further], key=lambda fit: fit.cost)
+        for _ in range(ONWARD):
             if best.converged or best.cost > HOPELESS * bar.cost:
                 break
             fit = search(self.problem, best.values, best.starts, bar)
             if fit is None or fit.cost > best.cost:
                 break
-            further.append(fit)
-        return further
+            best = fit
+        return best
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the most promising of the values near those found."""

@@ -131,6 +131,12 @@ def diagnose(
     else:
         coloured = _coloured(composition, clean, instrument, library)
         ladder = climb(composition, coloured, instrument, library)
+    hidden: tuple[str, ...] = ()
+    if ladder.verdict == "adequate":
+        hidden = unseen(ladder.final, admitted, instrument, composition)
+        # What may hide comes before what would have shown.
+        order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
+        ladder = replace(ladder, ranking=tuple(order))
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
     validated = {
         fit.composition.names: error(fit, validation, instrument) for fit in models if validation
@@ -139,12 +145,8 @@ def diagnose(
         ladder = settled(ladder, validated)
     tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
-    told = ladder.verdict != "unexplained"
-    hidden = unseen(ladder.final, admitted, instrument, composition) if told else ()
-    if ladder.verdict == "adequate":
-        # What may hide comes before what would have shown.
-        order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
-        ladder = replace(ladder, ranking=tuple(order))
+    if ladder.verdict in ("missing", "ambiguous"):
+        hidden = unseen(ladder.final, admitted, instrument, composition)
     rivals = tied if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)

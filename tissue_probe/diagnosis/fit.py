@@ -250,11 +250,12 @@ class Problem:
             loaded = abs(self._indentation(values, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
+            length = loaded + 1e-8 if still else depth
             spreads = {
                 **dict(zip(self.kernel.VALUES, map(float, values), strict=True)),
                 "free": depth,
-                "length": loaded + 1e-8 if still else depth,
-                "branch": loaded + 1e-8 if still else depth,
+                "length": length,
+                "branch": length,
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }

@@ -199,9 +199,11 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
 
     It was chosen while the others were missing, which another form of it may have followed.
     """
+    if len(steps) < 2:
+        return list(steps)
     steps, begun = list(steps), steps[-1]
     alone = {added(fit).name: fit for fit in ranking}
-    for first, old in ((True, added(steps[0])), (False, added(steps[-1]))) if steps[1:] else ():
+    for first, old in ((True, added(steps[0])), (False, added(steps[-1]))):
         final = steps[-1]
         rivals = [
             effect

@@ -70,7 +70,7 @@ def _strong(base: Fit, effect: Effect, tried: Iterable[Values]) -> list[Values]:
     if not effect.states or all(measurement.at_rest for measurement in base.measurements):
         return []
     usual = {each.name: each.default for each in effect.parameters[: effect.strengths]}
-    return [{**usual, **proposed} for proposed in tried]
+    return [{**usual, **each} for each in tried]
 
 
 def _pressed(base: Fit, instrument: Instrument) -> list[Values]:
