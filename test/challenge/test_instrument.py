@@ -68,6 +68,12 @@ def test_drift_that_settles_has_its_time_constant():
     assert force[400] == pytest.approx(0.1 * (1.0 - np.exp(-1.0)))
 
 
+def test_the_zero_jumps_once():
+    force = read(Instrument(jump=0.1, jump_time=0.2), np.zeros_like(LOAD))
+    np.testing.assert_array_equal(force[:400], 0.0)
+    np.testing.assert_array_equal(force[400:], 0.1)
+
+
 def test_bursts_come_and_go():
     force = read(Instrument(burst=0.05, burst_period=0.3), np.zeros_like(LOAD))
     assert np.mean(force == 0.0) == pytest.approx(2.0 / 3.0, abs=0.05)

@@ -179,10 +179,29 @@ def test_what_may_hide_comes_before_what_would_have_shown():
 
 
 def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
-    """Of a load cell that warms up, a slow sine leaves two thousandths of the energy."""
-    made = challenge(425008, "exponential_drift", excitation="chirp60")
-    found = diagnose(made, library("tissue_motion", "force_drift", "force_bias"))
+    """Of a load cell that warms up, a slow sine leaves little, but not of any colour."""
+    linear = {"force_drift": replace(EFFECTS["force_drift"], forms=())}
+    found = diagnose(_warming_up(), library("tissue_motion", "force_bias") | linear)
     assert found.verdict == "unexplained"
+    assert found.ladder.final.ratio < EXPLAINED
+
+
+def test_a_load_cell_that_settles_drifts():
+    made = _warming_up()
+    relaxing = ("standard_linear_solid", "generalized_maxwell", "springpot")
+    found = diagnose(made, library("tissue_motion", "force_bias", "force_drift", *relaxing))
+    assert (found.verdict, found.effects) == ("missing", ("force_drift",))
+    (true,) = made.answer.parameters.values()
+    values = found.ladder.final.named()
+    assert values["drift_time"] == pytest.approx(true["settling_time"], rel=0.1)
+    moved = values["force_drift"] * values["drift_time"]
+    assert moved == pytest.approx(true["settling"], rel=0.1)
+
+
+def _warming_up():
+    made = challenge(425013, "force_drift", excitation="chirp60")
+    assert "settling" in made.answer.parameters["force_drift"]
+    return made
 
 
 def test_what_is_absorbed_is_not_claimed():

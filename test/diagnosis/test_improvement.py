@@ -97,7 +97,8 @@ def test_two_forms_of_one_law_are_not_added_to_each_other():
 
 def test_no_branch_relaxes_where_the_probe_was_at_rest_without_load():
     """Or a load cell that warms up would be taken for tissue that relaxes."""
-    made = challenge(332008, "exponential_drift", excitation="chirp60", preload=0.0)
+    made = challenge(332011, "force_drift", excitation="chirp60", preload=0.0)
+    assert "settling" in made.answer.parameters["force_drift"]
     ladder = climbed(made, effects=library("standard_linear_solid", "generalized_maxwell"))
     assert ladder.verdict == "unexplained"
     assert ladder.final.ratio > 10.0

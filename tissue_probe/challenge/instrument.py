@@ -38,6 +38,8 @@ class Instrument:
         Amplitude [N], frequency [Hz] and phase [rad] of a sine on the force.
     settling, settling_time : float
         Force added that comes up as 1 - exp(-t / settling_time) [N], [s].
+    jump, jump_time : float
+        Force added from a time on [N], [s].
     burst, burst_frequency, burst_period : float
         Amplitude of a sine on the force [N], its frequency [Hz], and the time between the starts
         of its bursts, each a third as long [s].
@@ -67,6 +69,8 @@ class Instrument:
     hum_phase: float = 0.0
     settling: float = 0.0
     settling_time: float = 1.0
+    jump: float = 0.0
+    jump_time: float = 0.0
     burst: float = 0.0
     burst_frequency: float = 137.3
     burst_period: float = 0.7
@@ -124,6 +128,7 @@ class Instrument:
         added = self.bias + self.drift * time
         added += self.hum * np.sin(2.0 * np.pi * self.hum_frequency * time + self.hum_phase)
         added -= self.settling * np.expm1(-time / self.settling_time)
+        added += self.jump * (time >= self.jump_time)
         if self.burst:
             on = np.mod(time, self.burst_period) > self.burst_period * 2.0 / 3.0
             added += self.burst * on * np.sin(2.0 * np.pi * self.burst_frequency * time)

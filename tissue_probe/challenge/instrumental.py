@@ -22,7 +22,12 @@ def _force_bias(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _force_drift(strength: float, at: Situation, random: Random) -> Change:
-    return Change(instrument={"drift": sign(random) * strength / at.duration})
+    """Move at a constant rate, or towards another zero, as a load cell that creeps or warms up."""
+    moved = sign(random) * strength
+    if random.random() < 0.5:
+        return Change(instrument={"drift": moved / at.duration})
+    time = random.uniform(0.05, 0.25) * at.duration
+    return Change(instrument={"settling": moved, "settling_time": time})
 
 
 def _mains_hum(strength: float, at: Situation, random: Random) -> Change:

@@ -18,10 +18,10 @@ def _prandtl_tomlinson(strength: float, at: Situation, random: Random) -> Change
     return Change({"corrugation": strength, "corrugation_period": period})
 
 
-def _exponential_drift(strength: float, at: Situation, random: Random) -> Change:
-    """Let the load cell warm up."""
-    time = random.uniform(0.05, 0.25) * at.duration
-    return Change(instrument={"settling": sign(random) * strength, "settling_time": time})
+def _zero_jump(strength: float, at: Situation, random: Random) -> Change:
+    """Pull at the load cell's cable."""
+    time = random.uniform(0.2, 0.8) * at.duration
+    return Change(instrument={"jump": sign(random) * strength, "jump_time": time})
 
 
 def _rate_stiffening(strength: float, at: Situation, random: Random) -> Change:
@@ -59,7 +59,7 @@ def _parametric_damping(strength: float, at: Situation, random: Random) -> Chang
 
 OUTSIDE: dict[str, Effect] = {
     "prandtl_tomlinson": Effect("outside", _prandtl_tomlinson, 2e-3, 0.05, 0.5),
-    "exponential_drift": Effect("outside", _exponential_drift, 2e-3, 0.05, 1.0),
+    "zero_jump": Effect("outside", _zero_jump, 2e-3, 0.05, 1.0),
     "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
     "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
     "quadratic_drag": Effect("outside", _quadratic_drag, 1e-3, 0.3, 10.0),

@@ -28,6 +28,8 @@ MOST_STEPS = 40
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
+#: And this share of the noise, where only what exceeds it is compared.
+LEAST_EXCESS = 0.04
 BLOCKS = 8
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
 #: motion that goes on of its prior. Where the model lacks an effect, its residual would else
@@ -429,13 +431,19 @@ def promise(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) 
 
 @dataclass
 class Bar:
-    """The lowest cost that any search of a comparison has reached so far."""
+    """The lowest cost that any search of a comparison has reached so far.
+
+    ``noise`` is the part of any cost that is not counted: what is left by noise alone, where only
+    what comes near the best is asked for.
+    """
 
     cost: float = np.inf
+    noise: float = 0.0
 
     def out_of_reach(self, cost: float, gain: float) -> bool:
         """Whether a search at a cost, which a step lowered by a gain, will not come near."""
-        return cost - 10.0 * gain > HOPELESS * self.cost
+        near = max(HOPELESS * (self.cost - self.noise), LEAST_EXCESS * self.noise)
+        return cost - 10.0 * gain - self.noise > near
 
 
 def search(

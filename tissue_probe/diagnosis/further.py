@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from tissue_probe.diagnosis.candidates import fit_candidates
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
-from tissue_probe.diagnosis.ranking import TIE, added, ranked
+from tissue_probe.diagnosis.ranking import TIE, added, explained, ranked
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.65
+#: Where one removes this share, and all is explained, it is sought beside no other first effect.
+CLEAR = 0.95
 #: Families whose effects are forms of one law: beside one of them another only bends it. Of an
 #: encoder with coarse steps nothing finer is known.
 FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
@@ -44,6 +48,11 @@ def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str
     }
 
 
+def _is_clear(fit: Fit, better: Fit) -> bool:
+    """Whether a further effect explains all, and of what exceeded the noise leaves next to none."""
+    return explained(better) and better.ratio**2 - 1.0 < (1.0 - CLEAR) * (fit.ratio**2 - 1.0)
+
+
 class Further:
     """Paths with one effect more.
 
@@ -64,7 +73,8 @@ class Further:
     def of(self, paths: Sequence[Path], promising: bool = True) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
 
-        Of two ways to the same effects that end as well, the one stays that began better.
+        Of two ways to the same effects that end as well, the one stays that began better. Where one
+        of a path is clear, those after it are not extended.
 
         Parameters
         ----------
@@ -76,20 +86,26 @@ class Further:
         """
         longer: dict[frozenset[str], Path] = {}
         for path in paths:
-            for fit in ranked(self._followed(path[-1], promising)):
+            lowest = min((each[-1].cost for each in longer.values()), default=np.inf)
+            for fit in ranked(self._followed(path[-1], promising, lowest)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
+            if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
+                break
         return sorted(longer.values(), key=criterion)
 
-    def _followed(self, fit: Fit, promising: bool) -> list[Fit]:
-        """Fit the best of each family, then all of those families that keep their promise best."""
+    def _followed(self, fit: Fit, promising: bool, lowest: float) -> list[Fit]:
+        """Fit the best of each family, then all of those families that keep their promise best.
+
+        What will not come near the lowest cost of another path is given up.
+        """
         order = self._order(fit)
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)
         part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
-        needed = fit.samples * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0))
+        needed = min(fit.samples * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0)), lowest)
         chosen = list(first.values())[part]
         fits = fit_candidates(fit, chosen, self._instrument, needed)
         if not fits:

@@ -6,13 +6,13 @@ What does not: fitting one model (``fit``), comparing models (``ranking``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import SHARE, Further, criterion
+from tissue_probe.diagnosis.further import SHARE, Further
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
@@ -31,6 +31,8 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 ALIKE = 1.02
 #: Families on whose best effect a second is tried; effects in all.
 BEAM, MOST = 3, 3
+#: Nor is one tried on an effect that alone leaves this many times the best's cost.
+BEHIND = 10.0
 
 
 @dataclass(frozen=True)
@@ -92,15 +94,14 @@ def climb(
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
-    paths = [(fit,) for fit in _of_each_family(ranking)[:BEAM] if significant(base, fit)]
+    near = [fit for fit in _of_each_family(ranking)[:BEAM] if fit.cost < BEHIND * ranking[0].cost]
+    paths = [(fit,) for fit in near if significant(base, fit)]
     best, further = paths[0], Further(base, instrument, library)
     while not explained(best[-1]) and len(best) < MOST and _is_worth(best):
-        longer = further.of(paths)
-        if len(best) == 1 and not (longer and explained(longer[0][-1])):
-            longer = sorted(longer + further.of(paths[:1], promising=False), key=criterion)
-        if not longer or not _removes(best[-1], longer[0][-1]):
+        longest = _longest(further, paths, instrument)
+        if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = tuple(_exchanged(_anew(longer[0], instrument), ranking, instrument))
+        best = tuple(_exchanged(longest, ranking, instrument))
         paths = [best]
     steps = _needed(base, best, instrument)
     first = steps[0]
@@ -173,6 +174,20 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
+def _longest(
+    further: Further, paths: Sequence[tuple[Fit, ...]], instrument: Instrument
+) -> tuple[Fit, ...]:
+    """Return the best path with one effect more; of a second, where those of promise leave much."""
+    longer = further.of(paths)
+    best = _anew(longer[0], instrument) if longer else ()
+    if len(paths[0]) > 1 or (best and explained(best[-1])):
+        return best
+    others = further.of(paths[:1], promising=False)
+    if not others or (best and best[-1].bic <= others[0][-1].bic):
+        return best
+    return _anew(others[0], instrument)
+
+
 def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
     """Search once more for the first effect, beside the last: it was found while that was missing.
 
@@ -182,22 +197,32 @@ def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
     final, first = path[-1], added(path[0])
     if explained(final):
         return path
-    others = [refit(final, final.composition.without(first.name), instrument)]
-    if len(path) == 2:
-        base = refit(path[0], path[0].composition.without(first.name), instrument)
-        others += fit_candidates(base, [added(final)], instrument) if base else []
-    for other in others:
-        for fit in fit_candidates(other, [first], instrument) if other else ():
+    for other in _without_first(path, instrument):
+        for fit in fit_candidates(other, [first], instrument):
             found = refit(fit, final.composition, instrument)
             if found is not None and found.bic < path[-1].bic:
                 path = (*path[:-1], found)
+        if explained(path[-1]):
+            break
     return path
+
+
+def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fit]:
+    """Yield fits with all but the first effect: from the values of all, then the last alone."""
+    final, first = path[-1], added(path[0])
+    without = refit(final, final.composition.without(first.name), instrument)
+    if without is not None:
+        yield without
+    if len(path) == 2:
+        base = refit(path[0], path[0].composition.without(first.name), instrument)
+        yield from fit_candidates(base, [added(final)], instrument) if base else ()
 
 
 def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
     """Let one of several effects give way to another of its family, or a simpler one, if better.
 
-    It was chosen while the others were missing, which another form of it may have followed.
+    It was chosen while the others were missing, which another form of it may have followed. Where
+    all is explained, none that contains it is tried.
     """
     if len(steps) < 2:
         return list(steps)
@@ -210,9 +235,11 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
             for effect in map(added, ranking)
             if effect.name not in final.composition.names
             and (effect.family == old.family or effect.name in old.simpler)
+            and not (old.name in effect.simpler and explained(final))
         ]
         without = refit(final, final.composition.without(old.name), instrument) if rivals else None
-        for fit in fit_candidates(without, rivals, instrument) if without else ():
+        needed = final.cost + SIMPLER
+        for fit in fit_candidates(without, rivals, instrument, needed) if without else ():
             margin = SIMPLER if added(fit).name in old.simpler else 0.0
             if fit.bic - steps[-1].bic < margin:
                 old = added(fit)

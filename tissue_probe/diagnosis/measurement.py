@@ -7,7 +7,7 @@ What does not: reading files (``recording``), judging the samples (``inspection`
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -136,6 +136,23 @@ class Measurement:
     def times(self) -> FloatArray:
         """Time of each sample after the first [s]."""
         return np.arange(self.position.size) * self.sample_period
+
+    def thinned(self, period: float) -> Measurement:
+        """Return the same in no more samples than one in each period [s].
+
+        What a filter makes white needs all samples.
+        """
+        times = int(period / self.sample_period + 1e-6)
+        if times < 2 or self.whitening is not None:
+            return self
+        kept = slice(None, None, times)
+        return replace(
+            self,
+            position=self.position[kept],
+            force=self.force[kept],
+            used=self.used[kept],
+            sample_period=self.sample_period * times,
+        )
 
     def pressed(self, stiffness: float) -> BoolArray:
         """Which samples were taken with the tip in the tissue for 15 ms and more.
