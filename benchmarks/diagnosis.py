@@ -48,9 +48,9 @@ class Battery:
         Fields of each ``Answer``.
     diagnoses, regressions : dict
         Of the suite, and of sparse regression.
-    heldout : list of float
-        Error on the second recording over the rms of the noise [-], where exactly what was hidden
-        was added.
+    heldout, left_out : list of float
+        Error over the rms of the noise [-], where exactly what was hidden was added: on the second
+        recording, and on eighths of the first, each predicted by a fit to the others.
     seconds : list of float
         Time of each diagnosis of a 2 s recording, kernels compiled.
     """
@@ -59,6 +59,7 @@ class Battery:
     diagnoses: dict[str, Diagnosis] = field(default_factory=dict)
     regressions: dict[str, Diagnosis] = field(default_factory=dict)
     heldout: list[float] = field(default_factory=list)
+    left_out: list[float] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
     def marks(self) -> tuple[Grade, Grade]:
@@ -145,7 +146,9 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
     if sealed.effects and set(found.effects) == set(sealed.effects):
         second = _measurement(challenge.second, at_rest=True)
         noise = np.hypot(FORCE_NOISE, PINK_NOISE if tolerant else 0.0)
-        battery.heldout.append(diagnosis.error(found.ladder.final, [second], instrument) / noise)
+        final = found.ladder.final
+        battery.heldout.append(diagnosis.error(final, [second], instrument) / noise)
+        battery.left_out.append(final.heldout_rmse / noise)
     if not _right(battery.answers[name], battery.diagnoses[name]):
         say(f"{_told(sealed)}: {_said(found)}")
 

@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
-from tissue_probe.diagnosis.fit import FARTHEST
+from tissue_probe.diagnosis.fit import FARTHEST, Bar
 from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
 from tissue_probe.diagnosis.starts import extent
 from tissue_probe.physics.composition import Composition
@@ -225,3 +225,16 @@ def test_a_start_that_the_samples_hardly_tell_stays_within_reach():
     )
     elastic = dict(zip(fit.composition.kernel.STATES, fit.starts[0], strict=True))
     assert abs(elastic["elastic_displacement"]) < FARTHEST * yields
+
+
+def test_a_search_is_given_up_where_what_exceeds_the_noise_will_not_come_near():
+    every, exceeding = Bar(1.2), Bar(1.2, noise=1.0)
+    assert not every.out_of_reach(1.4, gain=0.0)
+    assert exceeding.out_of_reach(1.4, gain=0.0)
+    assert not exceeding.out_of_reach(1.4, gain=0.02)  # ten more such steps lead near
+    assert not exceeding.out_of_reach(1.25, gain=0.0)
+
+
+def test_what_leaves_hardly_more_than_noise_is_not_given_up_for_a_better_one():
+    assert not Bar(0.95, noise=1.0).out_of_reach(1.03, gain=0.0)
+    assert Bar(0.95, noise=1.0).out_of_reach(1.06, gain=0.0)

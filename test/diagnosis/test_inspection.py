@@ -341,3 +341,19 @@ def test_coarse_steps_of_the_encoder_are_not_taken_for_another_clock():
     found = inspect(made.position, made.force, made.sample_period)
     assert not found.fatal
     assert "unsynchronised" not in {finding.name for finding in found.findings}
+
+
+@pytest.mark.parametrize(
+    ("seed", "hidden", "excitation", "rig"),
+    [
+        (446043, ("encoder_interpolation",), "chirp60", "exact"),
+        (443015, ("encoder_interpolation", "force_gain"), "msine60", "tolerant"),
+    ],
+    ids=["chirp", "multisine"],
+)
+def test_where_an_interpolated_encoder_reads_no_motion_it_is_not_stuck(
+    seed, hidden, excitation, rig
+):
+    """Its error's slope all but undoes the motion's, once in each period of the grating."""
+    made = challenge(seed, *hidden, excitation=excitation, rig=rig).recording
+    assert not inspect(made.position, made.force, made.sample_period).findings

@@ -28,8 +28,6 @@ FOLLOWED, WORSE = 3, 2.0
 FAR = 3.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
-#: Time between the samples from which a promise is told [s]: much less than a coil's period.
-OFTEN = 1e-3
 #: Up to how many times the best cost the values near those found are tried.
 ASTRAY = 6.0
 #: Squared residual over noise at which a further effect needs no other start.
@@ -130,8 +128,8 @@ def fit_candidates(
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument, look), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
         asked = np.isfinite(needed)
-        bar = Bar(min(base.cost, needed), noise=base.samples if asked else 0.0)
-        enough = min(ENOUGH * base.samples, needed) if asked else 0.0
+        bar = Bar(min(base.cost, needed), noise=base.floor if asked else 0.0)
+        enough = min(ENOUGH * base.floor, needed) if asked else 0.0
         found = pool.map(lambda each: each.fits(bar, enough), proposed)
         fits = [fit for each in found for fit in each]
     best: dict[str, Fit] = {}
@@ -153,7 +151,7 @@ class _Look:
     @classmethod
     def at(cls, base: Fit, instrument: Instrument) -> _Look:
         """Take no more samples than are needed of each measurement of a fit."""
-        few = tuple(each.thinned(OFTEN) for each in base.measurements)
+        few = tuple(each.thinned() for each in base.measurements)
         problem = Problem(base.composition, few, instrument)
         alone = promise(problem, base.values, base.starts)
         if not 0.0 < alone < np.inf:

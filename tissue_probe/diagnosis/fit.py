@@ -138,6 +138,12 @@ class Fit:
         return float(np.sqrt(sum(squares) / self.samples))
 
     @property
+    def floor(self) -> float:
+        """Cost that noise alone would leave, an encoder's rounding counted as such."""
+        parts = [np.sum(m.used) * (1.0 + (self.rounding / m.noise) ** 2) for m in self.measurements]
+        return float(sum(parts))
+
+    @property
     def noise(self) -> float:
         """Standard deviation of the output's white noise over all measurements."""
         squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]

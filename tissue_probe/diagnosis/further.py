@@ -86,7 +86,7 @@ class Further:
         """
         longer: dict[frozenset[str], Path] = {}
         for path in paths:
-            lowest = min((each[-1].cost for each in longer.values()), default=np.inf)
+            lowest = min((each[-1].ratio for each in longer.values()), default=np.inf)
             for fit in ranked(self._followed(path[-1], promising, lowest)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
@@ -98,14 +98,14 @@ class Further:
     def _followed(self, fit: Fit, promising: bool, lowest: float) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.
 
-        What will not come near the lowest cost of another path is given up.
+        What will not come near the lowest residual of another path is given up.
         """
         order = self._order(fit)
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)
         part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
-        needed = min(fit.samples * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0)), lowest)
+        needed = fit.floor * min(1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0), lowest**2)
         chosen = list(first.values())[part]
         fits = fit_candidates(fit, chosen, self._instrument, needed)
         if not fits:

@@ -37,9 +37,10 @@ FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
 #: What is known of each rig where nothing is said.
 KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
 
-
 #: Finer steps of the position are digits of its text, not an encoder's [m].
 FINEST = 5e-9
+#: Time between samples from which a start's promise is told [s]: much less than a coil's period.
+OFTEN = 1e-3
 
 
 @dataclass(frozen=True)
@@ -137,12 +138,12 @@ class Measurement:
         """Time of each sample after the first [s]."""
         return np.arange(self.position.size) * self.sample_period
 
-    def thinned(self, period: float) -> Measurement:
-        """Return the same in no more samples than one in each period [s].
+    def thinned(self) -> Measurement:
+        """Return the same in as few samples as tell which start of a search promises most.
 
         What a filter makes white needs all samples.
         """
-        times = int(period / self.sample_period + 1e-6)
+        times = int(OFTEN / self.sample_period + 1e-6)
         if times < 2 or self.whitening is not None:
             return self
         kept = slice(None, None, times)

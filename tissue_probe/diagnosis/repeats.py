@@ -24,6 +24,9 @@ from tissue_probe.signals import FloatArray, IntArray
 CHANCE = 1e-4
 """A pattern that comes more rarely than this by chance, in the whole record, is none of chance."""
 
+GENTLE = 0.3
+"""A move by less than this share of what seems to be noise, next to larger ones, is smooth."""
+
 SHORTEST = 3  # equal samples in a row that count as a run
 
 
@@ -93,7 +96,23 @@ def stuck(channel: Channel, other: Channel) -> Runs:
         by_chance = (
             channel.values.size * _equal_neighbours(channel) ** (equal.length - 1.0) < CHANCE
         )
+        by_chance &= ~_turns(channel, equal)
     return equal[(by_chance | _jumps(channel, equal)) & _moves(other, equal)]
+
+
+def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
+    """Mark runs that a motion comes to and leaves gently: what passes for noise elsewhere is none.
+
+    So it is where an interpolated encoder reads almost no motion, once in each of its periods.
+    """
+    values, stop = channel.values, equal.first + equal.length
+    inside = (equal.first >= 2) & (stop + 1 < values.size)
+    turns = np.zeros(stop.size, dtype=bool)
+    move = np.abs(np.diff(values))
+    first, stop = equal.first[inside], stop[inside]
+    last, early = np.maximum(move[first - 1], move[stop - 1]), move[first - 2]
+    turns[inside] = (last < GENTLE * channel.noise) & (last < np.minimum(early, move[stop]))
+    return turns
 
 
 def _equal_neighbours(channel: Channel) -> float:

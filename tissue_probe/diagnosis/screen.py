@@ -28,6 +28,8 @@ def screened(
 ) -> list[Effect]:
     """Return the effects, each in its best form, by what they promise beside a fitted model.
 
+    Fewer samples tell that than a fit needs.
+
     What an effect changes in the force is taken from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
     out, and what is left is compared with the residual (a score test).
@@ -43,8 +45,12 @@ def screened(
     instrument : Instrument
         What is known of the rig.
     """
+    few = tuple(measurement.thinned() for measurement in fit.measurements)
     with np.errstate(all="ignore"):  # what is beyond all bounds is left out
-        own, residual = _own(fit, instrument)
+        own, residual = _own(fit, Problem(fit.composition, few, instrument))
+        without = Problem(alone, few, instrument)
+        plain = start_values(without, fit.named(), None, {})
+        bare = _residuals(without, plain, begin_states(without, fit, plain))
     basis = np.linalg.qr(own)[0]
     residual = residual - basis @ (basis.T @ residual)
     forms = [
@@ -56,7 +62,7 @@ def screened(
     ]
 
     def score(form: Effect) -> float:
-        changes = _changes(fit, alone, form, instrument)
+        changes = _changes(fit, Problem(alone.plus(form), few, instrument), form, bare)
         return max((_explained(change, basis, residual) for change in changes), default=0.0)
 
     with ThreadPoolExecutor(THREADS) as pool:
@@ -79,13 +85,12 @@ def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> f
 
 
 def _changes(
-    fit: Fit, alone: Composition, effect: Effect, instrument: Instrument
+    fit: Fit, problem: Problem, effect: Effect, bare: FloatArray
 ) -> Iterator[FloatArray]:
-    """Yield what the effect's strengths change in the force, over the noise, for each start."""
-    without = Problem(alone, fit.measurements, instrument)
-    plain = start_values(without, fit.named(), None, {})
-    bare = _residuals(without, plain, begin_states(without, fit, plain))
-    problem = Problem(alone.plus(effect), fit.measurements, instrument)
+    """Yield what the effect's strengths change in the force, over the noise, for each start.
+
+    ``bare`` is what is left without the effect.
+    """
     strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
     columns = [problem.kernel.VALUES.index(name) + problem.states for name in strengths]
     for proposed in effect.starts(extent(fit, fit.named(), effect)):
@@ -103,10 +108,9 @@ def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
     return stacked(problem, parts)[:, 0]
 
 
-def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
+def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Return what the fitted model's unknowns change in the force, and its residual, over noise."""
-    problem = Problem(fit.composition, fit.measurements, instrument)
     own = by_unknown(problem, fit.values, fit.starts)[:, unknown(problem)]
     own = own[:, np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)]
-    residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
+    residual = _residuals(problem, fit.values, fit.starts)
     return own / np.linalg.norm(own, axis=0), residual

@@ -40,7 +40,7 @@ CALIBRATIONS = {
     "is the load cell's stiffness",
     "added_mass": "let the tip ring down in free air: its frequency gives its mass",
     "structural_mode": "let the tip ring down in free air: a second resonance shows as a beat",
-    "force_drift": "record the force for a minute with the coil standing still",
+    "force_drift": "record the force for a minute in free air, with the coil standing still",
     "tissue_motion": "record the force with the tip on the tissue and the coil standing still",
     "mains_hum": "record the force with the coil standing still",
     "force_lag": "let the tip ring down in free air, and compare force with position",

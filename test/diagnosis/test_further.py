@@ -1,0 +1,35 @@
+"""Which paths are extended by one effect more."""
+
+from __future__ import annotations
+
+from hidden import EXACT, challenge, library, measurement
+
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.further import Further
+from tissue_probe.diagnosis.ranking import explained
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+
+def _extended(*names):
+    """Return the longer paths of friction, and of hum, by the effects of a library."""
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    paths = [
+        (fit_candidates(base, [EFFECTS[name]], EXACT)[0],)
+        for name in ("coulomb_friction", "mains_hum")
+    ]
+    return Further(base, EXACT, library(*names)).of(paths)
+
+
+def test_beside_a_clear_pair_no_other_first_effect_is_extended():
+    longer = _extended("load_cell_stiffness_error", "force_bias")
+    assert explained(longer[0][-1])
+    assert {path[0].composition.names for path in longer} == {("coulomb_friction",)}
+
+
+def test_where_no_pair_is_clear_others_are_extended_too():
+    longer = _extended("force_bias")
+    assert not explained(longer[0][-1])
+    firsts = {path[0].composition.names for path in longer}
+    assert firsts == {("coulomb_friction",), ("mains_hum",)}

@@ -1,0 +1,39 @@
+"""Measurements in fewer samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tissue_probe.diagnosis.measurement import OFTEN, Measurement
+
+RANDOM = np.random.default_rng(5)
+POSITION, FORCE = RANDOM.normal(size=(2, 1000))
+
+
+@given(rate=st.floats(100.0, 20_000.0), seen=st.integers(0, 999))
+def test_thinned_samples_are_some_of_those_measured_and_none_too_far_apart(rate, seen):
+    used = np.arange(1000) != seen
+    whole = Measurement(POSITION, FORCE, 1.0 / rate, noise=1.0, used=used)
+    few = whole.thinned()
+    assert few.sample_period <= max(OFTEN, whole.sample_period) * (1.0 + 1e-5)
+    assert few.sample_period > 0.5 * OFTEN or few is whole
+    kept = slice(None, None, round(few.sample_period * rate))
+    np.testing.assert_array_equal(few.position, POSITION[kept])
+    np.testing.assert_array_equal(few.force, FORCE[kept])
+    np.testing.assert_array_equal(few.used, used[kept])
+    assert (few.noise, few.at_rest) == (whole.noise, whole.at_rest)
+
+
+@pytest.mark.parametrize(
+    "whole",
+    [
+        Measurement(POSITION, FORCE, OFTEN, noise=1.0),
+        Measurement(POSITION, FORCE, OFTEN / 2, noise=1.0, whitening=np.array([1.0, -0.5])),
+    ],
+    ids=["slow", "filtered"],
+)
+def test_what_is_slow_or_filtered_keeps_all_samples(whole):
+    assert whole.thinned() is whole
