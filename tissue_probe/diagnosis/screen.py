@@ -84,9 +84,7 @@ def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> f
     return float(np.sum((change @ weights) ** 2))
 
 
-def _changes(
-    fit: Fit, problem: Problem, effect: Effect, bare: FloatArray
-) -> Iterator[FloatArray]:
+def _changes(fit: Fit, problem: Problem, effect: Effect, bare: FloatArray) -> Iterator[FloatArray]:
     """Yield what the effect's strengths change in the force, over the noise, for each start.
 
     ``bare`` is what is left without the effect.
