@@ -29,9 +29,9 @@ from tissue_probe.physics.effects import Effect
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: Families on whose best effect a second is tried; effects in all.
+#: Effects on which a second is tried, if there are so many of different families; effects in all.
 BEAM, MOST = 3, 3
-#: Nor is one tried on an effect that alone leaves this many times the best's cost.
+#: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 10.0
 
 
@@ -94,8 +94,8 @@ def climb(
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
-    near = [fit for fit in _of_each_family(ranking)[:BEAM] if fit.cost < BEHIND * ranking[0].cost]
-    paths = [(fit,) for fit in near if significant(base, fit)]
+    near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
+    paths = [(fit,) for fit in _various(near)[:BEAM] if significant(base, fit)]
     best, further = paths[0], Further(base, instrument, library)
     while not explained(best[-1]) and len(best) < MOST and _is_worth(best):
         longest = _longest(further, paths, instrument)
@@ -249,12 +249,12 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
     return steps if steps[-1] is begun else list(_anew(tuple(steps), instrument))
 
 
-def _of_each_family(ranking: Sequence[Fit]) -> list[Fit]:
-    """Return the best of each family, in order."""
+def _various(ranking: Sequence[Fit]) -> list[Fit]:
+    """Put the best of each family before their others."""
     best: dict[str, Fit] = {}
     for fit in ranking:
         best.setdefault(added(fit).family, fit)
-    return list(best.values())
+    return sorted(ranking, key=lambda fit: fit is not best[added(fit).family])
 
 
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
