@@ -357,3 +357,10 @@ def test_where_an_interpolated_encoder_reads_no_motion_it_is_not_stuck(
     """Its error's slope all but undoes the motion's, once in each period of the grating."""
     made = challenge(seed, *hidden, excitation=excitation, rig=rig).recording
     assert not inspect(made.position, made.force, made.sample_period).findings
+
+
+def test_a_delay_of_less_than_a_millisecond_is_not_taken_for_another_clock():
+    """Stiffness and mass, late by 4 ms, are as good as the damping that is there."""
+    hidden = ("channel_delay", "tissue_motion")
+    made = challenge(1900029, *hidden, excitation="msine60").recording
+    assert not inspect(made.position, made.force, made.sample_period).findings

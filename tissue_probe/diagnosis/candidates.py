@@ -169,8 +169,10 @@ class _Proposals:
         self.effect = effect
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
-        self.look = look
-        self.looked_at = Problem(composition, look.measurements, instrument)
+        # What corrects the position does so sample by sample, and the course between them changes.
+        own = self.problem.kernel.MOVES_POSITION or self.problem.kernel.ROUNDED >= 0
+        self.look = _Look(base.measurements, 1.0) if own else look
+        self.looked_at = Problem(composition, self.look.measurements, instrument)
         proposals: list[_Proposal] = []
         pairs = list(proposed(base, effect, instrument))
         for known, proposal in pairs:

@@ -32,7 +32,7 @@ ALIKE = 1.02
 #: Effects on which a second is tried, if there are so many of different families; effects in all.
 BEAM, MOST = 3, 3
 #: None is tried on an effect that alone leaves this many times the best's cost.
-BEHIND = 10.0
+BEHIND = 25.0
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ LAG = 4e-3
 """Lag between the channels that is one of clocks, not of the effects of ``channel_delay`` [s]."""
 
 LEFT = 0.25
-"""Share of the force (rms) that the right lag leaves unexplained at the most."""
+"""Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
 
 LONGEST_LAG = 0.25
 """Lags are looked for up to this [s], and to an eighth of the record."""
@@ -101,8 +101,8 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
-    if abs(lag) * sample_period < LAG or found.unexplained < 0.05:
-        return 0
+    if abs(lag) * sample_period < LAG or found.unexplained < LEFT:
+        return 0  # without a lag they belong together, too: damping passes for one of milliseconds
     shifted = coarse_response(both, lag)
     passive = shifted.stiffness * shifted.damping > 0.0
     right = shifted.unexplained < min(0.5 * found.unexplained, LEFT)

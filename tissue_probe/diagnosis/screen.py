@@ -28,8 +28,6 @@ def screened(
 ) -> list[Effect]:
     """Return the effects, each in its best form, by what they promise beside a fitted model.
 
-    Fewer samples tell that than a fit needs.
-
     What an effect changes in the force is taken from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
     out, and what is left is compared with the residual (a score test).
@@ -45,10 +43,9 @@ def screened(
     instrument : Instrument
         What is known of the rig.
     """
-    few = tuple(measurement.thinned() for measurement in fit.measurements)
     with np.errstate(all="ignore"):  # what is beyond all bounds is left out
-        own, residual = _own(fit, Problem(fit.composition, few, instrument))
-        without = Problem(alone, few, instrument)
+        own, residual = _own(fit, Problem(fit.composition, fit.measurements, instrument))
+        without = Problem(alone, fit.measurements, instrument)
         plain = start_values(without, fit.named(), None, {})
         bare = _residuals(without, plain, begin_states(without, fit, plain))
     basis = np.linalg.qr(own)[0]
@@ -62,7 +59,8 @@ def screened(
     ]
 
     def score(form: Effect) -> float:
-        changes = _changes(fit, Problem(alone.plus(form), few, instrument), form, bare)
+        problem = Problem(alone.plus(form), fit.measurements, instrument)
+        changes = _changes(fit, problem, form, bare)
         return max((_explained(change, basis, residual) for change in changes), default=0.0)
 
     with ThreadPoolExecutor(THREADS) as pool:
