@@ -33,11 +33,6 @@ NEAR = 4.0
 Path = tuple[Fit, ...]
 
 
-def criterion(path: Path) -> float:
-    """Return what paths are ordered by."""
-    return path[-1].bic
-
-
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
     """Return what may stand beside a model's effects: no second form of a law that it has."""
     taken = {each.family for each in composition.effects if each.family in FORMS}
@@ -93,7 +88,7 @@ class Further:
                     longer[names] = (*path, fit)
             if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
                 break
-        return sorted(longer.values(), key=criterion)
+        return sorted(longer.values(), key=lambda path: path[-1].bic)
 
     def _followed(self, fit: Fit, promising: bool, lowest: float) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.

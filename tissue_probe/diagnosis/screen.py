@@ -44,7 +44,7 @@ def screened(
         What is known of the rig.
     """
     with np.errstate(all="ignore"):  # what is beyond all bounds is left out
-        own, residual = _own(fit, Problem(fit.composition, fit.measurements, instrument))
+        own, residual = _own(fit, instrument)
         without = Problem(alone, fit.measurements, instrument)
         plain = start_values(without, fit.named(), None, {})
         bare = _residuals(without, plain, begin_states(without, fit, plain))
@@ -104,9 +104,10 @@ def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
     return stacked(problem, parts)[:, 0]
 
 
-def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:
+def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
     """Return what the fitted model's unknowns change in the force, and its residual, over noise."""
+    problem = Problem(fit.composition, fit.measurements, instrument)
     own = by_unknown(problem, fit.values, fit.starts)[:, unknown(problem)]
     own = own[:, np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)]
-    residual = _residuals(problem, fit.values, fit.starts)
+    residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
     return own / np.linalg.norm(own, axis=0), residual
