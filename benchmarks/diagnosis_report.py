@@ -26,7 +26,7 @@ ROWS = (
     ("family", "an effect of its family first", "", ""),
     ("false_alarms", "none hidden: effect found", "<= 2.5 %", "<= 2.5 %"),
     ("two", "two hidden: both named", ">= 85 %", ">= 85 %"),
-    ("two_declared", "two hidden: one named, the other too or unseen", "", ""),
+    ("two_declared", "two hidden: one named, the other too or declared", "", ""),
     ("one_of_two", "two hidden: at least one named", "", ""),
     ("unexplained", "outside the library: unexplained", ">= 90 %", ">= 90 %"),
     ("absorbed", "absorbed by Kelvin-Voigt: adequate, or listed", "", ""),

@@ -10,7 +10,7 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.further import FOLLOWED
+from tissue_probe.diagnosis.further import FOLLOWED, Further
 from tissue_probe.diagnosis.improvement import (
     _anew,
     _bettered,
@@ -18,8 +18,10 @@ from tissue_probe.diagnosis.improvement import (
     _needed,
     climb,
     climb_by,
+    settled,
 )
 from tissue_probe.diagnosis.ranking import EXPLAINED
+from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -171,12 +173,53 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
         fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names
     ]
     (both,) = fit_candidates(stribeck, [EFFECTS["load_cell_stiffness_error"]], EXACT)
-    first, final = _exchanged([stribeck, both], ranking, EXACT)
+    further = Further(base, EXACT, EFFECTS)
+    first, final = _exchanged([stribeck, both], ranking, further, EXACT)
     assert first is coulomb
     assert set(final.composition.names) == {"coulomb_friction", "load_cell_stiffness_error"}
     assert final.ratio == pytest.approx(both.ratio, rel=0.01)
-    assert _exchanged([coulomb, final], ranking, EXACT) == [coulomb, final]  # gains too little
-    assert _exchanged([stribeck], ranking, EXACT) == [stribeck]
+    assert _exchanged([coulomb, final], ranking, further, EXACT) == [
+        coulomb,
+        final,
+    ]  # gains too little
+    assert _exchanged([stribeck], ranking, further, EXACT) == [stribeck]
+
+
+def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it():
+    """Under a steady sine a lag and a delay differ in the harmonics only."""
+    made = challenge(455004, "force_lag", "hunt_crossley", excitation="sine10ss", rig="tolerant")
+    effects = library("force_lag", "channel_delay", "hunt_crossley")
+    recording = measurement(made.recording, at_rest=False)
+    found = diagnose(Composition(), [recording], TOLERANT, effects)
+    ladder = found.ladder
+    assert found.verdict == ladder.verdict == "ambiguous"
+    assert found.suggestion is not None
+    assert found.indistinguishable == ladder.tied
+    assert set(ladder.tied) == {"force_lag", "channel_delay"}
+    models = [set(fit.composition.names) for fit in ladder.rivals]
+    assert models == [{ladder.tied[0], "hunt_crossley"}, {ladder.tied[1], "hunt_crossley"}]
+    assert ladder.final is ladder.rivals[0]
+    # The second recording tells, whatever is the better on the first.
+    right, wrong = sorted(ladder.rivals, key=lambda fit: "force_lag" not in fit.composition.names)
+    errors = {right.composition.names: 5e-3, wrong.composition.names: 6e-3}
+    told = settled(ladder, errors)
+    assert (told.verdict, told.rivals, told.tied[1:]) == ("missing", (right,), ())
+    assert told.final is right
+    assert set(told.effects) == {"force_lag", "hunt_crossley"}
+    assert set(told.steps[0].composition.names) < set(told.effects)
+    assert settled(ladder, {}) is ladder
+
+
+def test_what_no_likely_rig_makes_up_for_is_among_the_first_to_be_tried():
+    """A gain is the same as another mass, stiffness and damping, and the mass is known to 1 %."""
+    made = challenge(455008, "stiffness_step", "force_gain", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    (step,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
+    others = [EFFECTS[n] for n in EFFECTS if EFFECTS[n].family not in ("time-varying", "encoder")]
+    order = screened(step, base.composition, others, TOLERANT)
+    families = list(dict.fromkeys(effect.family for effect in order))
+    assert "scale" in families[:FOLLOWED]
+    assert next(effect.name for effect in order if effect.family == "scale") == "force_gain"
 
 
 def test_both_of_two_effects_give_way_each_to_another_of_its_family():

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.ranking import (
+    BEYOND_DOUBT,
     EVEN,
     EXPLAINED,
     LEAST_GAIN,
@@ -23,6 +24,9 @@ from tissue_probe.diagnosis.ranking import (
     TIE,
     WHITE,
     added,
+    alike,
+    beyond_doubt,
+    differing,
     explained,
     ranked,
     significant,
@@ -40,16 +44,17 @@ def base():
     return fit_base(Composition(), [measurement(challenge(7, preload=2e-3).recording)], EXACT)
 
 
-def fit(effect, bic, ratio=1.0):
-    """Return a fit with one effect more, of a given criterion and residual over noise."""
-    plain = base()
-    scale = ratio / plain.ratio
-    made = replace(
-        plain,
-        composition=plain.composition.plus(EFFECTS[effect]),
-        values=np.append(plain.values, [each.default for each in EFFECTS[effect].parameters]),
-        misfits=tuple(scale**2 * misfit for misfit in plain.misfits),
-    )
+def fit(effects, bic, ratio=1.0):
+    """Return a fit with an effect more, or several, of a given criterion and residual."""
+    made = base()
+    scale = ratio / made.ratio
+    for effect in (EFFECTS[name] for name in effects.split("+")):
+        made = replace(
+            made,
+            composition=made.composition.plus(effect),
+            values=np.append(made.values, [each.default for each in effect.parameters]),
+        )
+    made = replace(made, misfits=tuple(scale**2 * misfit for misfit in made.misfits))
     return replace(made, cost=made.cost * np.exp((bic - made.bic) / made.samples))
 
 
@@ -73,6 +78,37 @@ def test_better_is_what_gains_enough_and_leaves_less():
     unlikely = replace(plain, strain=1.1 * STRAINED)
     assert significant(unlikely, fit("mains_hum", 0.0, same))  # nor was the rig
     assert not significant(unlikely, replace(fit("mains_hum", 0.0, same), strain=STRAINED))
+
+
+def test_beyond_doubt_is_what_stays_far_from_every_limit():
+    made = replace(fit("mains_hum", 1000.0), colour=1.0, unevenness=0.0, strain=0.0)
+    assert beyond_doubt(made)
+    far = 1.0 + 1.1 * BEYOND_DOUBT * (np.array([EXPLAINED, WHITE]) - 1.0)
+    doubtful = [
+        replace(made, colour=far[1]),
+        replace(made, unevenness=1.1 * BEYOND_DOUBT * EVEN),
+        replace(made, strain=1.1 * BEYOND_DOUBT * STRAINED),
+        replace(fit("mains_hum", 1000.0, far[0]), colour=1.0, unevenness=0.0, strain=0.0),
+    ]
+    assert all(map(explained, doubtful))
+    assert not any(map(beyond_doubt, doubtful))
+
+
+def test_alike_are_models_as_good_that_differ_in_one_effect_and_do_not_contain_it():
+    final = fit("force_lag+force_bias", 1000.0)
+    delayed = fit("channel_delay+force_bias", 1000.0 + 0.9 * TIE)
+    others = [
+        final,
+        delayed,
+        fit("channel_delay+mains_hum", 1000.0),  # another in both
+        fit("channel_delay", 1000.0),  # has one effect less
+        fit("added_mass+force_bias", 1000.0 + 1.1 * TIE),  # not as good
+        fit("force_lag+force_drift", 1000.0),  # a drift contains a bias
+    ]
+    assert "force_bias" in EFFECTS["force_drift"].simpler
+    assert alike(final, others) == [final, delayed]
+    assert differing([final, delayed]) == ("force_lag", "channel_delay")
+    assert differing([final]) == ()
 
 
 def test_explained_is_what_leaves_no_more_than_noise_and_that_white():

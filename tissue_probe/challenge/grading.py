@@ -151,7 +151,7 @@ class Grade:
         Two hidden: the first two of ``effects`` are these.
     two_declared : Count
         Two hidden: one of them is among the first two of ``effects``, and the other too, or it is
-        listed as one that the recording could not have shown.
+        listed as indistinguishable or as one that the recording could not have shown.
     one_of_two : Count
         Two hidden: at least one of them among the first two of ``effects``.
     unexplained : Count
@@ -242,7 +242,8 @@ def _mark_absorbed(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> No
 def _mark_two(marks: Grade, effects: list[str], diagnosis: Diagnosis) -> None:
     found = set(diagnosis.effects[:2]) & set(effects)
     marks.two.add(len(found) == 2)
-    marks.two_declared.add(bool(found) and set(effects) <= found | diagnosis.unseen)
+    told = found | diagnosis.indistinguishable | diagnosis.unseen
+    marks.two_declared.add(bool(found) and set(effects) <= told)
     marks.one_of_two.add(len(found) >= 1)
 
 

@@ -124,7 +124,7 @@ ROWS = {
     "absorbed": "one that Kelvin-Voigt absorbs: adequate, or listed",
     "false_alarms": "none hidden: false alarms",
     "two": "two hidden: both named",
-    "two_declared": "  both named, or one and the other declared unseen",
+    "two_declared": "  both named, or one and the other declared",
     "one_of_two": "  at least one named",
     "unexplained": "outside the library: unexplained",
     "spoilt": "converter at fault: told",

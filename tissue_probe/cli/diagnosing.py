@@ -213,10 +213,8 @@ def _missing(diagnosis: Diagnosis) -> list[str]:
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
-    return [
-        f"One of {', '.join(diagnosis.indistinguishable)}: this recording cannot tell which. "
-        f"{_fall(diagnosis)}"
-    ]
+    models = [" + ".join(fit.composition.names) for fit in diagnosis.ladder.rivals]
+    return [f"One of {', '.join(models)}: this recording cannot tell which. {_fall(diagnosis)}"]
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:

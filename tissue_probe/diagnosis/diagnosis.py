@@ -51,7 +51,8 @@ class Diagnosis:
     findings : tuple of Finding
         Of the inspection, on all measurements.
     indistinguishable : tuple of str
-        Effects that explain the measurement equally well; empty where one is alone.
+        Effects by which models differ that explain the measurement equally well
+        (``ladder.rivals``); empty where one is alone.
     unseen : tuple of str
         Effects of typical strength that this measurement could not have shown, beside those added;
         none where something is left unexplained.
@@ -137,17 +138,16 @@ def diagnose(
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
-    models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED]]
+    models = [ladder.base, *ladder.steps, *ladder.rivals, *ladder.ranking[:VALIDATED]]
     validated = {
         fit.composition.names: error(fit, validation, instrument) for fit in models if validation
     }
     if not wanted:
         ladder = settled(ladder, validated)
-    tied = [fit for fit in ladder.ranking if added(fit).name in ladder.tied]
     indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
     if ladder.verdict in ("missing", "ambiguous"):
         hidden = unseen(ladder.final, admitted, instrument, composition)
-    rivals = tied if indistinguishable else [ladder.final]
+    rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict

@@ -6,7 +6,7 @@ effects are worth in the end (``improvement``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -64,6 +64,15 @@ class Further:
     def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
         self._base, self._instrument, self._library = base, instrument, library
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
+        #: The best fit of every set of effects that was tried.
+        self.tried: dict[frozenset[str], Fit] = {}
+
+    def note(self, fits: Iterable[Fit]) -> None:
+        """Keep fits among those that were tried."""
+        for fit in fits:
+            names = frozenset(fit.composition.names)
+            if names not in self.tried or fit.bic < self.tried[names].bic:
+                self.tried[names] = fit
 
     def of(self, paths: Sequence[Path], promising: bool = True) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
@@ -86,6 +95,7 @@ class Further:
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
+                self.note([fit])
             if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
                 break
         return sorted(longer.values(), key=lambda path: path[-1].bic)

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further
@@ -18,6 +20,9 @@ from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
     SIMPLER,
     added,
+    alike,
+    beyond_doubt,
+    differing,
     explained,
     ranked,
     significant,
@@ -47,8 +52,10 @@ class Ladder:
         The base with each effect of the library, the best first.
     steps : tuple of Fit
         Models that were accepted one after the other; none where the base is adequate.
+    rivals : tuple of Fit
+        Models that explain the measurement equally well, the last step's first.
     tied : tuple of str
-        Effects that explain the measurement as well as the first step's.
+        Effects by which they differ; where there is one only, the first that was added.
     verdict : str
         "adequate", "missing", "ambiguous" or "unexplained".
     """
@@ -56,6 +63,7 @@ class Ladder:
     base: Fit
     ranking: tuple[Fit, ...]
     steps: tuple[Fit, ...]
+    rivals: tuple[Fit, ...]
     tied: tuple[str, ...]
     verdict: Verdict
 
@@ -93,30 +101,35 @@ def climb(
     ranking = ranked(fit_candidates(base, library.values(), instrument))
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
-        return Ladder(base, tuple(ranking), (), (), verdict)
+        return Ladder(base, tuple(ranking), (), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     paths = [(fit,) for fit in _various(near)[:BEAM] if significant(base, fit)]
     best, further = paths[0], Further(base, instrument, library)
     while not explained(best[-1]) and len(best) < MOST and _is_worth(best):
-        longest = _longest(further, paths, instrument)
+        longest = _longest(further, paths, ranking, instrument)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = tuple(_exchanged(longest, ranking, instrument))
+        best = tuple(_exchanged(longest, ranking, further, instrument))
         paths = [best]
     steps = _needed(base, best, instrument)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
-    tied = ties(ranking) if added(first) is added(ranking[0]) and len(steps) == 1 else [first]
-    names = tuple(added(fit).name for fit in tied)
+    if len(steps) > 1:
+        rivals = alike(steps[-1], further.tried.values())
+    else:
+        rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
+    tied = differing(rivals) or (added(first).name,)
     verdict = "missing" if explained(steps[-1]) else "unexplained"
-    if verdict == "missing" and len(names) > 1:
+    if verdict == "missing" and len(tied) > 1:
         verdict = "ambiguous"
-    return Ladder(base, tuple(ranking), tuple(steps), names, verdict)
+    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), tied, verdict)
 
 
 def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:
-    """Choose among effects that explain one recording equally well by their error on another.
+    """Choose among models that explain one recording equally well by their error on another.
+
+    Of those that are as good on both, the criterion's order stands: it counts parameters.
 
     Parameters
     ----------
@@ -125,24 +138,41 @@ def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:
     errors : mapping of tuple of str to float
         Error [N] on the other recording, by the names of a model's effects.
     """
-    if len(ladder.steps) != 1 or ladder.verdict == "unexplained":
+    if not ladder.steps or ladder.verdict == "unexplained":
         return ladder
-    rivals = {
-        added(fit).name: errors[fit.composition.names]
-        for fit in ladder.ranking
-        if fit.composition.names in errors and fit.ratio <= ALIKE * ladder.final.ratio
-    }
-    bar = ALIKE * min(rivals.values(), default=0.0)
-    # Of those that are as good on both, the criterion's order stands: it counts parameters.
-    proved = [name for name, error in rivals.items() if error <= bar]
+    if len(ladder.steps) > 1:
+        proved = _proved(ladder.rivals, errors)
+        return _ending(ladder, proved) if proved else ladder
+    near = [fit for fit in ladder.ranking if fit.ratio <= ALIKE * ladder.final.ratio]
+    proved = _proved(near, errors)
     if not proved:
         return ladder
-    ranking = sorted(ladder.ranking, key=lambda fit: added(fit).name not in proved)
-    first = added(ranking[0]).name
-    tied = [first, *(name for name in ladder.tied if name in proved and name != first)]
-    verdict: Verdict = "ambiguous" if len(tied) > 1 else "missing"
+    ranking = sorted(ladder.ranking, key=lambda fit: fit not in proved)
+    tied = [fit for fit in proved if fit is ranking[0] or added(fit).name in ladder.tied]
+    return _ending(replace(ladder, ranking=tuple(ranking)), tied)
+
+
+def _proved(rivals: Sequence[Fit], errors: Mapping[tuple[str, ...], float]) -> list[Fit]:
+    """Return the models that are as good as the best on another recording."""
+    tried = [fit for fit in rivals if fit.composition.names in errors]
+    bar = ALIKE * min((errors[fit.composition.names] for fit in tried), default=0.0)
+    return [fit for fit in tried if errors[fit.composition.names] <= bar]
+
+
+def _ending(ladder: Ladder, rivals: Sequence[Fit]) -> Ladder:
+    """Let a ladder end with the first of models that cannot be told apart."""
+    final = rivals[0]
+    names = set(final.composition.names)
+    earlier = [fit for fit in ladder.steps[:-1] if names.issuperset(fit.composition.names)]
+    if len(ladder.steps) > 1 and not earlier:
+        earlier = [fit for fit in ladder.ranking if added(fit).name in names][:1]
+    tied = differing(rivals) or (added([*earlier, final][0]).name,)
     return replace(
-        ladder, ranking=tuple(ranking), steps=(ranking[0],), tied=tuple(tied), verdict=verdict
+        ladder,
+        steps=(*earlier, final),
+        rivals=tuple(rivals),
+        tied=tied,
+        verdict="ambiguous" if len(tied) > 1 else "missing",
     )
 
 
@@ -171,21 +201,46 @@ def climb_by(
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
-    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
+    return Ladder(base, tuple(steps[:1]), tuple(steps), (), (), verdict)
 
 
 def _longest(
-    further: Further, paths: Sequence[tuple[Fit, ...]], instrument: Instrument
+    further: Further,
+    paths: Sequence[tuple[Fit, ...]],
+    ranking: Sequence[Fit],
+    instrument: Instrument,
 ) -> tuple[Fit, ...]:
-    """Return the best path with one effect more; of a second, where those of promise leave much."""
+    """Return the best path with one effect more.
+
+    The second may have been found beside a first that only stands for another: whatever else goes
+    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too.
+    """
     longer = further.of(paths)
     best = _anew(longer[0], instrument) if longer else ()
-    if len(paths[0]) > 1 or (best and explained(best[-1])):
+    if len(paths[0]) > 1:
         return best
-    others = further.of(paths[:1], promising=False)
-    if not others or (best and best[-1].bic <= others[0][-1].bic):
+    best = _better(best, further.of(_turned(best, paths, ranking)), instrument)
+    if best and beyond_doubt(best[-1]):
         return best
+    return _better(best, further.of(paths[:1], promising=False), instrument)
+
+
+def _better(
+    path: tuple[Fit, ...], others: Sequence[tuple[Fit, ...]], instrument: Instrument
+) -> tuple[Fit, ...]:
+    """Return the best of others, if it is better than a path, its first effect searched anew."""
+    if not others or (path and path[-1].bic <= others[0][-1].bic):
+        return path
     return _anew(others[0], instrument)
+
+
+def _turned(
+    path: tuple[Fit, ...], paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]
+) -> list[tuple[Fit, ...]]:
+    """Return the path that begins with the last effect of another, unless it was tried already."""
+    tried = {added(each[0]).name for each in paths}
+    last = {added(path[-1]).name} - tried if path else set()
+    return [(fit,) for fit in ranking if added(fit).name in last]
 
 
 def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
@@ -218,11 +273,14 @@ def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fi
         yield from fit_candidates(base, [added(final)], instrument) if base else ()
 
 
-def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrument) -> list[Fit]:
+def _exchanged(
+    steps: Sequence[Fit], ranking: Sequence[Fit], further: Further, instrument: Instrument
+) -> list[Fit]:
     """Let one of several effects give way to another of its family, or a simpler one, if better.
 
     It was chosen while the others were missing, which another form of it may have followed. Where
-    all is explained, none that contains it is tried.
+    all is explained, none that contains it is tried. One that was found badly stays if it is the
+    better when it is searched in the same way.
     """
     if len(steps) < 2:
         return list(steps)
@@ -238,9 +296,16 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], instrument: Instrum
             and not (old.name in effect.simpler and explained(final))
         ]
         without = refit(final, final.composition.without(old.name), instrument) if rivals else None
-        needed = final.cost + SIMPLER
-        for fit in fit_candidates(without, rivals, instrument, needed) if without else ():
-            margin = SIMPLER if added(fit).name in old.simpler else 0.0
+        if without is None:
+            continue
+        needed = final.cost + SIMPLER if explained(final) else np.inf
+        found = fit_candidates(without, rivals, instrument, needed)
+        if any(fit.bic < final.bic for fit in found):
+            found = ranked([*found, *fit_candidates(without, [old], instrument, needed)])
+        further.note(found)
+        for fit in found:
+            enough = explained(fit) or not explained(steps[-1])
+            margin = SIMPLER if added(fit).name in old.simpler and enough else 0.0
             if fit.bic - steps[-1].bic < margin:
                 old = added(fit)
                 steps[-1] = fit

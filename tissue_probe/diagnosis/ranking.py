@@ -6,7 +6,7 @@ What does not: fitting (``fit``, ``candidates``), further effects (``improvement
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.physics.effects import Effect
@@ -29,6 +29,8 @@ WHITE = 1.12
 EVEN = 8.0
 #: And the sum of squared departures, in standard deviations, from the rig's tolerances and starts.
 STRAINED = 30.0
+#: Share of these limits within which a residual is noise beyond doubt.
+BEYOND_DOUBT = 0.6
 
 
 def significant(simple: Fit, better: Fit) -> bool:
@@ -48,6 +50,16 @@ def explained(fit: Fit) -> bool:
         return fit.ratio < EXPLAINED + (ROUGHLY - EXPLAINED) * min(share**2, 1.0)
     white = fit.colour < WHITE and fit.unevenness < EVEN
     return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
+
+
+def beyond_doubt(fit: Fit) -> bool:
+    """Whether a fit leaves noise only, far from the limits of what noise may be."""
+    return explained(fit) and (
+        fit.ratio - 1.0 < BEYOND_DOUBT * (EXPLAINED - 1.0)
+        and fit.colour - 1.0 < BEYOND_DOUBT * (WHITE - 1.0)
+        and fit.unevenness < BEYOND_DOUBT * EVEN
+        and fit.strain < BEYOND_DOUBT * STRAINED
+    )
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
@@ -74,13 +86,15 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
 def _gains_much(simpler: Fit, fit: Fit) -> bool:
     """Whether a fit with an effect that contains the other's is worth what it has more.
 
-    One that ends in the limit where it is the other, is not.
+    One that ends in the limit where it is the other, is not. Where it alone explains all, it need
+    only be told from the other.
     """
     limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
     if any(fit.named()[each.name] <= each.lower for each in limits):
         return False
     share = 1.0 - fit.ratio / simpler.ratio
-    return simpler.bic - fit.bic > SIMPLER and share > LEAST_SHARE
+    needed = TIE if explained(fit) and not explained(simpler) else SIMPLER
+    return simpler.bic - fit.bic > needed and share > LEAST_SHARE
 
 
 def ties(order: Sequence[Fit]) -> list[Fit]:
@@ -92,6 +106,24 @@ def ties(order: Sequence[Fit]) -> list[Fit]:
         if fit is first
         or (abs(fit.bic - first.bic) < TIE and added(first).name not in added(fit).simpler)
     ]
+
+
+def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:
+    """Return a model, and those as good that differ from it in one effect: not containing it."""
+    names, found = set(final.composition.names), [final]
+    for fit in others:
+        own = [effect for effect in fit.composition.effects if effect.name not in names]
+        lost = names - set(fit.composition.names)
+        if len(own) == len(lost) == 1 and abs(fit.bic - final.bic) < TIE:
+            found += [fit] if lost.isdisjoint(own[0].simpler) else []
+    return found
+
+
+def differing(rivals: Sequence[Fit]) -> tuple[str, ...]:
+    """Name the effects by which models differ, those of the first model first."""
+    named = [fit.composition.names for fit in rivals]
+    common = set(named[0]).intersection(*named[1:])
+    return tuple(dict.fromkeys(n for names in named for n in names if n not in common))
 
 
 def added(fit: Fit) -> Effect:

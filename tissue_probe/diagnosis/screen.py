@@ -15,7 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import THREADS
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument
-from tissue_probe.diagnosis.sensitivities import by_unknown, stacked, unknown
+from tissue_probe.diagnosis.sensitivities import by_unknown, precision, stacked, unknown
 from tissue_probe.diagnosis.starts import begin_states, extent, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -72,9 +72,13 @@ def screened(
 
 
 def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
-    """Sum of squares of the residual that a change of the force could explain."""
+    """Sum of squares of the residual that a change of the force could explain.
+
+    The effect has no part in what basis and residual have below: what was known beforehand.
+    """
     if not np.isfinite(change).all():
         return 0.0
+    change = np.pad(change, ((0, residual.size - len(change)), (0, 0)))
     change = change - basis @ (basis.T @ change)
     size = np.linalg.norm(change, axis=0)
     change = change[:, size > 0] / size[size > 0]
@@ -105,9 +109,25 @@ def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
 
 
 def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
-    """Return what the fitted model's unknowns change in the force, and its residual, over noise."""
+    """Return what the fitted model's unknowns change in the force, and its residual, over noise.
+
+    Below stand their changes and departures over what is known of them beforehand, without which
+    any tolerance of the rig would make up for an effect.
+    """
     problem = Problem(fit.composition, fit.measurements, instrument)
-    own = by_unknown(problem, fit.values, fit.starts)[:, unknown(problem)]
-    own = own[:, np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)]
+    free = unknown(problem)
+    own = by_unknown(problem, fit.values, fit.starts)
+    prior = np.sqrt(precision(problem, fit.values))
+    known = np.isfinite(prior)
+    below = np.diag(np.where(known, prior, 0.0))
+    departure = np.where(known, prior * _departure(problem, fit), 0.0)
+    used = free & np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)
+    own = np.concatenate([own, below])[:, used]
     residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
-    return own / np.linalg.norm(own, axis=0), residual
+    return own / np.linalg.norm(own, axis=0), np.concatenate([residual, departure])
+
+
+def _departure(problem: Problem, fit: Fit) -> FloatArray:
+    """Return by how much each unknown is below what was expected of it."""
+    expected = [z for z, _ in problem.begin(fit.values)]
+    return np.concatenate([problem.nominal - fit.values, *expected - np.array(fit.starts)])

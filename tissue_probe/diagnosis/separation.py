@@ -14,6 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import refit
 from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking import differing
 from tissue_probe.diagnosis.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.visibility import SEEN, visibilities
 from tissue_probe.excitation import parse_excitation
@@ -97,7 +98,7 @@ def suggest(
     """
     if len(rivals) < 2 and not unseen:
         return None
-    names = [rival.composition.names[-1] for rival in rivals if rival.composition.names]
+    names = differing(rivals) if len(rivals) > 1 else rivals[0].composition.names[-1:]
     helps = [CALIBRATIONS[name] for name in names if name in CALIBRATIONS]
     if rivals[0].composition.input is FORCE:
         # The experiments are motions of a coil; which forces another drive can make is not known.
