@@ -49,8 +49,9 @@ class Battery:
     diagnoses, regressions : dict
         Of the suite, and of sparse regression.
     heldout, left_out : list of float
-        Error over the rms of the noise [-], where exactly what was hidden was added: on the second
-        recording, and on eighths of the first, each predicted by a fit to the others.
+        Error over the rms of the noise [-], an encoder's rounding counted as such, where exactly
+        what was hidden was added: on the second recording, and on eighths of the first, each
+        predicted by a fit to the others.
     seconds : list of float
         Time of each diagnosis of a 2 s recording, kernels compiled.
     """
@@ -144,11 +145,13 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
     if timed:
         battery.seconds.append(found.seconds)
     if sealed.effects and set(found.effects) == set(sealed.effects):
-        second = _measurement(challenge.second, at_rest=True)
-        noise = np.hypot(FORCE_NOISE, PINK_NOISE if tolerant else 0.0)
         final = found.ladder.final
-        battery.heldout.append(diagnosis.error(final, [second], instrument) / noise)
-        battery.left_out.append(final.heldout_rmse / noise)
+        second = _measurement(challenge.second, at_rest=True)
+        noise = (FORCE_NOISE, PINK_NOISE if tolerant else 0.0)
+        battery.left_out.append(final.heldout_rmse / np.linalg.norm([*noise, final.rounding]))
+        moved = diagnosis.transferred(final, second, instrument)
+        rmse, rounding = (moved.rmse, moved.rounding) if moved else (np.inf, 0.0)
+        battery.heldout.append(rmse / np.linalg.norm([*noise, rounding]))
     if not _right(battery.answers[name], battery.diagnoses[name]):
         say(f"{_told(sealed)}: {_said(found)}")
 

@@ -158,21 +158,26 @@ def diagnose(
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error of a fitted model on other recordings of the specimen; its values are held.
+    """Error of a fitted model on other recordings of the specimen; its values are held."""
+    squares, count = 0.0, 0
+    for measurement in measurements:
+        moved = transferred(fit, measurement, instrument)
+        if moved is None:
+            return float("inf")
+        squares += float(np.sum(moved.residuals[0] ** 2))
+        count += moved.samples
+    return float(np.sqrt(squares / count))
+
+
+def transferred(fit: Fit, measurement: Measurement, instrument: Instrument) -> Fit | None:
+    """Take a fitted model to another recording of the specimen; None where it diverges.
 
     Only what belongs to a run is fitted anew: the state at its start, and the phases of what has
     a phase (``Effect.of_run``).
     """
     of_run = {name for effect in fit.composition.effects for name in effect.of_run}
     held = {name: value for name, value in fit.named().items() if name not in of_run}
-    squares, count = 0.0, 0
-    for measurement in measurements:
-        moved = refit(fit, fit.composition, instrument, [measurement], held)
-        if moved is None:
-            return float("inf")
-        squares += float(np.sum(moved.residuals[0] ** 2))
-        count += moved.samples
-    return float(np.sqrt(squares / count))
+    return refit(fit, fit.composition, instrument, [measurement], held)
 
 
 def _refuse(rig: str, wanted: Sequence[Effect]) -> None:

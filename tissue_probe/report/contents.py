@@ -82,7 +82,7 @@ class ReportCandidate:
     parameters : tuple of ReportParameter
         Its own, as fitted.
     indistinguishable : bool
-        Whether this data cannot tell it from the first of the ranking.
+        Whether it is one of those that this data cannot tell apart.
     """
 
     effect: str
