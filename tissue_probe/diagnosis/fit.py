@@ -497,9 +497,9 @@ def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
             continue
         gain = point.cost - trial.cost
         settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
-        kept = gain / max(point.cost - promised, gain * 1e-3)
+        promise = point.cost - promised
+        damping *= 0.1 if gain > KEPT * promise else 3.0 if gain < BROKEN * promise else 1.0
         point = trial
-        damping *= 0.1 if kept > KEPT else 3.0 if kept < BROKEN else 1.0
         if settled or bar.out_of_reach(point.cost, gain):
             break
     bar.cost = min(bar.cost, point.cost)
