@@ -147,7 +147,8 @@ def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:
     proved = _proved(near, errors)
     if not proved:
         return ladder
-    ranking = sorted(ladder.ranking, key=lambda fit: fit not in proved)
+    names = {added(fit).name for fit in proved}
+    ranking = sorted(ladder.ranking, key=lambda fit: added(fit).name not in names)
     tied = [fit for fit in proved if fit is ranking[0] or added(fit).name in ladder.tied]
     return _ending(replace(ladder, ranking=tuple(ranking)), tied)
 

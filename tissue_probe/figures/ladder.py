@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogFormatter
 
 from tissue_probe.quantities import FORCE, Quantity
@@ -111,4 +112,5 @@ def _write_ratios(axes: Axes, errors: FloatArray, floor: float) -> None:
                 fontsize=11,
                 fontweight="bold",
                 color=_HELDOUT["color"],
+                path_effects=[withStroke(linewidth=3.0, foreground="white")],
             )
