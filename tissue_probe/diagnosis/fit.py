@@ -26,11 +26,8 @@ from tissue_probe.signals import FloatArray
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
-#: A step that keeps less than the first share of what it promised was too long for the curve of
-#: the valley, and the next is damped more; one that keeps the second is damped less.
-BROKEN, KEPT = 0.25, 0.75
 #: A search is given up where ten more steps like the last leave more than this times the best.
-HOPELESS = 1.2
+HOPELESS = 1.5
 #: And this share of the noise, where only what exceeds it is compared.
 LEAST_EXCESS = 0.04
 BLOCKS = 8
@@ -487,7 +484,7 @@ def search(
 def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
     damping, settled = 1e-3, False
     for _ in range(MOST_STEPS):
-        values, starts, promised = _solve(problem, point, damping)
+        values, starts, _ = _solve(problem, point, damping)
         trial = _point(problem, values, starts)
         if trial is None or trial.cost > point.cost:
             damping = max(damping, 1e-7) * 8.0
@@ -497,9 +494,7 @@ def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
             continue
         gain = point.cost - trial.cost
         settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
-        promise = point.cost - promised
-        damping *= 0.1 if gain > KEPT * promise else 3.0 if gain < BROKEN * promise else 1.0
-        point = trial
+        point, damping = trial, damping * 0.1
         if settled or bar.out_of_reach(point.cost, gain):
             break
     bar.cost = min(bar.cost, point.cost)
