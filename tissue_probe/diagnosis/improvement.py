@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
     SIMPLER,
+    TIE,
     added,
     alike,
     beyond_doubt,
@@ -229,8 +230,15 @@ def _longest(
 def _better(
     path: tuple[Fit, ...], others: Sequence[tuple[Fit, ...]], instrument: Instrument
 ) -> tuple[Fit, ...]:
-    """Return the best of others, if it is better than a path, its first effect searched anew."""
-    if not others or (path and path[-1].bic <= others[0][-1].bic):
+    """Return the best of others, if it is better than a path, its first effect searched anew.
+
+    Of two ways to the same effects that end as well, the one stays that was found first.
+    """
+    if not others:
+        return path
+    names = [set(each[-1].composition.names) for each in (path, others[0]) if each]
+    margin = TIE if names[0] == names[-1] else 0.0
+    if path and path[-1].bic <= others[0][-1].bic + margin:
         return path
     return _anew(others[0], instrument)
 
