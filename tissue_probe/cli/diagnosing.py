@@ -213,7 +213,7 @@ def _missing(diagnosis: Diagnosis) -> list[str]:
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
-    models = [" + ".join(fit.composition.names) for fit in diagnosis.ladder.rivals]
+    models = [" + ".join(names) for names in diagnosis.ladder.alternatives]
     return [f"One of {', '.join(models)}: this recording cannot tell which. {_fall(diagnosis)}"]
 
 

@@ -98,7 +98,7 @@ class Answer(_Entry):
     )
     indistinguishable: list[str] = Field(description="effects that this excitation cannot tell")
     alternatives: list[list[str]] = Field(
-        description="effects of each model that explains the recording equally well; none if one"
+        description="what each model adds that explains the recording equally well; none if one"
     )
     unseen: list[str] = Field(description="effects that this excitation could not have shown")
     effects: list[str] = Field(description="what improve would add, in order")
@@ -129,10 +129,7 @@ def answer(diagnosis: Diagnosis) -> Answer:
         output=Output(quantity=base.output.name, unit=base.output.unit),
         ranking=[*spoilt, *(_candidate(diagnosis, fit) for fit in ladder.ranking)],
         indistinguishable=list(diagnosis.indistinguishable),
-        alternatives=[
-            list(fit.composition.names)
-            for fit in (ladder.rivals if diagnosis.indistinguishable else ())
-        ],
+        alternatives=[list(names) for names in ladder.alternatives],
         unseen=list(diagnosis.unseen),
         effects=list(diagnosis.effects),
         rmse=Rmse(

@@ -144,7 +144,7 @@ def diagnose(
     }
     if not wanted:
         ladder = settled(ladder, validated)
-    indistinguishable = ladder.tied if len(ladder.tied) > 1 else ()
+    indistinguishable = ladder.tied if ladder.alternatives else ()
     if ladder.verdict in ("missing", "ambiguous"):
         hidden = unseen(ladder.final, admitted, instrument, composition)
     rivals = ladder.rivals if indistinguishable else [ladder.final]

@@ -55,8 +55,6 @@ class Ladder:
         Models that were accepted one after the other; none where the base is adequate.
     rivals : tuple of Fit
         Models that explain the measurement equally well, the last step's first.
-    tied : tuple of str
-        Effects by which they differ; where there is one only, the first that was added.
     verdict : str
         "adequate", "missing", "ambiguous" or "unexplained".
     """
@@ -65,7 +63,6 @@ class Ladder:
     ranking: tuple[Fit, ...]
     steps: tuple[Fit, ...]
     rivals: tuple[Fit, ...]
-    tied: tuple[str, ...]
     verdict: Verdict
 
     @property
@@ -76,7 +73,22 @@ class Ladder:
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of the effects that were added."""
-        return self.final.composition.names[len(self.base.composition.names) :]
+        return self._more(self.final)
+
+    @property
+    def tied(self) -> tuple[str, ...]:
+        """Effects by which the rivals differ; where there is one only, the first that was added."""
+        if not self.rivals:
+            return ()
+        return differing(self.rivals) or (added(self.steps[0]).name,)
+
+    @property
+    def alternatives(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the effects that each of several rivals adds; none where one is alone."""
+        return tuple(map(self._more, self.rivals)) if len(self.rivals) > 1 else ()
+
+    def _more(self, fit: Fit) -> tuple[str, ...]:
+        return fit.composition.names[len(self.base.composition.names) :]
 
 
 def climb(
@@ -102,7 +114,7 @@ def climb(
     ranking = ranked(fit_candidates(base, library.values(), instrument))
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
-        return Ladder(base, tuple(ranking), (), (), (), verdict)
+        return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     paths = [(fit,) for fit in _various(near)[:BEAM] if significant(base, fit)]
     best, further = paths[0], Further(base, instrument, library)
@@ -120,11 +132,10 @@ def climb(
         rivals = alike(steps[-1], further.tried.values())
     else:
         rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
-    tied = differing(rivals) or (added(first).name,)
     verdict = "missing" if explained(steps[-1]) else "unexplained"
-    if verdict == "missing" and len(tied) > 1:
+    if verdict == "missing" and len(rivals) > 1:
         verdict = "ambiguous"
-    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), tied, verdict)
+    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), verdict)
 
 
 def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:
@@ -168,13 +179,11 @@ def _ending(ladder: Ladder, rivals: Sequence[Fit]) -> Ladder:
     earlier = [fit for fit in ladder.steps[:-1] if names.issuperset(fit.composition.names)]
     if len(ladder.steps) > 1 and not earlier:
         earlier = [fit for fit in ladder.ranking if added(fit).name in names][:1]
-    tied = differing(rivals) or (added([*earlier, final][0]).name,)
     return replace(
         ladder,
         steps=(*earlier, final),
         rivals=tuple(rivals),
-        tied=tied,
-        verdict="ambiguous" if len(tied) > 1 else "missing",
+        verdict="ambiguous" if len(rivals) > 1 else "missing",
     )
 
 
@@ -203,7 +212,7 @@ def climb_by(
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
-    return Ladder(base, tuple(steps[:1]), tuple(steps), (), (), verdict)
+    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
 def _longest(
@@ -236,11 +245,12 @@ def _better(
     """
     if not others:
         return path
-    names = [set(each[-1].composition.names) for each in (path, others[0]) if each]
-    margin = TIE if names[0] == names[-1] else 0.0
-    if path and path[-1].bic <= others[0][-1].bic + margin:
-        return path
-    return _anew(others[0], instrument)
+    found = others[0]
+    if path:
+        same = set(path[-1].composition.names) == set(found[-1].composition.names)
+        if path[-1].bic <= found[-1].bic + (TIE if same else 0.0):
+            return path
+    return _anew(found, instrument)
 
 
 def _turned(

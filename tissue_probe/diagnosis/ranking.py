@@ -99,13 +99,7 @@ def _gains_much(simpler: Fit, fit: Fit) -> bool:
 
 def ties(order: Sequence[Fit]) -> list[Fit]:
     """Return the fits that cannot be told from the first: as good, and not containing it."""
-    first = order[0]
-    return [
-        fit
-        for fit in order
-        if fit is first
-        or (abs(fit.bic - first.bic) < TIE and added(first).name not in added(fit).simpler)
-    ]
+    return alike(order[0], order)
 
 
 def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:
