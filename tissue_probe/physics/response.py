@@ -25,12 +25,14 @@ _V = types.Array(_F8, 1, "C")
 _M = types.Array(_F8, 2, "C")
 _C = types.Array(_F8, 3, "C")
 _I = types.Array(types.int64, 1, "C")
-# All take (t, z, p, u, mode, T, dU, ...): time, states, values, (u, u', u''), switches, tangents of
-# the states, shape (n, q), and of the coil, shape (3, q). What follows is filled; the coil's course
-# u is its position, or its force where that is what drives:
-RATE = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _M)  # z' and its derivatives along T
-OUTPUT = types.float64(_F8, _V, _V, _V, _V, _M, _M, _V)  # derivatives of what it returns
-SWITCH = types.void(_F8, _V, _V, _V, _V, _M, _M, _V, _V, _V, _M)  # of z': g, g', derivatives
+# All take (t, z, p, u, mode, T, dU, ...): time, states, values and what is prepared of them,
+# (u, u', u''), switches, tangents of the n states and of u: n and 3 rows of q columns one after the
+# other, so that a compiler knows where all of them lie. What follows is filled; the coil's course u
+# is its position, or its force where that is what drives:
+RATE = types.void(_F8, _V, _V, _V, _V, _V, _V, _V, _V)  # z' and its derivatives along T
+OUTPUT = types.float64(_F8, _V, _V, _V, _V, _V, _V, _V)  # derivatives of what it returns
+SWITCH = types.void(_F8, _V, _V, _V, _V, _V, _V, _V, _V, _V, _V)  # of z': g, g', derivatives
+PREPARE = types.void(_V)  # fills what follows the values in p
 BEGIN = types.void(_V, _F8, _F8, _V)  # of values, measured position and force: the states' start
 TRUE_POSITION = types.void(_V, _V, _V, _V, _M)  # times, measured, values: fills true and changes
 # A step is divided so that the fastest eigenvalue times a part's length stays below LONGEST.
@@ -133,14 +135,16 @@ def respond(kernel: ModuleType, values: FloatArray, start: FloatArray, coil: Cou
     samples, columns = coil.pieces.shape[1] + 1, start.size + values.size
     answer, sensitivity = np.empty(samples), np.empty((samples, columns))
     mode = np.array(kernel.FIRST, dtype=np.float64)
+    p = np.concatenate([values, np.zeros(kernel.PREPARED)])
+    kernel.prepare(p)
     of_coil = (coil.pieces, coil.changes, coil.columns, coil.sample_period)
     z = start.astype(np.float64)
     if kernel.LINEAR:
-        _run_linear(kernel.rate, kernel.output, values, z, *of_coil, answer, sensitivity)
+        _run_linear(kernel.rate, kernel.output, p, z, *of_coil, answer, sensitivity)
     else:
         tip = kernel.SPREADS.index("speed") if "speed" in kernel.SPREADS else -1
         functions = (kernel.rate, kernel.output, kernel.switch)
-        _run(*functions, values, z, mode, tip, *of_coil, answer, sensitivity)
+        _run(*functions, p, z, mode, tip, *of_coil, answer, sensitivity)
     if kernel.DELAYS:
         return _late(kernel, answer, sensitivity, values, coil)
     return Response(answer, sensitivity)
@@ -170,7 +174,7 @@ def _late(
 
 
 @njit(
-    types.void(_M, _C, _I, types.int64, _F8, _V, _M),
+    types.void(_M, _C, _I, types.int64, _F8, _V, _V),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _coil(pieces, changes, columns, sample, s, u, dU):
@@ -183,58 +187,64 @@ def _coil(pieces, changes, columns, sample, s, u, dU):
         if row < 0:
             u[0], u[1], u[2] = at, rate, 6.0 * c3 * s + 2.0 * c2
         else:
-            j = columns[row]
-            dU[0, j], dU[1, j], dU[2, j] = at, rate, 6.0 * c3 * s + 2.0 * c2
+            j, q = columns[row], dU.size // 3
+            dU[j], dU[q + j], dU[2 * q + j] = at, rate, 6.0 * c3 * s + 2.0 * c2
 
 
 @njit(
     types.void(
-        types.FunctionType(RATE), _F8, _V, _V, _M, _M, _C, _I, types.int64, _F8, _F8, _V, _V, _M,
-        _M, _C, _V, _M,
+        types.FunctionType(RATE), _F8, _V, _V, _V, _M, _C, _I, types.int64, _F8, _F8, _V, _V, _V,
+        _V, _V, _V, _V, _V, _V, _V,
     ),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _advance(
-    rate, t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, f, slope, z1, T1
-):
-    """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1."""
-    n, q = T.shape
-    for stage in range(4):
-        part = 0.0 if stage == 0 else (0.5 * h if stage < 3 else h)
-        for i in range(n):
-            z1[i] = z[i]
-            for j in range(q):
-                T1[i, j] = T[i, j]
-            if stage > 0:
-                z1[i] += part * f[stage - 1, i]
-                for j in range(q):
-                    T1[i, j] += part * slope[stage - 1, i, j]
-        _coil(pieces, changes, columns, sample, since + part, u, dU)
-        rate(t + since + part, z1, p, u, mode, T1, dU, f[stage], slope[stage])
-    for i in range(n):
-        z1[i] = z[i] + h / 6.0 * (f[0, i] + 2.0 * f[1, i] + 2.0 * f[2, i] + f[3, i])
-        for j in range(q):
-            T1[i, j] = T[i, j] + h / 6.0 * (
-                slope[0, i, j] + 2.0 * slope[1, i, j] + 2.0 * slope[2, i, j] + slope[3, i, j]
-            )
+    rate, t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, first, f, slope,
+    total, totals, z1, T1,
+):  # fmt: skip
+    """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
+
+    ``first`` and ``f`` are then the rates at the beginning and at the end.
+    """
+    _coil(pieces, changes, columns, sample, since, u, dU)
+    rate(t + since, z, p, u, mode, T, dU, f, slope)
+    first[:], total[:], totals[:] = f, f, slope
+    for stage in range(1, 4):
+        part, weight = (0.5 * h, 2.0) if stage < 3 else (h, 1.0)
+        for i in range(z.size):
+            z1[i] = z[i] + part * f[i]
+        for j in range(T.size):
+            T1[j] = T[j] + part * slope[j]
+        if stage != 2:
+            _coil(pieces, changes, columns, sample, since + part, u, dU)
+        rate(t + since + part, z1, p, u, mode, T1, dU, f, slope)
+        for i in range(z.size):
+            total[i] += weight * f[i]
+        for j in range(T.size):
+            totals[j] += weight * slope[j]
+    for i in range(z.size):
+        z1[i] = z[i] + h / 6.0 * total[i]
+    for j in range(T.size):
+        T1[j] = T[j] + h / 6.0 * totals[j]
 
 
 @njit(
-    types.int64(types.FunctionType(RATE), _V, _V, _V, _V, _M, _F8),
+    types.int64(types.FunctionType(RATE), _V, _V, _V, _V, _V, _F8),
     cache=True, nogil=True, error_model="numpy",
 )  # fmt: skip
 def _parts(rate, p, z, u, mode, dU, period):
     """Return into how many parts a step is divided, of the eigenvalues at a state."""
-    n, q = z.size, dU.shape[1]
+    n, q = z.size, dU.size // 3
     if n == 0:
         return 1
-    T, slope, f = np.zeros((n, q)), np.zeros((n, q)), np.zeros(n)
+    T, slope, f = np.zeros(n * q), np.zeros(n * q), np.zeros(n)
     for i in range(n):
-        T[i, i] = 1.0
-    rate(0.0, z, p, u, mode, T, np.zeros((3, q)), f, slope)
+        T[i * q + i] = 1.0
+    rate(0.0, z, p, u, mode, T, np.zeros(3 * q), f, slope)
     if not np.isfinite(slope).all():
         return MOST
-    fastest = np.abs(np.linalg.eigvals(slope[:, :n].copy().astype(np.complex128))).max()
+    by_state = slope.reshape((n, q))[:, :n].copy()
+    fastest = np.abs(np.linalg.eigvals(by_state.astype(np.complex128))).max()
     if not fastest * period / LONGEST < MOST:
         return MOST
     return max(FEWEST, int(np.ceil(fastest * period / LONGEST)))
@@ -265,17 +275,18 @@ def _run(
     rate, output, switch, p, z, mode, tip, pieces, changes, columns, period, answer, sensitivity
 ):
     n, q, s = z.size, sensitivity.shape[1], mode.size
-    T, dU, u = np.zeros((n, q)), np.zeros((3, q)), np.zeros(3)
+    T, dU, u = np.zeros(n * q), np.zeros(3 * q), np.zeros(3)
     for i in range(n):
-        T[i, i] = 1.0
-    f, slope = np.zeros((4, n)), np.zeros((4, n, q))
-    z1, T1 = np.zeros(n), np.zeros((n, q))
+        T[i * q + i] = 1.0
+    first, f, slope = np.zeros(n), np.zeros(n), np.zeros(n * q)
+    total, totals = np.zeros(n), np.zeros(n * q)
+    z1, T1 = np.zeros(n), np.zeros(n * q)
     g, g1, dg, dg1 = np.zeros(s), np.zeros(s), np.zeros(s), np.zeros(s)
-    G = np.zeros((s, q))
-    after, slope_after = np.zeros(n), np.zeros((n, q))
+    G = np.zeros(s * q)
+    after = np.zeros(n)
     _coil(pieces, changes, columns, 0, 0.0, u, dU)
     for _ in range(2):
-        rate(0.0, z, p, u, mode, T, dU, after, slope_after)
+        rate(0.0, z, p, u, mode, T, dU, after, slope)
         switch(0.0, z, p, u, mode, T, dU, after, g, dg, G)
         for k in range(s):
             if g[k] < 0.0:
@@ -311,17 +322,16 @@ def _run(
             while True:
                 h = end - since
                 _advance(
-                    rate, t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, f,
-                    slope, z1, T1,
+                    rate, t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU,
+                    first, f, slope, total, totals, z1, T1,
                 )  # fmt: skip
                 if s == 0 or events == EVENTS:
                     break
                 _coil(pieces, changes, columns, sample, since, u, dU)
-                switch(t + since, z, p, u, mode, T, dU, f[0], g, dg, G)
-                rate_end = f[3]
+                switch(t + since, z, p, u, mode, T, dU, first, g, dg, G)
                 _coil(pieces, changes, columns, sample, end, u, dU)
-                switch(t + end, z1, p, u, mode, T1, dU, rate_end, g1, dg1, G)
-                first, share, high, at_high = -1, 1.0, 1.0, 0.0
+                switch(t + end, z1, p, u, mode, T1, dU, f, g1, dg1, G)
+                turning, share, high, at_high = -1, 1.0, 1.0, 0.0
                 for k in range(s):
                     end_of, at_end = 1.0, g1[k]
                     if between and at_end >= 0.0:
@@ -330,44 +340,44 @@ def _run(
                         here = end_of * max(g[k], 0.0) / max(g[k] - at_end, 1e-300)
                         if g[k] <= 0.0:
                             here = 0.0
-                        if first < 0 or here < share:
-                            first, share, high, at_high = k, here, end_of, at_end
-                if first < 0:
+                        if turning < 0 or here < share:
+                            turning, share, high, at_high = k, here, end_of, at_end
+                if turning < 0:
                     break
                 # Regula falsi (Illinois) for the share of the part at which the switch turns.
-                low, at_low = 0.0, max(g[first], 0.0)
+                low, at_low = 0.0, max(g[turning], 0.0)
                 between = high == 1.0
                 if not between:  # the cubic is a guess: it is looked whether the switch turns there
                     share = high
                 for _ in range(LOCATING):
                     _advance(
                         rate, t, p, z, T, pieces, changes, columns, sample, since, share * h, mode,
-                        u, dU, f, slope, z1, T1,
+                        u, dU, first, f, slope, total, totals, z1, T1,
                     )  # fmt: skip
                     _coil(pieces, changes, columns, sample, since + share * h, u, dU)
-                    rate(t + since + share * h, z1, p, u, mode, T1, dU, after, slope_after)
+                    rate(t + since + share * h, z1, p, u, mode, T1, dU, after, slope)
                     switch(t + since + share * h, z1, p, u, mode, T1, dU, after, g1, dg1, G)
                     if not between:
-                        if g1[first] >= 0.0:
+                        if g1[turning] >= 0.0:
                             break
                         between = True
-                    if abs(g1[first]) <= 1e-9 * abs(dg1[first]) * h or at_low <= 0.0:
+                    if abs(g1[turning]) <= 1e-9 * abs(dg1[turning]) * h or at_low <= 0.0:
                         break
-                    if g1[first] < 0.0:
-                        high, at_high, at_low = share, g1[first], 0.5 * at_low
+                    if g1[turning] < 0.0:
+                        high, at_high, at_low = share, g1[turning], 0.5 * at_low
                     else:
-                        low, at_low, at_high = share, g1[first], 0.5 * at_high
+                        low, at_low, at_high = share, g1[turning], 0.5 * at_high
                     share = low + (high - low) * at_low / (at_low - at_high)
                 if not between:
                     continue
-                mode[first] = 1.0 - mode[first]
-                rate(t + since + share * h, z1, p, u, mode, T1, dU, f[0], slope[0])
-                speed = dg1[first]
+                mode[turning] = 1.0 - mode[turning]
+                rate(t + since + share * h, z1, p, u, mode, T1, dU, f, slope)
+                speed = dg1[turning]
                 for i in range(n):
                     z[i] = z1[i]
-                    jump = (f[0, i] - after[i]) / speed if abs(speed) > 1e-300 else 0.0
+                    jump = (f[i] - after[i]) / speed if abs(speed) > 1e-300 else 0.0
                     for j in range(q):
-                        T[i, j] = T1[i, j] + jump * G[first, j]
+                        T[i * q + j] = T1[i * q + j] + jump * G[turning * q + j]
                 since += share * h
                 events += 1
                 if end - since <= 1e-12 * period:
@@ -396,12 +406,12 @@ def _transitions(rate, p, n, q, period):
     """
     size = n + 5
     M, D = np.zeros((size, size)), np.zeros((q - n, size, size))
-    z, u, mode, T, dU = np.zeros(n), np.zeros(3), np.zeros(0), np.zeros((n, q)), np.zeros((3, q))
-    f0, f, slope0, slope = np.zeros(n), np.zeros(n), np.zeros((n, q)), np.zeros((n, q))
+    z, u, mode, T, dU = np.zeros(n), np.zeros(3), np.zeros(0), np.zeros(n * q), np.zeros(3 * q)
+    f0, f, slope0, slope = np.zeros(n), np.zeros(n), np.zeros(n * q), np.zeros(n * q)
     rate(0.0, z, p, u, mode, T, dU, f0, slope0)
     M[:n, size - 1] = f0
     for j in range(q - n):
-        D[j, :n, size - 1] = slope0[:, n + j]
+        D[j, :n, size - 1] = slope0[n + j :: q]
     for k in range(n + 2):
         if k < n:
             z[k] = 1.0
@@ -411,7 +421,7 @@ def _transitions(rate, p, n, q, period):
         z[:], u[:] = 0.0, 0.0
         M[:n, k] = f - f0
         for j in range(q - n):
-            D[j, :n, k] = slope[:, n + j] - slope0[:, n + j]
+            D[j, :n, k] = slope[n + j :: q] - slope0[n + j :: q]
     for k in range(3):
         M[n + k, n + k + 1] = k + 1.0
     halvings = 0
@@ -443,12 +453,16 @@ def _transitions(rate, p, n, q, period):
 )  # fmt: skip
 def _run_linear(rate, output, p, z, pieces, changes, columns, period, answer, sensitivity):
     n, q = z.size, sensitivity.shape[1]
-    whole, G = _transitions(rate, p, n, q, period)
-    E = whole[0]
-    T, dU, u, mode = np.zeros((n, q)), np.zeros((3, q)), np.zeros(3), np.zeros(0)
-    T1, w = np.zeros((n, q)), np.zeros(n + 5)
+    whole, changed = _transitions(rate, p, n, q, period)
+    E, G = whole[0], changed.transpose(1, 2, 0).copy()  # by state, by what drives it, by value
+    acting = np.zeros((n, n + 5), dtype=np.bool_)
     for i in range(n):
-        T[i, i] = 1.0
+        for k in range(n + 5):
+            acting[i, k] = np.any(G[i, k] != 0.0)
+    T, dU, u, mode = np.zeros(n * q), np.zeros(3 * q), np.zeros(3), np.zeros(0)
+    T1, w = np.zeros(n * q), np.zeros(n + 5)
+    for i in range(n):
+        T[i * q + i] = 1.0
     w[n + 4] = 1.0
     for sample in range(answer.size):
         last = sample == answer.size - 1
@@ -465,17 +479,16 @@ def _run_linear(rate, output, p, z, pieces, changes, columns, period, answer, se
             for k in range(n + 5):
                 z[i] += E[i, k] * w[k]
             for j in range(q):
-                T1[i, j] = 0.0
+                T1[i * q + j] = 0.0
             for k in range(n):
                 if E[i, k] != 0.0:
                     for j in range(q):
-                        T1[i, j] += E[i, k] * T[k, j]
-            for j in range(q - n):
-                total = 0.0
-                for k in range(n + 5):
-                    total += G[j, i, k] * w[k]
-                T1[i, n + j] += total
+                        T1[i * q + j] += E[i, k] * T[k * q + j]
+            for k in range(n + 5):
+                if acting[i, k]:
+                    for j in range(q - n):
+                        T1[i * q + n + j] += G[i, k, j] * w[k]
             for r in range(columns.size):
                 for k in range(4):
-                    T1[i, columns[r]] += E[i, n + k] * changes[r, 3 - k, sample]
+                    T1[i * q + columns[r]] += E[i, n + k] * changes[r, 3 - k, sample]
         T[:] = T1

@@ -2,11 +2,15 @@
 
 What belongs here: from a ``Model``'s symbols to the source of one generated module.
 What does not: running it.
+
+What depends on the values alone, such as the weights of a ladder of branches, is computed once a
+simulation by ``prepare``, and follows the values in ``p``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import sympy as sp
@@ -20,7 +24,7 @@ import math
 
 from numba import njit
 
-from tissue_probe.physics.response import BEGIN, OUTPUT, RATE, SWITCH, TRUE_POSITION
+from tissue_probe.physics.response import BEGIN, OUTPUT, PREPARE, RATE, SWITCH, TRUE_POSITION
 
 STATES = {states}
 VALUES = {values}
@@ -33,9 +37,11 @@ DELAYS = {delays}
 DELAY = {delay}
 LATE = {late}
 ROUNDED = {rounded}
+PREPARED = {prepared}
 '''
 COMPILE = '\n\n@njit({signature}, cache=True, nogil=True, error_model="numpy")\n{source}\n'
 ARGUMENTS = "t, z, p, u, mode, T, dU"
+PREPARED = "prepared"
 
 
 def source(model: Model) -> str:
@@ -45,6 +51,16 @@ def source(model: Model) -> str:
     late, delay = model.delay.as_coeff_Mul()
     delays = delay != 0 and late != 0
     columns = [len(model.states) + values.index(s) for s in moves]
+    constants = _Constants(values)
+    functions = {
+        "RATE": _Function(model, bool(columns), constants).rate(),
+        "OUTPUT": _Function(model, bool(columns), constants).output(),
+        "SWITCH": _Function(model, bool(columns), constants).switch(),
+        "BEGIN": _begin(model),
+        "PREPARE": constants.source(),
+    }
+    if model.position != POSITION:
+        functions["TRUE_POSITION"] = _position(model, moves)
     text = HEADER.format(
         states=[str(state) for state in model.states],
         values=[str(value) for value in values],
@@ -57,17 +73,10 @@ def source(model: Model) -> str:
         delay=values.index(delay) if delays else -1,
         late=float(late),
         rounded=values.index(model.rounded) if model.rounded != 0 else -1,
+        prepared=len(constants.known),
     )
-    functions = {
-        "RATE": _Function(model, bool(columns)).rate(),
-        "OUTPUT": _Function(model, bool(columns)).output(),
-        "SWITCH": _Function(model, bool(columns)).switch(),
-    }
     for signature, function in functions.items():
         text += COMPILE.format(signature=signature, source=function)
-    text += COMPILE.format(signature="BEGIN", source=_begin(model))
-    if model.position != POSITION:
-        text += COMPILE.format(signature="TRUE_POSITION", source=_position(model, moves))
     return text
 
 
@@ -80,30 +89,74 @@ def _is_steady(model: Model) -> bool:
     return coefficients.isdisjoint({*signals, TIME}) and not model.motion.has(TIME, model.course[2])
 
 
+class _Constants:
+    """Expressions of a model's values alone, and the symbols that stand for them."""
+
+    def __init__(self, values: Sequence[sp.Symbol]) -> None:
+        self.values = list(values)
+        self.known: dict[sp.Expr, sp.Symbol] = {}
+
+    def taken_out(self, expression: sp.Basic) -> sp.Basic:
+        """Return an expression with a symbol for each of its parts that no state or input is in."""
+        if expression.is_Atom:
+            return expression
+        if self._is_constant(expression):
+            name = sp.Symbol(f"{PREPARED}_{len(self.known)}", real=True)
+            return self.known.setdefault(expression, name)
+        if not (expression.is_Add or expression.is_Mul):
+            return expression.func(*map(self.taken_out, expression.args))
+        own = [each for each in expression.args if self._is_constant(each)]
+        others = [self.taken_out(each) for each in expression.args if not self._is_constant(each)]
+        return expression.func(self.taken_out(expression.func(*own)), *others)
+
+    def _is_constant(self, expression: sp.Basic) -> bool:
+        """Whether it is a number that the values give; a condition is none."""
+        return isinstance(expression, sp.Expr) and expression.free_symbols.issubset(self.values)
+
+    def load(self, program: Program) -> None:
+        """Read them, and the values, from ``p``."""
+        program.load("p", 0, list(map(str, [*self.values, *self.known.values()])))
+
+    def source(self) -> str:
+        """Write the function that fills what is prepared."""
+        program = Program()
+        program.load("p", 0, list(map(str, self.values)))
+        prepared = program.let_matrix("c", sp.Matrix(len(self.known), 1, list(self.known)))
+        program.store("p", len(self.values), list(prepared))
+        return program.source("prepare(p)")
+
+
+@dataclass(frozen=True)
+class _Tangents:
+    """Derivatives of rows: by the states, by the input's course where values move it, by values."""
+
+    by_state: sp.Matrix
+    by_input: sp.Matrix
+    by_value: sp.Matrix
+
+
 class _Function:
     """One generated function of a model; derivatives go along the tangents' columns."""
 
-    def __init__(self, model: Model, moved: bool) -> None:
+    def __init__(self, model: Model, moved: bool, constants: _Constants) -> None:
         self.model = model
         self.moved = moved
+        self.constants = constants
         self.program = Program()
 
     def rate(self) -> str:
         """Fill the states' rates and their derivatives."""
-        motion = self.model.motion
-        self._load([*motion])
-        named = self._values(motion)
-        self.program.store("f", 0, named)
-        self._tangents("dT", motion)
+        values, tangents = self._named(self.model.motion, self.model.motion)
+        self.program.store("f", 0, values)
+        self._along(tangents, "dT")
         return self.program.source(f"rate({ARGUMENTS}, f, dT)")
 
     def output(self) -> str:
         """Return what is measured; fill its derivatives."""
         output = sp.Matrix([self.model.output])
-        self._load([*output])
-        (answer,) = self._values(output)
-        self._tangents("dF", output, flat=True)
-        return self.program.source(f"output({ARGUMENTS}, dF)", returns=str(answer))
+        values, tangents = self._named(output, output)
+        self._along(tangents, "dF")
+        return self.program.source(f"output({ARGUMENTS}, dF)", returns=str(values[0]))
 
     def switch(self) -> str:
         """Fill what must stay positive while each switch stays as it is, its rate, derivatives."""
@@ -123,49 +176,54 @@ class _Function:
             sp.zeros(len(modes), 1),
         )
         speed = states + coil + conditions.diff(TIME)
-        self._load([*conditions, *speed])
         self.program.load("f", 0, list(map(str, rates)))
-        self.program.store("g", 0, self._values(conditions))
-        self.program.store("rate", 0, self._values(speed))
-        self._tangents("dg", conditions)
+        values, tangents = self._named(sp.Matrix([*conditions, *speed]), conditions)
+        self.program.store("g", 0, values[: len(modes)])
+        self.program.store("rate", 0, values[len(modes) :])
+        self._along(tangents, "dg")
         return self.program.source(f"switch({ARGUMENTS}, f, g, rate, dg)")
 
-    def _load(self, expressions: Sequence[sp.Expr]) -> None:
+    def _named(self, values: sp.Matrix, rows: sp.Matrix) -> tuple[list[sp.Expr], _Tangents]:
+        """Assign values and all derivatives of rows together: they share most of their terms."""
+        model = self.model
+        parts = [rows.jacobian(model.states)] if len(model.states) else [sp.zeros(rows.rows, 0)]
+        parts.append(rows.jacobian(model.course) if self.moved else sp.zeros(rows.rows, 0))
+        parts.append(rows.jacobian(model.values))
+        wanted = [self.constants.taken_out(each) for m in (values, *parts) for each in m]
+        self._load()
+        named = iter(self.program.let_matrix("a", sp.Matrix(len(wanted), 1, wanted)))
+        first = [next(named) for _ in values]
+        matrices = [sp.Matrix(*m.shape, [next(named) for _ in m]) for m in parts]
+        return first, _Tangents(*matrices)
+
+    def _load(self) -> None:
         model, program = self.model, self.program
         program.line(f"{TIME} = t")
         program.load("z", 0, list(map(str, model.states)))
-        program.load("p", 0, list(map(str, model.values)))
+        self.constants.load(program)
         program.load("u", 0, list(map(str, model.course)))
         program.load("mode", 0, [str(switch.symbol) for switch in model.switches])
 
-    def _values(self, expressions: sp.Matrix) -> list[sp.Expr]:
-        return list(self.program.let_matrix("value", expressions))
-
-    def _tangents(self, array: str, rows: sp.Matrix, flat: bool = False) -> None:
+    def _along(self, tangents: _Tangents, array: str) -> None:
         """Fill d rows / d (start, values) = d rows / d states T + d rows / d input dU + direct."""
-        model, program = self.model, self.program
-        if rows.rows == 0:
+        states, columns = len(self.model.states), len(self.model.states) + len(self.model.values)
+        rows = tangents.by_value.rows
+        if rows == 0:
             return
-        parts = [(rows.jacobian(model.states), "T")] if len(model.states) else []
-        if self.moved:
-            parts.append((rows.jacobian(model.course), "dU"))
-        named = [(program.let_matrix("a", matrix), name) for matrix, name in parts]
-        direct = program.let_matrix("b", rows.jacobian(model.values))
-        place = (lambda i, j: f"{array}[{j}]") if flat else (lambda i, j: f"{array}[{i}, {j}]")
-        program.begin(f"for column in range({len(model.states) + len(model.values)}):")
-        for i in range(rows.rows):
+        self.program.begin(f"for column in range({columns}):")
+        for i in range(rows):
             terms = [
-                f"{entry} * {name}[{j}, column]"
-                for matrix, name in named
+                f"{entry} * {name}[{j * columns} + column]"
+                for matrix, name in ((tangents.by_state, "T"), (tangents.by_input, "dU"))
                 for j, entry in enumerate(matrix[i, :])
                 if entry != 0
             ]
-            program.line(f"{place(i, 'column')} = {' + '.join(terms) or '0.0'}")
-        program.end()
-        for i in range(rows.rows):
-            for j, entry in enumerate(direct[i, :]):
+            self.program.line(f"{array}[{i * columns} + column] = {' + '.join(terms) or '0.0'}")
+        self.program.end()
+        for i in range(rows):
+            for j, entry in enumerate(tangents.by_value[i, :]):
                 if entry != 0:
-                    program.line(f"{place(i, len(model.states) + j)} += {entry}")
+                    self.program.line(f"{array}[{i * columns + states + j}] += {entry}")
 
 
 def _begin(model: Model) -> str:
