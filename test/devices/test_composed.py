@@ -101,8 +101,7 @@ def test_what_the_probe_measures_is_what_the_model_predicts(name, probe, tmp_pat
     position, force = run(probe(exact=True, model=path), SINES, (0.0, 600))
     kernel = composition.kernel
     values = np.array([entry.default for entry in composition.values])
-    start = np.zeros(len(kernel.STATES))
-    kernel.begin(values, 0.0, 0.0, start)
+    start = kernel.begin(values, 0.0, 0.0)
     predicted = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     assert np.ptp(force) > 0.5
     # A spline through the coil's samples knows nothing of what its force does between them.

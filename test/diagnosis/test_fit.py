@@ -223,7 +223,7 @@ def test_a_start_that_the_samples_hardly_tell_stays_within_reach():
     assert yields == pytest.approx(
         made.answer.parameters["bouc_wen_hysteresis"]["bouc_yield"], rel=0.02
     )
-    elastic = dict(zip(fit.composition.kernel.STATES, fit.starts[0], strict=True))
+    elastic = dict(zip(fit.composition.kernel.states, fit.starts[0], strict=True))
     assert abs(elastic["elastic_displacement"]) < FARTHEST * yields
 
 

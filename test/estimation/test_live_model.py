@@ -37,8 +37,8 @@ def measured(composition, samples=5000, mean=5e-4, seed=1, **changes):
     position = s**3 * (10 - 15 * s + 6 * s**2) * (mean + sines)
     kernel = composition.kernel
     known = default_values(composition) | changes
-    values = np.array([known[name] for name in kernel.VALUES])
-    start = np.zeros(len(kernel.STATES))
+    values = np.array([known[name] for name in kernel.values])
+    start = np.zeros(len(kernel.states))
     force = respond(kernel, values, start, course(kernel, position, PERIOD, values)).output
     force += NOISE * np.random.default_rng(seed).standard_normal(samples)
     return SampleBlock(START, 0, PERIOD, position, force, np.zeros(samples))

@@ -27,7 +27,7 @@ def values_of(composition: Composition, **changes: float) -> np.ndarray:
 def force_of(composition, values, position, period=PERIOD, start=None):
     """Force and sensitivities, from rest at 0 where no start is given."""
     kernel = composition.kernel
-    start = np.zeros(len(kernel.STATES)) if start is None else start
+    start = np.zeros(len(kernel.states)) if start is None else start
     return respond(kernel, values, start, course(kernel, position, period, values))
 
 

@@ -79,14 +79,13 @@ def test_sensitivities_are_the_derivatives_of_the_force(name):
     kernel = composition.kernel
     position = 3e-4 + vibrating(np.arange(1200) * PERIOD)
     values = values_of(composition, **SHOWN.get(name, {}))
-    start = np.zeros(len(kernel.STATES))
-    kernel.begin(values, position[0], 0.13, start)
+    start = kernel.begin(values, position[0], 0.13)
     unknowns = np.concatenate([start, values])
-    labels = [*kernel.STATES, *kernel.VALUES]
+    labels = [*kernel.states, *kernel.values]
     halvings = 2 if FORMS[name].switches else 0
 
     def answer(unknowns):
-        start, values = np.split(unknowns.copy(), [len(kernel.STATES)])
+        start, values = np.split(unknowns.copy(), [len(kernel.states)])
         coil = course(kernel, position, PERIOD, values)
         for _ in range(halvings):
             coil = halved(coil)
@@ -117,7 +116,7 @@ def test_steps_converge(name):
     position = vibrating(np.arange(2000) * PERIOD)
     kernel = composition.kernel
     coil = course(kernel, position, PERIOD, values)
-    start = np.zeros(len(kernel.STATES))
+    start = np.zeros(len(kernel.states))
     forces = []
     for stride in (1, 2, 4, 8):
         forces.append(respond(kernel, values, start, coil).output[::stride][: position.size - 1])

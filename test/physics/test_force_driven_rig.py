@@ -88,13 +88,13 @@ def test_a_force_that_is_read_late_lets_the_position_seem_early():
 def test_sensitivities_are_the_derivatives_of_the_position(name):
     composition = driven(name)
     kernel, values = composition.kernel, values_of(composition)
-    start = np.zeros(len(kernel.STATES))
+    start = np.zeros(len(kernel.states))
     start[0] = 3e-4
     unknowns = np.concatenate([start, values])
     force = 1.5 * PUSH - 0.3
 
     def at(unknowns):
-        start, values = np.split(unknowns.copy(), [len(kernel.STATES)])
+        start, values = np.split(unknowns.copy(), [len(kernel.states)])
         coil = halved(halved(course(kernel, force, PERIOD, values)))
         return respond(kernel, values, start, coil)
 

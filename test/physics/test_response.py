@@ -68,6 +68,14 @@ def test_a_rigid_probe_feels_tissue_and_tip(tissue):
     assert abs(transfer(Composition("rigid_probe", tissue)) - expected) < 1.1 * error
 
 
+def test_values_or_states_of_another_model_are_refused():
+    composition, position = Composition(effects=(EFFECTS["springpot"],)), np.zeros(9)
+    with pytest.raises(ValueError, match="10 states and 8 values"):
+        force_of(composition, values_of(composition), position, start=np.zeros(2))
+    with pytest.raises(ValueError, match="10 states and 8 values"):
+        force_of(composition, values_of(Composition()), position)
+
+
 def test_the_force_of_a_rigid_probe_is_that_of_the_interpolated_motion():
     composition = Composition("rigid_probe")
     times = np.arange(500) * PERIOD
@@ -141,7 +149,7 @@ def test_contact_is_lost_and_regained_at_the_right_instants(name):
     assert np.sqrt(np.mean((force - truth) ** 2)) < 2e-3 * rms
     # In shorter steps the events themselves err by next to nothing.
     coil = halved(halved(course(composition.kernel, position, PERIOD, values)))
-    start = np.zeros(len(composition.kernel.STATES))
+    start = np.zeros(len(composition.kernel.states))
     finer = respond(composition.kernel, values, start, coil).output[::4]
     assert np.sqrt(np.mean((finer - truth[: finer.size]) ** 2)) < 1e-5 * rms
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from numba import njit
 
 from tissue_probe.physics.program import MANY, Program
 
@@ -27,3 +28,15 @@ def test_many_variables_are_one_to_the_compiler():
     text = program.source("start()")
     assert text.count("np.empty(120)") == 1
     assert "t_1[119]" in text
+
+
+@pytest.mark.parametrize("power", [-1, -2, -3])
+def test_zero_to_a_negative_power_is_infinite_and_raises_nothing(power):
+    """A process without Numba has no way to raise."""
+    program = Program()
+    (a,) = program.load("p", 0, ["a"])
+    scope = {}
+    exec(program.source("power(p)", str(program.let("value", a**power))), scope)
+    compiled = njit(scope["power"], error_model="numpy")
+    assert compiled(np.zeros(1)) == np.inf
+    assert compiled(np.full(1, 2.0)) == 2.0**power

@@ -56,7 +56,7 @@ def fit_base(
     fits = []
     for guess in first_guesses(measurements):
         values = problem.nominal.copy()
-        for index, name in enumerate(problem.kernel.VALUES):
+        for index, name in enumerate(problem.kernel.values):
             if name in guess and problem.free[index]:
                 values[index] = guess[name]
         starts = [z for z, _ in problem.begin(values)]
@@ -170,7 +170,7 @@ class _Proposals:
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
         # What corrects the position does so sample by sample, and the course between them changes.
-        own = self.problem.kernel.MOVES_POSITION or self.problem.kernel.ROUNDED >= 0
+        own = self.problem.kernel.moves_position or self.problem.kernel.rounded >= 0
         self.look = _Look(base.measurements, 1.0) if own else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
         proposals: list[_Proposal] = []

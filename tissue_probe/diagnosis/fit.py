@@ -185,12 +185,12 @@ class Fit:
 
     def named(self) -> dict[str, float]:
         """Return values by name."""
-        return dict(zip(self.composition.kernel.VALUES, map(float, self.values), strict=True))
+        return dict(zip(self.composition.kernel.values, map(float, self.values), strict=True))
 
     def deviations(self) -> dict[str, float]:
         """Return standard deviations of the values by name."""
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return dict(zip(self.composition.kernel.VALUES, map(float, deviations), strict=True))
+        return dict(zip(self.composition.kernel.values, map(float, deviations), strict=True))
 
 
 class Problem:
@@ -240,7 +240,7 @@ class Problem:
         self.logarithmic &= self.upper > LOGARITHMIC * np.where(self.lower > 0, self.lower, 1.0)
         self.free = self.deviation > 0
         self.unknowns = int(np.sum(own))
-        self.states = len(self.kernel.STATES)
+        self.states = len(self.kernel.states)
         self.count = len(entries)
         flicker = instrument.flicker_noise
         self.weights = [
@@ -253,28 +253,27 @@ class Problem:
         begins = []
         for measurement in self.measurements:
             extent = measurement.extent
-            z = np.zeros(self.states)
-            self.kernel.begin(values, measurement.position[0], measurement.force[0], z)
+            z = self.kernel.begin(values, measurement.position[0], measurement.force[0])
             loaded = abs(self._indentation(values, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
             length = loaded + 1e-8 if still else depth
             spreads = {
-                **dict(zip(self.kernel.VALUES, map(float, values), strict=True)),
+                **dict(zip(self.kernel.values, map(float, values), strict=True)),
                 "free": depth,
                 "length": length,
                 "branch": length,
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }
-            begins.append((z, np.array([spreads[name] for name in self.kernel.SPREADS])))
+            begins.append((z, np.array([spreads[name] for name in self.kernel.spreads])))
         return begins
 
     def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:
         """Indentation at the start: a state where the load cell yields, else the coil's place."""
-        if "free" in self.kernel.SPREADS:
-            return float(z[self.kernel.SPREADS.index("free")])
-        return float(position - values[self.kernel.VALUES.index("contact_position")])
+        if "free" in self.kernel.spreads:
+            return float(z[self.kernel.spreads.index("free")])
+        return float(position - values[self.kernel.values.index("contact_position")])
 
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]
@@ -404,7 +403,7 @@ def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArra
     Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but what
     relaxes has been pressed.
     """
-    relaxing = np.array([spread == "branch" for spread in problem.kernel.SPREADS], dtype=bool)
+    relaxing = np.array([spread == "branch" for spread in problem.kernel.spreads], dtype=bool)
     lower, upper = [problem.lower], [problem.upper]
     for measurement, (mean, deviation) in zip(
         problem.measurements, problem.begin(values), strict=True
@@ -558,13 +557,13 @@ def _rounding(problem: Problem, point: _Point) -> float:
     model does not smooth are no noise to be counted, but something that it lacks.
     """
     kernel, values = problem.kernel, point.values.copy()
-    smooths = kernel.ROUNDED >= 0 and values[kernel.ROUNDED] > 0
+    smooths = kernel.rounded >= 0 and values[kernel.rounded] > 0
     fine = all(measurement.extent.step <= COARSE for measurement in problem.measurements)
-    if not smooths and not (kernel.MOVES_POSITION and fine):
+    if not smooths and not (kernel.moves_position and fine):
         return 0.0
-    step = values[kernel.ROUNDED] if smooths else 0.0
+    step = values[kernel.rounded] if smooths else 0.0
     if smooths:
-        values[kernel.ROUNDED] = 0.0  # what follows is smoothed already
+        values[kernel.rounded] = 0.0  # what follows is smoothed already
     changes = []
     for m, start in zip(problem.measurements, point.starts, strict=True):
         right, wrong = (
@@ -589,8 +588,8 @@ def _start_penalty(problem: Problem, point: _Point) -> float:
     q, n = problem.count, problem.states
     own = [
         i
-        for i, spread in enumerate(problem.kernel.SPREADS)
-        if spread in ("length", "branch") or spread in problem.kernel.VALUES
+        for i, spread in enumerate(problem.kernel.spreads)
+        if spread in ("length", "branch") or spread in problem.kernel.values
     ]
     penalty = 0.0
     for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):

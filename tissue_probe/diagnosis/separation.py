@@ -139,8 +139,7 @@ def _made(
     times = np.arange(count) * first.sample_period
     position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
-    start = np.zeros(problem.states)
-    problem.kernel.begin(fit.values, position[0], _static(fit, position[0]), start)
+    start = problem.kernel.begin(fit.values, position[0], _static(fit, position[0]))
     coil = course(problem.kernel, position, first.sample_period, fit.values)
     force = respond(problem.kernel, fit.values, start, coil).output
     if not np.isfinite(force).all():

@@ -101,8 +101,8 @@ def start_values(
 
 def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:
     """Start where a fit does, and states that it has not where a probe at rest has them."""
-    known = [dict(zip(base.composition.kernel.STATES, start, strict=True)) for start in base.starts]
+    known = [dict(zip(base.composition.kernel.states, start, strict=True)) for start in base.starts]
     return [
-        np.array([of.get(name, at) for name, at in zip(problem.kernel.STATES, rest, strict=True)])
+        np.array([of.get(name, at) for name, at in zip(problem.kernel.states, rest, strict=True)])
         for of, (rest, _) in zip(known, problem.begin(values), strict=True)
     ]

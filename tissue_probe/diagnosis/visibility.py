@@ -110,10 +110,10 @@ def _visibility(
     faint = {name: FAINT * size for name, size in typical.items()}
     values = start_values(problem, fit.named(), effect, faint)
     columns = by_unknown(problem, values, begin_states(problem, fit, values))
-    names = problem.kernel.VALUES
+    names = problem.kernel.values
     grown = columns[:, [names.index(name) for name in typical]]
     change = grown @ np.array(list(typical.values()))
-    states = [state not in fit.composition.kernel.STATES for state in problem.kernel.STATES]
+    states = [state not in fit.composition.kernel.states for state in problem.kernel.states]
     begun = np.array([False] * len(names) + states * len(fit.measurements), dtype=bool)
     whole = float(change @ change)
     if not np.isfinite(whole) or whole == 0.0:

@@ -10,12 +10,11 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from types import ModuleType
 
-from tissue_probe.physics import compiled
 from tissue_probe.physics.effects import EFFECTS, Effect, Parameter
 from tissue_probe.physics.effects.effect import DAMPING, STIFFNESS
 from tissue_probe.physics.model import Model
+from tissue_probe.physics.response import Kernel
 from tissue_probe.physics.response_code import source
 from tissue_probe.physics.rigs import CELL_DAMPING, CELL_STIFFNESS, CONTACT, MASS, RIGS
 from tissue_probe.physics.tissues import TISSUES
@@ -23,11 +22,15 @@ from tissue_probe.quantities import FORCE, Quantity
 
 #: What a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
+    "physics/coil_course.py",
     "physics/effects/effect.py",
+    "physics/model_functions.py",
     "physics/program.py",
     "physics/response_code.py",
     "physics/rigs.py",
+    "physics/runge_kutta.py",
     "physics/tissues.py",
+    "physics/transition.py",
 )
 CONSTANTS = (
     Parameter(MASS, "kg", default=0.04, lower=0.0, upper=1e4),
@@ -96,16 +99,16 @@ class Composition:
         return RIGS[self.rig].compose(self.all_effects, tissue=tissue, contact_position=True)
 
     @cached_property
-    def kernel(self) -> ModuleType:
+    def kernel(self) -> Kernel:
         """The compiled code, made where no earlier process has."""
         said = repr((self.rig, self.tissue, self.effects))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
-        return compiled.module(f"response_{digest}", lambda: source(self.model), SOURCES)
+        return Kernel.load(f"response_{digest}", lambda: source(self.model), SOURCES)
 
     @cached_property
     def values(self) -> tuple[Parameter, ...]:
         """Constants and parameters in the kernel's order, with units and bounds."""
-        return self.entries(self.kernel.VALUES)
+        return self.entries(self.kernel.values)
 
     def entries(self, names: Iterable[str]) -> tuple[Parameter, ...]:
         """Return what is declared of constants and parameters of these names."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import importlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -49,25 +50,53 @@ class MachineCode:
 _loaded: dict[Path, MachineCode] = {}
 
 
-def load(name: str, write: Callable[[], str], facts: tuple[str, ...]) -> MachineCode:
+def load(
+    name: str,
+    write: Callable[[], str],
+    facts: tuple[str, ...],
+    sources: tuple[str, ...] = compiled.ALL,
+    beside: Callable[[Mapping[str, Any]], str] = lambda _: "",
+) -> MachineCode:
     """Return the functions of a generated module, compiled first where no earlier process has.
 
     Parameters
     ----------
-    name, write
+    name, write, sources
         Of the module, as for ``compiled.module``. Its entries are what it makes by ``cfunc``.
     facts : tuple of str
         Names of constants of the module that are kept with the code, of types that JSON knows.
+    beside : callable
+        Returns, of these constants, the name of a module that calls entries by their names, and
+        whose own are entries too; or nothing.
     """
-    path = compiled.place(f"{name}_{_host()}", ".o")
+    path = _object(name, lambda: compiled.module(name, write, sources), facts, sources)
     if path not in _loaded:
-        machine = _machine()
-        if not path.exists():
-            module = compiled.module(name, write)
-            told = {fact: getattr(module, fact) for fact in facts}
-            compiled.replace(path, _compile(module, machine, told))
-        _loaded[path] = _link(path.read_bytes(), machine)
+        machine, (told, *codes) = _machine(), _read(path)
+        if other := beside(told["facts"]):
+            short = other.rpartition(".")[2]
+            more, code = _read(_object(short, lambda: importlib.import_module(other), (), sources))
+            told["entries"] += more["entries"]
+            codes.append(code)
+        _loaded[path] = _link(told, codes, machine)
     return _loaded[path]
+
+
+def _object(
+    name: str, module: Callable[[], ModuleType], facts: tuple[str, ...], sources: tuple[str, ...]
+) -> Path:
+    """Return where a module's object file is, written first where no earlier process has."""
+    path = compiled.place(f"{name}_{_host()}", ".o", sources)
+    if not path.exists():
+        made = module()
+        told = {fact: getattr(made, fact) for fact in facts}
+        compiled.replace(path, _compile(made, told))
+    return path
+
+
+def _read(path: Path) -> tuple[dict[str, Any], bytes]:
+    """Return what the first line of an object file's JSON tells, and the object file."""
+    head, _, code = path.read_bytes().partition(b"\n")
+    return json.loads(head), code
 
 
 def _machine() -> llvm.TargetMachine:
@@ -90,26 +119,31 @@ def _host() -> str:
     return hashlib.sha256(told.encode()).hexdigest()[:8]
 
 
-def _compile(module: ModuleType, machine: llvm.TargetMachine, facts: dict[str, Any]) -> bytes:
+def _compile(module: ModuleType, facts: dict[str, Any]) -> bytes:
     """Return an object file of a module's entries, after a line of JSON that says what is in it."""
     from numba.core.ccallback import CFunc  # only where something has to be compiled
 
     entries = {name: entry for name, entry in vars(module).items() if isinstance(entry, CFunc)}
-    names = {name: entry.native_name for name, entry in entries.items()}
-    code = _joined([entry.inspect_llvm() for entry in entries.values()])
+    texts = []
+    for name, entry in entries.items():
+        text = llvm.parse_assembly(entry.inspect_llvm())
+        text.get_function(entry.native_name).name = name
+        texts.append(text)
+    code = _joined(texts)
     for function in code.functions:
-        if not function.is_declaration and function.name not in names.values():
+        if not function.is_declaration and function.name not in entries:
             function.linkage = "internal"
+    machine = _machine()
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(code, builder)
     _check_calls(module, code)
-    head = json.dumps({"entries": names, "facts": facts})
+    head = json.dumps({"entries": list(entries), "facts": facts})
     return head.encode() + b"\n" + machine.emit_object(code)
 
 
-def _joined(texts: list[str]) -> llvm.ModuleRef:
-    first, *others = (llvm.parse_assembly(text) for text in texts)
+def _joined(modules: list[llvm.ModuleRef]) -> llvm.ModuleRef:
+    first, *others = modules
     for other in others:
         first.link_in(other)
     return first
@@ -120,20 +154,18 @@ def _check_calls(module: ModuleType, code: llvm.ModuleRef) -> None:
 
     That is its runtime, for arrays that are made and for exceptions. LLVM would end the process.
     """
-    here = ctypes.CDLL(None)
+    here, linked = ctypes.CDLL(None), getattr(module, "LINKED", ())
     declared = [function.name for function in code.functions if function.is_declaration]
-    unknown = [n for n in declared if not n.startswith("llvm.") and not hasattr(here, n)]
+    wanted = [n for n in declared if not n.startswith("llvm.") and n not in linked]
+    unknown = [n for n in wanted if not hasattr(here, n)]
     if unknown:
         raise RuntimeError(f"{module.__name__} calls {', '.join(unknown)}")
 
 
-def _link(content: bytes, machine: llvm.TargetMachine) -> MachineCode:
-    head, _, code = content.partition(b"\n")
-    told = json.loads(head)
+def _link(told: dict[str, Any], codes: list[bytes], machine: llvm.TargetMachine) -> MachineCode:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    for code in codes:
+        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    addresses = {
-        entry: engine.get_function_address(name) for entry, name in told["entries"].items()
-    }
+    addresses = {entry: engine.get_function_address(entry) for entry in told["entries"]}
     return MachineCode(addresses, told["facts"], engine)

@@ -19,6 +19,12 @@ class _Printer(PythonCodePrinter):
     def _print_Float(self, expression: sp.Float) -> str:  # noqa: N802
         return repr(float(expression))
 
+    def _print_Pow(self, expression: sp.Pow, rational: bool = False) -> str:  # noqa: N802
+        # Numba raises where zero is taken to a negative power; one over zero is infinity.
+        if expression.exp.is_Integer and expression.exp < -1:
+            return f"(1.0 / {self._print(1 / expression)})"
+        return super()._print_Pow(expression, rational)
+
     def _print_Heaviside(self, expression: sp.Expr) -> str:  # noqa: N802
         return f"(1.0 if {self._print(expression.args[0])} > 0 else 0.0)"
 

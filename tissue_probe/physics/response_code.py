@@ -22,24 +22,24 @@ from tissue_probe.physics.program import Program
 HEADER = '''"""Generated from the symbols of a model; do not edit."""
 import math
 
-from numba import njit
+from numba import cfunc
 
-from tissue_probe.physics.response import BEGIN, OUTPUT, PREPARE, RATE, SWITCH, TRUE_POSITION
+from tissue_probe.physics.model_functions import BEGIN, OUTPUT, POSITION, PREPARE, RATE, SWITCH
 
-STATES = {states}
-VALUES = {values}
-FIRST = {first}
-SPREADS = {spreads}
-LINEAR = {linear}
-COURSE_COLUMNS = {columns}
-MOVES_POSITION = {moves}
-DELAYS = {delays}
-DELAY = {delay}
-LATE = {late}
-ROUNDED = {rounded}
-PREPARED = {prepared}
+states = {states}
+values = {values}
+first = {first}
+spreads = {spreads}
+linear = {linear}
+course_columns = {columns}
+moves_position = {moves}
+delays = {delays}
+delay = {delay}
+late = {late}
+rounded = {rounded}
+prepared = {prepared}
 '''
-COMPILE = '\n\n@njit({signature}, cache=True, nogil=True, error_model="numpy")\n{source}\n'
+COMPILE = '\n\n@cfunc({signature}, error_model="numpy")\n{source}\n'
 ARGUMENTS = "t, z, p, u, mode, T, dU"
 PREPARED = "prepared"
 
@@ -60,7 +60,7 @@ def source(model: Model) -> str:
         "PREPARE": constants.source(),
     }
     if model.position != POSITION:
-        functions["TRUE_POSITION"] = _position(model, moves)
+        functions["POSITION"] = _position(model, moves)
     text = HEADER.format(
         states=[str(state) for state in model.states],
         values=[str(value) for value in values],
@@ -240,13 +240,13 @@ def _position(model: Model, moves: Sequence[sp.Symbol]) -> str:
     """Fill the true positions of all samples, and their derivatives."""
     program = Program()
     program.load("p", 0, list(map(str, model.values)))
-    program.begin("for i in range(measured.size):")
+    program.begin("for i in range(count):")
     program.line(f"{TIME} = times[i]")
     program.line(f"{POSITION} = measured[i]")
     wanted = sp.Matrix([model.position, *(model.position.diff(symbol) for symbol in moves)])
     true, *changes = program.let_matrix("a", wanted)
     program.set("true[i]", true)
     for row, change in enumerate(changes):
-        program.set(f"changed[{row}, i]", change)
+        program.set(f"changed[{row} * count + i]", change)
     program.end()
-    return program.source("position(times, measured, p, true, changed)")
+    return program.source("position(count, times, measured, p, true, changed)")

@@ -1,0 +1,275 @@
+"""A composed model integrated over a recording by Runge and Kutta's rule, with its tangents.
+
+What belongs here: the steps, and switches found within a step, in Numba's Python.
+What does not: the model's own equations, which are linked in (``model_functions``); steady linear
+models (``transition``); calling it (``response``).
+
+Imported only where machine code of a model has to be made: that takes seconds.
+"""
+
+import numpy as np
+from numba import carray, cfunc, njit
+
+from tissue_probe.physics.coil_course import coil_course
+from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
+
+# The fastest eigenvalue times a part's length stays below LONGEST: a step is divided.
+LONGEST = 0.8
+FEWEST, MOST = 1, 64
+# Friction is stiff at rest, yielding at speed: a step is divided by what was found in its range of
+# the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
+SLOWEST = 1e-5
+# A range is looked at when it is met the first time, and as many times later, and again.
+AGAIN = 16
+# Switches within one part beyond this many are left to the next one (chatter).
+EVENTS = 6
+# Steps of regula falsi at the most; a condition of two parts may have a kink at the switch.
+LOCATING = 30
+# A matrix is squared so many times: the norm's root is then its fastest eigenvalue, or a little
+# more.
+SQUARINGS = 7
+
+
+@njit(error_model="numpy")
+def _advance(
+    t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, first, f, slope,
+    total, totals, z1, T1,
+):  # fmt: skip
+    """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
+
+    ``first`` and ``f`` are then the rates at the beginning and at the end.
+    """
+    coil_course(pieces, changes, columns, sample, since, u, dU)
+    rate(t + since, z, p, u, mode, T, dU, f, slope)
+    for i in range(z.size):
+        first[i], total[i] = f[i], f[i]
+    for j in range(T.size):
+        totals[j] = slope[j]
+    for stage in range(1, 4):
+        part, weight = (0.5 * h, 2.0) if stage < 3 else (h, 1.0)
+        for i in range(z.size):
+            z1[i] = z[i] + part * f[i]
+        for j in range(T.size):
+            T1[j] = T[j] + part * slope[j]
+        if stage != 2:
+            coil_course(pieces, changes, columns, sample, since + part, u, dU)
+        rate(t + since + part, z1, p, u, mode, T1, dU, f, slope)
+        for i in range(z.size):
+            total[i] += weight * f[i]
+        for j in range(T.size):
+            totals[j] += weight * slope[j]
+    for i in range(z.size):
+        z1[i] = z[i] + h / 6.0 * total[i]
+    for j in range(T.size):
+        T1[j] = T[j] + h / 6.0 * totals[j]
+
+
+@njit(error_model="numpy")
+def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
+    """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
+
+    ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
+    """
+    n, q = z.size, dU.size // 3
+    if n == 0:
+        return 1
+    for j in range(n * q):
+        T[j] = 0.0
+    for i in range(n):
+        T[i * q + i] = 1.0
+    rate(0.0, z, p, u, mode, T, dU, f, slope)
+    for i in range(n):
+        for j in range(n):
+            T[i * n + j] = slope[i * q + j]
+    logarithm = 0.0
+    for _ in range(SQUARINGS + 1):
+        norm = 0.0
+        for j in range(n * n):
+            norm += T[j] ** 2
+        norm = np.sqrt(norm)
+        if norm == 0.0:
+            return FEWEST
+        if not norm < np.inf:
+            return MOST
+        logarithm = 2.0 * logarithm + np.log(norm)
+        for j in range(n * n):
+            squared[j] = T[j] / norm
+            T[j] = 0.0
+        for i in range(n):
+            for k in range(n):
+                for j in range(n):
+                    T[i * n + j] += squared[i * n + k] * squared[k * n + j]
+    fastest = np.exp(logarithm / 2.0**SQUARINGS)
+    if not fastest * period / LONGEST < MOST:
+        return MOST
+    return max(FEWEST, int(np.ceil(fastest * period / LONGEST)))
+
+
+@njit(error_model="numpy")
+def _lowest(g, rise, g1, rise1):
+    """Return where a cubic from g to g1 of these slopes is lowest between, and how low.
+
+    A switch may turn within a part and back again: a tip that hardly pulls itself off.
+    """
+    if g <= 0.0 or rise >= 0.0 or rise1 <= 0.0:
+        return 1.0, g1
+    square, cube = 3.0 * (g1 - g) - 2.0 * rise - rise1, 2.0 * (g - g1) + rise + rise1
+    inner = square * square - 3.0 * cube * rise
+    share = -rise / (square + np.sqrt(max(inner, 0.0)))
+    return share, g + share * (rise + share * (square + share * cube))
+
+
+@njit(error_model="numpy")
+def _run(
+    p, z, mode, tip, pieces, changes, columns, period, coil, states, tangents, conditions, G,
+    paces, answer, sensitivity,
+):  # fmt: skip
+    n, q, s = z.size, sensitivity.shape[1], mode.size
+    u, dU = coil[:3], coil[3:]
+    first, f, total, z1, after = states[0], states[1], states[2], states[3], states[4]
+    T, slope, totals, T1 = tangents[0], tangents[1], tangents[2], tangents[3]
+    g, g1, dg, dg1 = conditions[0], conditions[1], conditions[2], conditions[3]
+    met, found = paces[0], paces[1]
+    for i in range(n):
+        T[i * q + i] = 1.0
+    coil_course(pieces, changes, columns, 0, 0.0, u, dU)
+    for _ in range(2):
+        rate(0.0, z, p, u, mode, T, dU, after, slope)
+        switch(0.0, z, p, u, mode, T, dU, after, g, dg, G)
+        for k in range(s):
+            if g[k] < 0.0:
+                mode[k] = 1.0 - mode[k]
+    before = np.nan
+    for sample in range(answer.size):
+        last = sample == answer.size - 1
+        piece = sample - 1 if last else sample
+        t = piece * period
+        coil_course(pieces, changes, columns, piece, period if last else 0.0, u, dU)
+        answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        if last:
+            break
+        speed = z[tip] if tip >= 0 else u[1]
+        ahead = 2.0 * speed - before if before == before else 0.0
+        before = speed
+        parts = 1
+        for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
+            pace = min(int(np.log2(max(abs(at) / SLOWEST, 1.0))), found.size - 1)
+            met[pace] += 1
+            if met[pace] == 1 or (met[pace] % AGAIN == 0 and met[pace] <= AGAIN**2):
+                for i in range(n):
+                    z1[i] = z[i]
+                if tip >= 0:
+                    z1[tip] = at
+                else:
+                    u[1] = at
+                found[pace] = max(
+                    found[pace], _parts(p, z1, u, mode, dU, slope, totals, T1, total, period)
+                )
+            parts = max(parts, int(found[pace]))
+        for part in range(parts):
+            since, end, events = part * period / parts, (part + 1) * period / parts, 0
+            between = True  # whether a switch may turn, and back, between the two ends
+            while True:
+                h = end - since
+                _advance(
+                    t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU,
+                    first, f, slope, total, totals, z1, T1,
+                )  # fmt: skip
+                if s == 0 or events == EVENTS:
+                    break
+                coil_course(pieces, changes, columns, sample, since, u, dU)
+                switch(t + since, z, p, u, mode, T, dU, first, g, dg, G)
+                coil_course(pieces, changes, columns, sample, end, u, dU)
+                switch(t + end, z1, p, u, mode, T1, dU, f, g1, dg1, G)
+                turning, share, high, at_high = -1, 1.0, 1.0, 0.0
+                for k in range(s):
+                    end_of, at_end = 1.0, g1[k]
+                    if between and at_end >= 0.0:
+                        end_of, at_end = _lowest(g[k], h * dg[k], g1[k], h * dg1[k])
+                    if at_end < 0.0:
+                        here = end_of * max(g[k], 0.0) / max(g[k] - at_end, 1e-300)
+                        if g[k] <= 0.0:
+                            here = 0.0
+                        if turning < 0 or here < share:
+                            turning, share, high, at_high = k, here, end_of, at_end
+                if turning < 0:
+                    break
+                # Regula falsi (Illinois) for the share of the part at which the switch turns.
+                low, at_low = 0.0, max(g[turning], 0.0)
+                between = high == 1.0
+                if not between:  # the cubic is a guess: it is looked whether the switch turns there
+                    share = high
+                for _ in range(LOCATING):
+                    _advance(
+                        t, p, z, T, pieces, changes, columns, sample, since, share * h, mode,
+                        u, dU, first, f, slope, total, totals, z1, T1,
+                    )  # fmt: skip
+                    coil_course(pieces, changes, columns, sample, since + share * h, u, dU)
+                    rate(t + since + share * h, z1, p, u, mode, T1, dU, after, slope)
+                    switch(t + since + share * h, z1, p, u, mode, T1, dU, after, g1, dg1, G)
+                    if not between:
+                        if g1[turning] >= 0.0:
+                            break
+                        between = True
+                    if abs(g1[turning]) <= 1e-9 * abs(dg1[turning]) * h or at_low <= 0.0:
+                        break
+                    if g1[turning] < 0.0:
+                        high, at_high, at_low = share, g1[turning], 0.5 * at_low
+                    else:
+                        low, at_low, at_high = share, g1[turning], 0.5 * at_high
+                    share = low + (high - low) * at_low / (at_low - at_high)
+                if not between:
+                    continue
+                mode[turning] = 1.0 - mode[turning]
+                rate(t + since + share * h, z1, p, u, mode, T1, dU, f, slope)
+                speed = dg1[turning]
+                for i in range(n):
+                    z[i] = z1[i]
+                    jump = (f[i] - after[i]) / speed if abs(speed) > 1e-300 else 0.0
+                    for j in range(q):
+                        T[i * q + j] = T1[i * q + j] + jump * G[turning * q + j]
+                since += share * h
+                events += 1
+                if end - since <= 1e-12 * period:
+                    for i in range(n):
+                        z1[i] = z[i]
+                    for j in range(n * q):
+                        T1[j] = T[j]
+                    break
+            for i in range(n):
+                z[i] = z1[i]
+            for j in range(n * q):
+                T[j] = T1[j]
+        for i in range(n):
+            if not abs(z[i]) < 1e6:
+                answer[sample + 1 :] = np.nan
+                sensitivity[sample + 1 :] = np.nan
+                return
+
+
+@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64)", error_model="numpy")
+def run(arrays, sizes, period):
+    """Integrate; ``arrays`` are those of ``_run``.
+
+    ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, and the numbers of the
+    r columns that move with the coil.
+    """
+    n, q, known, s, r, samples, tip, ranges = carray(sizes, 8)
+    _run(
+        carray(arrays[0], known),
+        carray(arrays[1], n),
+        carray(arrays[2], s),
+        tip,
+        carray(arrays[3], (4, samples - 1)),
+        carray(arrays[4], (r, 4, samples - 1)),
+        carray(sizes, 8 + r)[8:],
+        period,
+        carray(arrays[5], 3 + 3 * q),
+        carray(arrays[6], (5, n)),
+        carray(arrays[7], (4, n * q)),
+        carray(arrays[8], (4, s)),
+        carray(arrays[9], s * q),
+        carray(arrays[10], (2, ranges)),
+        carray(arrays[11], samples),
+        carray(arrays[12], (samples, q)),
+    )
