@@ -152,7 +152,7 @@ def _run(
     for i in range(n):
         for k in range(n + 5):
             for j in range(q - n):
-                by_driver[i, k * (q - n) + j] = G[j, i, k]
+                by_driver[(k * n + i) * q + n + j] = G[j, i, k]
     for i in range(n):
         z[i] = w[i]
         T[i * q + i] = 1.0
@@ -168,15 +168,15 @@ def _run(
             w[i] = z[i]
         for k in range(4):
             w[n + k] = pieces[3 - k, sample]
+        for j in range(n * q):
+            T1[j] = 0.0
+        _add_rows(w, by_driver, T1)
         for i in range(n):
-            z[i] = 0.0
+            total = 0.0
             for k in range(n + 5):
-                z[i] += E[i, k] * w[k]
-            row = T1[i * q : (i + 1) * q]
-            for j in range(q):
-                row[j] = 0.0
-            _add_rows(E[i, :n], T, row)
-            _add_rows(w, by_driver[i], row[n:])
+                total += E[i, k] * w[k]
+            z[i] = total
+            _add_rows(E[i, :n], T, T1[i * q : (i + 1) * q])
             for r in range(columns.size):
                 for k in range(4):
                     T1[i * q + columns[r]] += E[i, n + k] * changes[r, 3 - k, sample]
@@ -203,7 +203,7 @@ def run(arrays, sizes, period):
         carray(arrays[8], size),
         carray(arrays[9], (4, size, size)),
         carray(arrays[10], (3, q - n, size, size)),
-        carray(arrays[11], (n, size * (q - n))),
+        carray(arrays[11], size * n * q),
         carray(arrays[12], samples),
         carray(arrays[13], (samples, q)),
     )
