@@ -24,6 +24,7 @@ from tissue_probe.quantities import FORCE, Quantity
 SOURCES = (
     "physics/coil_course.py",
     "physics/effects/effect.py",
+    "physics/machine_code.py",
     "physics/model_functions.py",
     "physics/program.py",
     "physics/response_code.py",
