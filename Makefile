@@ -3,6 +3,8 @@
 SHELL := /bin/bash
 # A sourced ROS 2 install must not mix with the wheels in .venv.
 unexport PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH LD_LIBRARY_PATH
+# pip leaves bytecode to the first import (below): whoever forbids that waits for it in every process.
+unexport PYTHONDONTWRITEBYTECODE
 
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
