@@ -38,8 +38,7 @@ class Kernel:
     Attributes
     ----------
     code : MachineCode
-        Has the entries ``run``, ``prepare``, ``begin`` and, where a value moves the coil's course,
-        ``position``.
+        Has the entries ``run``, ``prepare``, ``begin`` and, where ``moves_position``, ``position``.
     states, values : list of str
         Names, in the order of all arrays.
     first : list of float
