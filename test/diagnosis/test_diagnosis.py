@@ -274,3 +274,33 @@ def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
     first = found.ladder.ranking[0]
     assert added(first).name in found.unseen
     assert first.composition.names in found.validated
+
+
+@pytest.mark.parametrize(
+    ("seed", "effect"),
+    [
+        (471040, "added_mass"),  # rings at another frequency than the tip does without
+        (481005, "standard_linear_solid"),  # ten times as stiff as the rest of the tissue
+        (481050, "generalized_maxwell"),
+    ],
+)
+def test_what_a_steady_sine_nearly_hides_is_found_though_it_is_strong(seed, effect):
+    made = challenge(seed, effect, excitation="sine10ss")
+    found = diagnose(made, library(effect), at_rest=False)
+    assert (found.verdict, found.effects) == ("missing", (effect,))
+
+
+def test_a_strong_springpot_leaves_noise_only():
+    """Its ladder has enough branches, up to the fastest that a load cell can tell."""
+    made = challenge(486004, "springpot", excitation="chirp60")
+    found = diagnose(made, library("springpot"))
+    assert (found.verdict, found.effects) == ("missing", ("springpot",))
+    assert made.answer.ratio > 20.0
+
+
+def test_what_cannot_tell_relaxation_from_a_bias_cannot_tell_its_form_either():
+    made = challenge(471052, "generalized_maxwell", excitation="sine10ss")
+    names = ("force_bias", "standard_linear_solid", "generalized_maxwell", "force_drift")
+    found = diagnose(made, library(*names), at_rest=False)
+    assert found.verdict == "ambiguous"
+    assert set(found.indistinguishable) == set(names) - {"force_drift"}  # a bias that changes

@@ -238,3 +238,14 @@ def test_a_search_is_given_up_where_what_exceeds_the_noise_will_not_come_near():
 def test_what_leaves_hardly_more_than_noise_is_not_given_up_for_a_better_one():
     assert not Bar(0.95, noise=1.0).out_of_reach(1.03, gain=0.0)
     assert Bar(0.95, noise=1.0).out_of_reach(1.06, gain=0.0)
+
+
+def test_out_of_contact_no_branch_is_stretched():
+    made = challenge(488506, "contact_loss", "standard_linear_solid", excitation="sine10ss")
+    fit = fitted(
+        [measurement(made.recording, at_rest=False)], "contact_loss", "standard_linear_solid"
+    )
+    (stiffness,) = made.answer.parameters["standard_linear_solid"]["branch_stiffness"]
+    (rate,) = made.answer.parameters["standard_linear_solid"]["branch_rate"]
+    assert fit.named()["relaxing_stiffness"] == pytest.approx(stiffness, rel=0.03)
+    assert fit.named()["relaxation_rate"] == pytest.approx(rate, rel=0.03)

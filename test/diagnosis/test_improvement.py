@@ -228,3 +228,19 @@ def test_both_of_two_effects_give_way_each_to_another_of_its_family():
     assert ladder.ranking[0].composition.names == ("hertz_contact",)
     assert set(ladder.effects) == {"force_lag", "exponential_stiffening"}
     assert ladder.final.ratio < EXPLAINED
+
+
+def test_a_search_goes_round_a_bend_beside_lost_motion():
+    """Its first step gains next to nothing, and from there the next promises much."""
+    made = challenge(489106, "structural_mode", "backlash")
+    ladder = climbed(made, effects=library("structural_mode", "backlash", "hunt_crossley"))
+    assert (ladder.verdict, set(ladder.effects)) == ("missing", {"structural_mode", "backlash"})
+
+
+def test_what_rounding_might_leave_is_explained_where_an_effect_does():
+    made = challenge(
+        488516, "backlash", "encoder_quantization", excitation="msine60", rig="tolerant"
+    )
+    effects = library("encoder_quantization", "backlash", "force_bias")
+    ladder = climbed(made, TOLERANT, effects)
+    assert set(ladder.effects) == {"backlash", "encoder_quantization"}

@@ -148,6 +148,13 @@ def test_forces_that_stand_alone_are_told_one_by_one(motion):
     assert not found.fatal
 
 
+@pytest.mark.parametrize("seed", [489007, 489024, 489036])
+def test_an_encoder_that_reads_no_motion_where_a_record_begins_is_not_stuck(seed):
+    """Its periodic error passes for noise, by which no value would come so often."""
+    made = challenge(seed, "encoder_interpolation", "mains_hum", excitation="msine60").recording
+    assert names(made.position, made.force, made.sample_period) == set()
+
+
 def test_a_channel_of_a_lower_rate_is_told_by_how_much():
     position, force = measure()
     finding = inspect(position, np.repeat(force[::4], 4), PERIOD)["stuck_samples"]

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from hidden import EXACT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,7 +32,9 @@ from tissue_probe.diagnosis.ranking import (
     ranked,
     significant,
     ties,
+    whitest,
 )
+from tissue_probe.diagnosis.whiteness import colour
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -111,14 +114,23 @@ def test_alike_are_models_as_good_that_differ_in_one_effect_and_do_not_contain_i
     assert differing([final]) == ()
 
 
+@pytest.mark.parametrize("samples", [2000, 4000, 40_000])
+def test_white_noise_hardly_ever_passes_for_coloured(samples):
+    random = np.random.default_rng(samples)
+    colours = [colour([random.standard_normal(samples)]) for _ in range(1000)]
+    assert np.mean(np.array(colours) > whitest(samples)) <= 0.002
+    assert WHITE <= whitest(samples) < 1.25
+
+
 def test_explained_is_what_leaves_no_more_than_noise_and_that_white():
     made = fit("mains_hum", 1000.0, 1.0)
     assert explained(made)
     assert not explained(fit("mains_hum", 1000.0, 1.01 * EXPLAINED))
-    assert not explained(replace(made, colour=1.01 * WHITE))
+    dark = 1.01 * whitest(made.samples)
+    assert not explained(replace(made, colour=dark))
     rounded = 1.1 * ROUNDING * made.noise
-    assert explained(replace(made, colour=1.01 * WHITE, rounding=rounded))
-    assert not explained(replace(made, colour=1.01 * WHITE, rounding=0.5 * rounded))
+    assert explained(replace(made, colour=dark, rounding=rounded))
+    assert not explained(replace(made, colour=dark, rounding=0.5 * rounded))
     assert not explained(replace(fit("mains_hum", 1000.0, 1.2 * ROUGHLY), rounding=rounded))
     assert not explained(replace(made, unevenness=1.01 * EVEN))
     assert not explained(replace(made, strain=1.01 * STRAINED))

@@ -17,7 +17,9 @@ FAMILIES = {
     "relaxation", "stiffening", "contact", "friction", "lost motion", "inertia", "scale", "offset",
     "body motion", "mains hum", "timing", "encoder", "time-varying",
 }  # fmt: skip
-EXTENT = Extent(duration=2.0, indentation=1e-3, speed=0.06, force=0.3, pull=0.2, step=1e-6)
+EXTENT = Extent(
+    duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-6
+)
 
 
 def test_every_file_is_an_effect_of_its_name():

@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking import explained
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -32,6 +33,8 @@ LEAST_SHARE = 0.004
 ASTRAY = 6.0
 #: Squared residual over noise at which a further effect needs no other start.
 ENOUGH = 1.04
+#: And below which residual over noise, if all is explained, none of them can do better.
+CLOSE = 1.01
 #: Two searches that end within this factor of each other's cost have found the same: no third.
 SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
@@ -132,10 +135,29 @@ def fit_candidates(
         enough = min(ENOUGH * base.floor, needed) if asked else 0.0
         found = pool.map(lambda each: each.fits(bar, enough), proposed)
         fits = [fit for each in found for fit in each]
+        fits += [fit for each in _given_up(proposed, fits) for fit in each.fits(Bar(), enough)]
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
-        best.setdefault(fit.composition.names[-1], fit)
+        best.setdefault(_last(fit), fit)
     return list(best.values())
+
+
+def _given_up(proposed: Sequence[_Proposals], fits: Sequence[Fit]) -> list[_Proposals]:
+    """Return simpler forms of the best effect whose searches were given up, none near the best.
+
+    Were it not for the other, they might have come as far, and the simpler one is preferred.
+    """
+    if not fits:
+        return []
+    best = min(fits, key=lambda fit: fit.cost)
+    near = {_last(fit) for fit in fits if fit.cost < FAR * best.cost}
+    stopped = {_last(fit) for fit in fits if not fit.converged} - near
+    wanted = stopped.intersection(best.composition.effects[-1].simpler)
+    return [each for each in proposed if each.effect.name in wanted]
+
+
+def _last(fit: Fit) -> str:
+    return fit.composition.names[-1]
 
 
 @dataclass(frozen=True)
@@ -226,7 +248,7 @@ class _Proposals:
             costs[own] = fit.cost
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
-            if best.cost > ASTRAY * bar.cost:
+            if best.cost > ASTRAY * bar.cost or (explained(best) and best.ratio < CLOSE):
                 break
             found += self._around(best, bar)
             if min(fit.cost for fit in found) > BETTER * best.cost:

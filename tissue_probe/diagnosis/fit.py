@@ -28,6 +28,8 @@ MOST_STEPS = 40
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
+#: Share of what a step promises that it may gain, where the search is at a bend.
+KEPT = 0.4
 #: And this share of the noise, where only what exceeds it is compared.
 LEAST_EXCESS = 0.04
 BLOCKS = 8
@@ -446,7 +448,7 @@ class Bar:
     noise: float = 0.0
 
     def out_of_reach(self, cost: float, gain: float) -> bool:
-        """Whether a search at a cost, which a step lowered by a gain, will not come near."""
+        """Whether a search at a cost, which a step lowers by a gain, will not come near."""
         near = max(HOPELESS * (self.cost - self.noise), LEAST_EXCESS * self.noise)
         return cost - 10.0 * gain - self.noise > near
 
@@ -481,9 +483,11 @@ def search(
 
 
 def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
-    damping, settled = 1e-3, False
+    damping, settled, gain = 1e-3, False, np.inf
     for _ in range(MOST_STEPS):
-        values, starts, _ = _solve(problem, point, damping)
+        values, starts, promised = _solve(problem, point, damping)
+        if bar.out_of_reach(point.cost, max(gain, KEPT * (point.cost - promised))):
+            break
         trial = _point(problem, values, starts)
         if trial is None or trial.cost > point.cost:
             damping = max(damping, 1e-7) * 8.0
@@ -494,7 +498,7 @@ def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
         gain = point.cost - trial.cost
         settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
         point, damping = trial, damping * 0.1
-        if settled or bar.out_of_reach(point.cost, gain):
+        if settled:
             break
     bar.cost = min(bar.cost, point.cost)
     return _finish(problem, point, settled)

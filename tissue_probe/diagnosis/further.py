@@ -13,7 +13,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import fit_candidates
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
-from tissue_probe.diagnosis.ranking import TIE, added, explained, ranked
+from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, ranked
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -22,9 +22,6 @@ from tissue_probe.physics.effects import Effect
 SHARE = 0.65
 #: Where one removes this share, and all is explained, it is sought beside no other first effect.
 CLEAR = 0.95
-#: Families whose effects are forms of one law: beside one of them another only bends it. Of an
-#: encoder with coarse steps nothing finer is known.
-FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 #: Families of which a second effect is tried first.
 FOLLOWED = 5
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.

@@ -17,7 +17,9 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
+    BEYOND_DOUBT,
     EXPLAINED,
+    ROUNDING,
     SIMPLER,
     TIE,
     added,
@@ -35,8 +37,9 @@ from tissue_probe.physics.effects import Effect
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: Effects on which a second is tried, if there are so many of different families; effects in all.
-BEAM, MOST = 3, 3
+#: Effects on which a second is tried, if there are so many of different families; how many more
+#: where none explains all; effects in all.
+BEAM, WIDER, MOST = 3, 2, 3
 #: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 25.0
 
@@ -116,10 +119,11 @@ def climb(
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
-    paths = [(fit,) for fit in _various(near)[:BEAM] if significant(base, fit)]
+    begun = [(fit,) for fit in _various(near) if significant(base, fit)]
+    paths, wider = begun[:BEAM], begun[BEAM : BEAM + WIDER]
     best, further = paths[0], Further(base, instrument, library)
-    while not explained(best[-1]) and len(best) < MOST and _is_worth(best):
-        longest = _longest(further, paths, ranking, instrument)
+    while not _is_settled(best[-1]) and len(best) < MOST and _is_worth(best):
+        longest = _longest(further, paths, wider, ranking, instrument)
         if not longest or not _removes(best[-1], longest[-1]):
             break
         best = tuple(_exchanged(longest, ranking, further, instrument))
@@ -218,13 +222,16 @@ def climb_by(
 def _longest(
     further: Further,
     paths: Sequence[tuple[Fit, ...]],
+    wider: Sequence[tuple[Fit, ...]],
     ranking: Sequence[Fit],
     instrument: Instrument,
 ) -> tuple[Fit, ...]:
     """Return the best path with one effect more.
 
     The second may have been found beside a first that only stands for another: whatever else goes
-    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too.
+    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
+    and where none explains all, so are further first effects: of two strong ones neither may be
+    worth much alone.
     """
     longer = further.of(paths)
     best = _anew(longer[0], instrument) if longer else ()
@@ -233,7 +240,10 @@ def _longest(
     best = _better(best, further.of(_turned(best, paths, ranking)), instrument)
     if best and beyond_doubt(best[-1]):
         return best
-    return _better(best, further.of(paths[:1], promising=False), instrument)
+    best = _better(best, further.of(paths[:1], promising=False), instrument)
+    if best and explained(best[-1]):
+        return best
+    return _better(best, further.of(wider), instrument)
 
 
 def _better(
@@ -346,6 +356,12 @@ def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     others = [fit for fit in ranking if added(fit).name != added(found).name]
     known = [fit for fit in ranking if added(fit).name == added(found).name]
     return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
+
+
+def _is_settled(fit: Fit) -> bool:
+    """Whether no further effect is sought: rounding, known roughly, may pass for what it leaves."""
+    rough = fit.rounding > ROUNDING * fit.noise
+    return explained(fit) and not (rough and fit.ratio - 1.0 > BEYOND_DOUBT * (EXPLAINED - 1.0))
 
 
 def _is_worth(path: Sequence[Fit]) -> bool:

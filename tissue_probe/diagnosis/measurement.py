@@ -174,6 +174,7 @@ class Measurement:
         return Extent(
             duration=self.position.size * self.sample_period,
             indentation=float(np.ptp(self.position)) / 2 + 1e-9,
+            depth=float(np.max(self.position)),
             speed=float(np.quantile(rate, 0.99)) + 1e-9,
             force=float(np.std(self.force)) + 1e-9,
             pull=max(-float(np.min(self.force)), 0.0),

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.whiteness import SLOW
 from tissue_probe.physics.effects import Effect
 
 #: A better fit is real where the BIC falls by more than this and the residual by this share.
@@ -22,15 +23,20 @@ SIMPLER = 30.0
 EXPLAINED = 1.07
 #: The same where an encoder's rounding is as large as the noise: its size is known roughly. Where
 #: it is less, but at least this share, it may still have any colour.
-ROUGHLY, ROUNDING = 1.15, 0.15
-#: And the residual's rms below a sixteenth of the sampling rate over that above: it is white.
-WHITE = 1.12
+ROUGHLY, ROUNDING = 1.2, 0.15
+#: And the residual's rms below a sixteenth of the sampling rate over that above: it is white. Of
+#: few samples noise varies more; it exceeds so many standard deviations once in 4000 recordings.
+WHITE, RARE = 1.12, 3.5
 #: And how far an octave of it may stand out, in what is usual for noise.
 EVEN = 8.0
 #: And the sum of squared departures, in standard deviations, from the rig's tolerances and starts.
 STRAINED = 30.0
 #: Share of these limits within which a residual is noise beyond doubt.
 BEYOND_DOUBT = 0.6
+
+#: Families whose effects are forms of one law: beside one of them another only bends it. Of an
+#: encoder with coarse steps nothing finer is known.
+FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 
 
 def significant(simple: Fit, better: Fit) -> bool:
@@ -48,8 +54,13 @@ def explained(fit: Fit) -> bool:
     share = fit.rounding / fit.noise
     if share > ROUNDING:
         return fit.ratio < EXPLAINED + (ROUGHLY - EXPLAINED) * min(share**2, 1.0)
-    white = fit.colour < WHITE and fit.unevenness < EVEN
+    white = fit.colour < whitest(fit.samples) and fit.unevenness < EVEN
     return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
+
+
+def whitest(samples: int) -> float:
+    """Return the largest colour that so many samples of white noise may have."""
+    return max(WHITE, 1.0 + RARE * (SLOW / (2.0 * samples)) ** 0.5)
 
 
 def beyond_doubt(fit: Fit) -> bool:
@@ -98,8 +109,21 @@ def _gains_much(simpler: Fit, fit: Fit) -> bool:
 
 
 def ties(order: Sequence[Fit]) -> list[Fit]:
-    """Return the fits that cannot be told from the first: as good, and not containing it."""
-    return alike(order[0], order)
+    """Return the fits that cannot be told from the first: as good, and not containing it.
+
+    Where there are several, another form of one of them that contains it and leaves as little may
+    be there as well: what cannot tell relaxation from a bias cannot tell how many branches relax.
+    """
+    tied = alike(order[0], order)
+    if len(tied) == 1:
+        return tied
+    least = {added(fit).name: fit.cost for fit in tied if added(fit).family in FORMS}
+    return tied + [
+        fit
+        for fit in order
+        if fit not in tied
+        and any(fit.cost < least[name] + TIE for name in added(fit).simpler if name in least)
+    ]
 
 
 def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:

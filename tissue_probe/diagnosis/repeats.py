@@ -103,7 +103,8 @@ def stuck(channel: Channel, other: Channel) -> Runs:
 def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     """Mark runs that a motion comes to and leaves gently: what passes for noise elsewhere is none.
 
-    So it is where an interpolated encoder reads almost no motion, once in each of its periods.
+    So it is where an interpolated encoder reads almost no motion, once in each of its periods, and
+    where a record begins at rest.
     """
     values, stop = channel.values, equal.first + equal.length
     inside = (equal.first >= 2) & (stop + 1 < values.size)
@@ -112,6 +113,8 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     first, stop = equal.first[inside], stop[inside]
     last, early = np.maximum(move[first - 1], move[stop - 1]), move[first - 2]
     turns[inside] = (last < GENTLE * channel.noise) & (last < np.minimum(early, move[stop]))
+    rests = (equal.first == 0) & (equal.length < values.size)
+    turns[rests] = move[equal.length[rests] - 1] < GENTLE * channel.noise
     return turns
 
 

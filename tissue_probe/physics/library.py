@@ -36,7 +36,9 @@ SIGNALS = (
 )  # fmt: skip
 ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which what an effect proposes is tried.
-USUAL = Extent(duration=2.0, indentation=1e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7)
+USUAL = Extent(
+    duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7
+)
 
 
 class EffectError(ValueError):

@@ -238,6 +238,10 @@ class _Pressed:
         self.force = self.bonded
         for effect in effects:
             self.force = self.at(effect.contact).subs(TISSUE_FORCE, self.force)
+        #: Whether (1, 0) the tip touches the tissue, of switches; 1 where none of them says so.
+        held = sp.sympify(sp.prod(effect.contact.diff(TISSUE_FORCE) for effect in effects))
+        known = {switch.symbol for effect in effects for switch in effect.switches}
+        self.touching = held if held.free_symbols <= known else sp.Integer(1)
         self.drag = self.at(sum(effect.drag for effect in effects))
         self.inertia = sum(effect.inertia for effect in effects)
 
@@ -294,7 +298,11 @@ def _rest(state: State) -> tuple[sp.Expr, str]:
 
 
 def _placed(state: State, pressed: _Pressed) -> State:
-    return State(state.symbol, pressed.at(state.motion), *_rest(state))
+    """Give a state its motion under this tip: out of contact no surface follows it."""
+    motion = sp.sympify(state.motion)
+    if state.spread == "branch":
+        motion = motion.subs(TIP_VELOCITY, TIP_VELOCITY * pressed.touching)
+    return State(state.symbol, pressed.at(motion), *_rest(state))
 
 
 def _through(coil: tuple[sp.Expr, sp.Expr], effect: Effect) -> tuple[sp.Expr, sp.Expr]:

@@ -8,8 +8,8 @@ MASS = sp.Symbol("added_mass", real=True)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose as little as nothing, and as much as a tip: the first may be led astray."""
-    return [{}, {"added_mass": 0.03}]
+    """Propose nothing, and as much as a tip or several: a resonance is found from near it."""
+    return [{}, *({"added_mass": mass} for mass in (0.03, 0.06, 0.1, 0.16))]
 
 
 ADDED_MASS = Effect(

@@ -1,7 +1,10 @@
 """Stress relaxation with two time constants."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
+from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
 
 K1, K2 = sp.symbols("relaxing_stiffness_1 relaxing_stiffness_2", real=True)
@@ -17,6 +20,33 @@ def starts(extent: Extent) -> list[dict[str, float]]:
         for i, slow in enumerate(rates)
         for fast in rates[i + 1 :]
     ]
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose other rates, and most or half of the tissue's dynamic stiffness for the branches.
+
+    At one frequency tissue and branches are alike, and lie along a valley too long for a search.
+    """
+    known = sum(
+        found[f"relaxing_stiffness_{i}"]
+        * of_branch(extent.frequency, found[f"relaxation_rate_{i}"])
+        for i in (1, 2)
+    )
+    proposed = []
+    for slow in (extent.frequency * f for f in (0.03, 0.1, 0.3)):
+        unit = of_branch(extent.frequency, slow) + of_branch(extent.frequency, 10.0 * slow)
+        for share in (0.5, 0.95):
+            stiffness, rest = handed_over(extent.frequency, found, known, unit, share)
+            proposed.append(
+                {
+                    "relaxing_stiffness_1": stiffness,
+                    "relaxing_stiffness_2": stiffness,
+                    "relaxation_rate_1": slow,
+                    "relaxation_rate_2": 10.0 * slow,
+                    **rest,
+                }
+            )
+    return proposed
 
 
 GENERALIZED_MAXWELL = Effect(
@@ -37,6 +67,7 @@ GENERALIZED_MAXWELL = Effect(
     ),
     strengths=2,
     starts=starts,
+    near=near,
     simpler=("standard_linear_solid",),
     assumptions="Small strains; relaxation times a factor apart",
     reference="Wiechert (1893); Fung, Biomechanics (1993), section 2.11",

@@ -1,5 +1,7 @@
 """Contact of a round tip: a force that grows with a power of the indentation."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import (
@@ -15,12 +17,29 @@ from tissue_probe.physics.effects.effect import (
 EXPONENT = sp.Symbol("contact_exponent", positive=True)
 TOUCHING, PUSHING = sp.symbols("touching pushing", nonnegative=True)
 REFERENCE_DEPTH = 1e-3
+EXPONENTS = (1.2, 1.5, 2.0, 2.6)
 _DEPTH = sp.Max(INDENTATION, sp.Float(1e-9)) / REFERENCE_DEPTH
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose the exponents of a flat punch to a cone."""
-    return [{"contact_exponent": exponent} for exponent in (1.2, 1.5, 2.0, 2.6)]
+    return [{"contact_exponent": exponent} for exponent in EXPONENTS]
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose other exponents, with the force found where the tip is deepest, or its slope midway.
+
+    Under a preload the stiffness, which is that at 1 mm, must change along with the exponent.
+    """
+    old, mean = found["contact_exponent"], extent.depth - extent.indentation
+    proposed = []
+    for new in EXPONENTS:
+        deepest = (extent.depth / REFERENCE_DEPTH) ** (old - new) if extent.depth > 0.0 else 1.0
+        proposed.append({"contact_exponent": new, "stiffness": found["stiffness"] * deepest})
+        if mean > 0.0:
+            midway = (mean / REFERENCE_DEPTH) ** (old - new) * old / new
+            proposed.append({"contact_exponent": new, "stiffness": found["stiffness"] * midway})
+    return proposed
 
 
 def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...] = ()) -> Effect:
@@ -34,6 +53,7 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         switches=switches,
         neutral=1.0,
         starts=starts,
+        near=near,
         forms=forms,
         simpler=("contact_loss",),
         assumptions="Elastic half space; n is 3/2 for a sphere, 2 for a cone; the damping acts in "

@@ -5,12 +5,13 @@ from collections.abc import Mapping
 
 import sympy as sp
 
+from tissue_probe.physics.dynamic_stiffness import handed_over
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
 
 STRENGTH = sp.Symbol("springpot_stiffness", real=True)
 EXPONENT = sp.Symbol("springpot_exponent", positive=True)
-PER_DECADE = 1.5
-RATES = [10 ** (-1.5 + i / PER_DECADE) for i in range(8)]
+PER_DECADE = 2.0
+RATES = [10 ** (-1.5 + i / PER_DECADE) for i in range(11)]
 BRANCHES = sp.symbols(f"springpot_branch_1:{len(RATES) + 1}", real=True)
 
 # The relaxation function c (t / s)^-a / Gamma(1 - a) is an integral of exponentials over all rates
@@ -28,28 +29,19 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     """Propose other exponents, tissue and springpot together as stiff at the motion's frequency.
 
-    They lie along a valley too long and bent for a search.
+    With the strength found, as stiff there as it is, and with shares of the whole: all lie along a
+    valley too long and bent for a search, and of no strength the way up may begin downhill.
     """
-    frequency = extent.speed / extent.indentation  # rad/s
+    turned = 1j * extent.frequency
     strength, exponent = found[str(STRENGTH)], found[str(EXPONENT)]
-    known = strength * (1j * frequency) ** exponent
+    known = strength * turned**exponent
     proposed = []
     for other in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85):
-        scaled = strength * frequency ** (exponent - other)
-        more = known - scaled * (1j * frequency) ** other
-        stiffness, damping = (
-            found["stiffness"] + more.real,
-            found["damping"] + more.imag / frequency,
-        )
-        if stiffness > 0.0 and damping > 0.0:
-            proposed.append(
-                {
-                    "stiffness": stiffness,
-                    "damping": damping,
-                    str(STRENGTH): scaled,
-                    str(EXPONENT): other,
-                }
-            )
+        most, _ = handed_over(extent.frequency, found, known, turned**other, 1.0)
+        own = strength * extent.frequency ** (exponent - other) / most
+        for share in {min(own, 1.0), 0.3, 0.8}:
+            scaled, rest = handed_over(extent.frequency, found, known, turned**other, share)
+            proposed.append({str(STRENGTH): scaled, str(EXPONENT): other, **rest})
     return proposed
 
 
@@ -68,7 +60,7 @@ SPRINGPOT = Effect(
     ),
     starts=starts,
     near=near,
-    assumptions="Small strains; relaxation times between 1 ms and 30 s, what is faster being the "
+    assumptions="Small strains; relaxation times between 0.3 ms and 30 s, what is faster being the "
     "damping's and what is slower the stiffness's",
     reference="Koeller, J. Applied Mechanics 51 (1984), 299; Schmidt and Gaul, "
     "Nonlinear Dynamics 29 (2002), 37",

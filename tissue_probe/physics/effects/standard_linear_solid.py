@@ -1,7 +1,10 @@
 """Stress relaxation with one time constant: part of the stiffness yields."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
+from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
 
 RELAXING_STIFFNESS = sp.Symbol("relaxing_stiffness", real=True)
@@ -13,6 +16,21 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose rates three a decade, from those seen in the whole record to the tip's own."""
     slowest = 0.3 / extent.duration
     return [{"relaxation_rate": slowest * 10 ** (i / 3)} for i in range(12)]
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose other rates, and most or half of the tissue's dynamic stiffness for the branch.
+
+    At one frequency tissue and branch are alike, and lie along a valley too long for a search.
+    """
+    known = found["relaxing_stiffness"] * of_branch(extent.frequency, found["relaxation_rate"])
+    proposed = []
+    for rate in (extent.frequency * f for f in (0.1, 0.3, 1.0, 3.0)):
+        unit = of_branch(extent.frequency, rate)
+        for share in (0.5, 0.95):
+            stiffness, rest = handed_over(extent.frequency, found, known, unit, share)
+            proposed.append({"relaxing_stiffness": stiffness, "relaxation_rate": rate, **rest})
+    return proposed
 
 
 STANDARD_LINEAR_SOLID = Effect(
@@ -27,6 +45,7 @@ STANDARD_LINEAR_SOLID = Effect(
     force=RELAXING_STIFFNESS * COMPRESSION,
     states=(State(COMPRESSION, TIP_VELOCITY - RATE * COMPRESSION, spread="branch"),),
     starts=starts,
+    near=near,
     assumptions="Small strains; one relaxation time",
     reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",
 )
