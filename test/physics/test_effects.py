@@ -51,6 +51,9 @@ def test_parameters_and_starts_lie_within_their_bounds(effect):
     if effect.near:
         found = {entry.name: entry.default for entry in entries}
         assert all(set(start) <= set(bounds) for start in effect.near(EXTENT, found))
+        # Tissue without damping, and the least that the effect may be, are values like others.
+        for start in effect.near(EXTENT, {entry.name: entry.lower for entry in entries}):
+            assert np.isfinite(list(start.values())).all()
 
 
 @pytest.mark.parametrize("name", FORMS)

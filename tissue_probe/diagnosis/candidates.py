@@ -31,10 +31,10 @@ FAR = 3.0
 LEAST_SHARE = 0.004
 #: Up to how many times the best cost the values near those found are tried.
 ASTRAY = 6.0
+#: And below which residual over noise they are not, if all is explained: there is nothing to gain.
+CLOSE = 1.01
 #: Squared residual over noise at which a further effect needs no other start.
 ENOUGH = 1.04
-#: And below which residual over noise, if all is explained, none of them can do better.
-CLOSE = 1.01
 #: Two searches that end within this factor of each other's cost have found the same: no third.
 SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.

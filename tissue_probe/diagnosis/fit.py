@@ -28,10 +28,10 @@ MOST_STEPS = 40
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
-#: Share of what a step promises that it may gain, where the search is at a bend.
-KEPT = 0.4
 #: And this share of the noise, where only what exceeds it is compared.
 LEAST_EXCESS = 0.04
+#: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
+KEPT = 0.4
 BLOCKS = 8
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
 #: motion that goes on of its prior. Where the model lacks an effect, its residual would else

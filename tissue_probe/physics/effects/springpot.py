@@ -33,14 +33,14 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     valley too long and bent for a search, and of no strength the way up may begin downhill.
     """
     turned = 1j * extent.frequency
-    strength, exponent = found[str(STRENGTH)], found[str(EXPONENT)]
-    known = strength * turned**exponent
+    known = found[str(STRENGTH)] * turned ** found[str(EXPONENT)]
     proposed = []
     for other in (0.1, 0.25, 0.4, 0.55, 0.7, 0.85):
-        most, _ = handed_over(extent.frequency, found, known, turned**other, 1.0)
-        own = strength * extent.frequency ** (exponent - other) / most
-        for share in {min(own, 1.0), 0.3, 0.8}:
-            scaled, rest = handed_over(extent.frequency, found, known, turned**other, share)
+        unit = turned**other
+        most, _ = handed_over(extent.frequency, found, known, unit, 1.0)
+        own = min(abs(known / unit) / most, 1.0) if most > 0.0 else 0.0
+        for share in (own, 0.3, 0.8):
+            scaled, rest = handed_over(extent.frequency, found, known, unit, share)
             proposed.append({str(STRENGTH): scaled, str(EXPONENT): other, **rest})
     return proposed
 
