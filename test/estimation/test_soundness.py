@@ -71,6 +71,22 @@ def test_estimates_are_sound_whatever_comes_in(name, discretisation, blocks):
         assert np.all(estimates.stiffness_variance <= chosen.stiffness_prior_sd**2 * (1 + 1e-12))
 
 
+@pytest.mark.parametrize("seed", [415, 779])
+def test_what_rounding_has_spoilt_begins_anew(seed):
+    """After kilometres of motion the covariance may be one that no numbers have: S < 0."""
+    random = np.random.default_rng(seed)
+    period, count = 1e-4, int(random.integers(20, 150))
+    far = 1e4 * np.sin(60 * period * np.arange(count) + random.uniform(0, 6))
+    near = 1e-6 * np.sin(60 * period * np.arange(2) + random.uniform(0, 6))
+    parts = [(far, 450.0 * far), (near, 10 * random.standard_normal(2))]
+    estimator, sequence = Estimator("ekf", EstimatorSettings(discretisation="exact")), 0
+    for position, force in parts + 4 * [(np.zeros(1), np.zeros(1))]:
+        unknown = np.full(position.size, np.nan)
+        block = SampleBlock(START, sequence, period, position, force, unknown)
+        assert_sound(estimator.process(block))
+        sequence += position.size
+
+
 @pytest.mark.parametrize("name", ["robust_ekf", "afekf", "afukf", "lock_in", "rls"])
 def test_an_estimator_that_forgets_finds_the_tissue_again_after_a_spike(name):
     position, force = Experiment(duration=2.0).run()

@@ -108,6 +108,10 @@ def run(constants, memory, position, force, estimates, begin, end):
         if abs(position[sample]) < LARGEST:
             advance(constants, memory, true_position(constants, memory, position[sample]))
             predicted, variance = output(constants, memory)
+            if variance < 0.5 * constants[FORCE_VARIANCE]:
+                # Rounding has left a covariance that no numbers have: all begins anew.
+                start(constants, memory)
+                predicted, variance = output(constants, memory)
             memory[PREDICTED] = predicted
             innovation = force[sample] - predicted
             normalized = innovation * innovation / variance
