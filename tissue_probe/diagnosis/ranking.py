@@ -25,8 +25,9 @@ EXPLAINED = 1.07
 #: it is less, but at least this share, it may still have any colour.
 ROUGHLY, ROUNDING = 1.2, 0.15
 #: And the residual's rms below a sixteenth of the sampling rate over that above: it is white. Of
-#: few samples noise varies more; it exceeds so many standard deviations once in 4000 recordings.
-WHITE, RARE = 1.12, 3.5
+#: few samples noise varies more: so many standard deviations of white noise are granted, more than
+#: it ever has, since a fine encoder rounds a steady sine alike in every period.
+WHITE, RARE = 1.12, 5.0
 #: And how far an octave of it may stand out, in what is usual for noise.
 EVEN = 8.0
 #: And the sum of squared departures, in standard deviations, from the rig's tolerances and starts.
