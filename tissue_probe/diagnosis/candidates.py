@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.ranking import explained
+from tissue_probe.diagnosis.ranking import added, explained
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -138,7 +138,7 @@ def fit_candidates(
         fits += [fit for each in _given_up(proposed, fits) for fit in each.fits(Bar(), enough)]
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
-        best.setdefault(_last(fit), fit)
+        best.setdefault(added(fit).name, fit)
     return list(best.values())
 
 
@@ -150,14 +150,10 @@ def _given_up(proposed: Sequence[_Proposals], fits: Sequence[Fit]) -> list[_Prop
     if not fits:
         return []
     best = min(fits, key=lambda fit: fit.cost)
-    near = {_last(fit) for fit in fits if fit.cost < FAR * best.cost}
-    stopped = {_last(fit) for fit in fits if not fit.converged} - near
-    wanted = stopped.intersection(best.composition.effects[-1].simpler)
+    near = {added(fit).name for fit in fits if fit.cost < FAR * best.cost}
+    stopped = {added(fit).name for fit in fits if not fit.converged} - near
+    wanted = stopped.intersection(added(best).simpler)
     return [each for each in proposed if each.effect.name in wanted]
-
-
-def _last(fit: Fit) -> str:
-    return fit.composition.names[-1]
 
 
 @dataclass(frozen=True)
