@@ -16,7 +16,8 @@ PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 # two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
 SIDE_BY_SIDE := --numprocesses 2 --dist
-# Two workers on two cores: threads of each would only wait for those of the other.
+# Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
+# for processes for most of their time, so that there is work for a third.
 test: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect test lint benchmark setup clean help
@@ -29,7 +30,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE))
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile --reruns 2 test/nodes
+	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.

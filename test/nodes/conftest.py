@@ -39,11 +39,11 @@ PATIENT = {"samples_timeout": 10.0, "settle_time": 0.3}
 SCAN = NodeProcess("scan", "scan", parameters=PATIENT)
 
 
-#: Which of the two that test side by side this is.
-WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 2
-#: Domains are taken in turn, each worker its own half: what a test leaves behind dies before its
+#: Which of the three that test side by side this is.
+WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 3
+#: Domains are taken in turn, each worker its own third: what a test leaves behind dies before its
 #: domain comes round again.
-DOMAINS = itertools.cycle(range(1 + 50 * WORKER, 51 + 50 * WORKER))
+DOMAINS = itertools.cycle(range(1 + 33 * WORKER, 34 + 33 * WORKER))
 
 
 def own_domain():

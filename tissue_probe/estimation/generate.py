@@ -17,7 +17,8 @@ from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import DERIVED, PER_STATE, SETTINGS, Layout
 from tissue_probe.physics.model import Model
 
-OPTIONS = 'error_model="numpy"'
+#: What calls these functions is compiled code, too.
+OPTIONS = 'error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True'
 LOOP = Path(__file__).with_name("loop.py")
 VERDICT = Path(__file__).with_name("verdict.py")
 BY_HAND = Path(__file__).with_name("by_hand.py")

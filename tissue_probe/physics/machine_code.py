@@ -12,10 +12,12 @@ references to arrays; here only the entries remain visible, and the rest is opti
 from __future__ import annotations
 
 import ctypes
+import gc
 import hashlib
 import importlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -87,10 +89,23 @@ def _object(
     """Return where a module's object file is, written first where no earlier process has."""
     path = compiled.place(f"{name}_{_host()}", ".o", sources)
     if not path.exists():
-        made = module()
-        told = {fact: getattr(made, fact) for fact in facts}
-        compiled.replace(path, _compile(made, told))
+        with _keeping_garbage():
+            made = module()
+            told = {fact: getattr(made, fact) for fact in facts}
+            compiled.replace(path, _compile(made, told))
     return path
+
+
+@contextmanager
+def _keeping_garbage() -> Iterator[None]:
+    """Look for no garbage meanwhile: Numba makes objects by the million, and keeps most."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _read(path: Path) -> tuple[dict[str, Any], bytes]:

@@ -7,6 +7,7 @@ What does not: which equations (``discretise``, ``estimation``), or where the te
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import sympy as sp
@@ -58,13 +59,17 @@ class Program:
         self.used = 0
         self._workspace = workspace
         self._names = 0
+        self._loaded: dict[int, str] = {}
 
     def load(self, array: str, first: int, names: Sequence[str]) -> list[sp.Symbol]:
-        """Read consecutive elements of an array, beginning at ``first``, into symbols."""
-        symbols = [sp.Symbol(name, real=True) for name in names]
-        for index, symbol in enumerate(symbols, first):
-            self.lines.append(f"{symbol} = {array}[{index}]")
-        return symbols
+        """Read consecutive elements of an array, beginning at ``first``, into symbols.
+
+        What is not used afterwards is not read: Numba takes its time for every line.
+        """
+        for index, name in enumerate(names, first):
+            self._loaded[len(self.lines)] = name
+            self.lines.append(f"{name} = {array}[{index}]")
+        return [sp.Symbol(name, real=True) for name in names]
 
     def store(self, array: str, first: int, values: Sequence[sp.Expr]) -> None:
         """Write values into consecutive elements of an array, beginning at ``first``."""
@@ -160,7 +165,7 @@ class Program:
     def source(self, signature: str, returns: str = "") -> str:
         """Return the source of a function with these assignments as its body."""
         text, depth = [f"def {signature}:"], 1
-        for line in [*self.lines, *([f"return {returns}"] if returns else [])]:
+        for line in [*self._used_lines(returns), *([f"return {returns}"] if returns else [])]:
             if line == "<indent>":
                 depth += 1
             elif line == "<dedent>":
@@ -168,6 +173,13 @@ class Program:
             else:
                 text.append("    " * depth + line)
         return "\n".join(text)
+
+    def _used_lines(self, returns: str) -> list[str]:
+        """Return all lines but those that load what no other uses."""
+        others = [line for i, line in enumerate(self.lines) if i not in self._loaded]
+        used = set(re.findall(r"\w+", " ".join([*others, returns])))
+        lines = enumerate(self.lines)
+        return [line for i, line in lines if self._loaded.get(i) in {None, *used}]
 
     def _next(self) -> int:
         self._names += 1
