@@ -216,15 +216,22 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     Fujiwara bounds the eigenvalues of A by twice the largest |c_i|^(1/i), the c_i being the
     coefficients of the characteristic polynomial. It is compared squared, to save the root.
     """
-    # Entries by name, in polynomials: ten states would take sums of products minutes.
-    entries = DomainMatrix.from_Matrix(program.let_matrix("a", model.state_jacobian))
-    coefficients = [entries.domain.to_sympy(c) for c in entries.charpoly()][1:]
+    # Entries by name, in polynomials: ten states would take sums of products minutes. In fractions:
+    # what cancels would else leave its rounding, by the thousands of terms.
+    named = program.let_matrix("a", model.state_jacobian).applyfunc(_exact)
+    entries = DomainMatrix.from_Matrix(named)
+    coefficients = [sp.N(entries.domain.to_sympy(c), 17) for c in entries.charpoly()][1:]
     coefficients = program.let_matrix("c", sp.Matrix(coefficients))
     squares = [sp.Abs(c) ** sp.Rational(2, i) for i, c in enumerate(coefficients, 1)]
     square = program.let("speed", (2 * period / longest) ** 2 * sp.Max(*squares))
     share = program.variables("share", [1.0])[0]
     program.line(f"if {square} > 1.0: {share} = 1.0 / math.ceil(math.sqrt({square}))")
     return share
+
+
+def _exact(entry: sp.Expr) -> sp.Expr:
+    """Return the fraction that a floating-point number is."""
+    return sp.Rational(float(entry)) if entry.is_Float else entry
 
 
 def _next_part(program: Program, share: sp.Symbol, elapsed: sp.Matrix, w: sp.Matrix) -> None:
