@@ -81,12 +81,17 @@ def source(model: Model) -> str:
 
 
 def _is_steady(model: Model) -> bool:
-    """Whether the motion is affine in states and input, with constant coefficients."""
+    """Whether motion and output are affine in states and input, with constant coefficients.
+
+    Of the output those of the states only: it may move with time and input as it likes.
+    """
     if model.switches or not len(model.states):
         return False
     signals = [*model.states, *model.course[:2]]
-    coefficients = model.motion.jacobian(signals).free_symbols
-    return coefficients.isdisjoint({*signals, TIME}) and not model.motion.has(TIME, model.course[2])
+    output = sp.Matrix([model.output]).jacobian(model.states).free_symbols
+    coefficients = model.motion.jacobian(signals).free_symbols | output
+    changing = {*signals, TIME, model.course[2]}
+    return coefficients.isdisjoint(changing) and not model.motion.has(TIME, model.course[2])
 
 
 class _Constants:

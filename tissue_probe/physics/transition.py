@@ -61,6 +61,24 @@ def _add_rows(factors, rows, into):
 
 
 @njit(error_model="numpy")
+def _add_by_fours(a, rows, into):
+    """Add a matrix product to what is there, of flat rows whose length is a multiple of four."""
+    n = a.shape[0]
+    width = into.size // n
+    for i in range(n):
+        for j in range(0, width, 4):
+            at = i * width + j
+            first, second, third, fourth = into[at], into[at + 1], into[at + 2], into[at + 3]
+            for k in range(n):
+                factor, other = a[i, k], k * width + j
+                first += factor * rows[other]
+                second += factor * rows[other + 1]
+                third += factor * rows[other + 2]
+                fourth += factor * rows[other + 3]
+            into[at], into[at + 1], into[at + 2], into[at + 3] = first, second, third, fourth
+
+
+@njit(error_model="numpy")
 def _coefficients(p, z, mode, coil, T, f, slope, M, D):
     """Fill M of (z, w)' = M (z, w) and its derivatives D by the values (see ``_transitions``)."""
     n, q, size = z.size, coil.size // 3 - 1, M.shape[0]
@@ -136,59 +154,82 @@ def _transitions(n, period, M, D, E, G, term, terms, new):
 
 
 @njit(error_model="numpy")
+def _by_start(p, z, mode, coil, T, first, row):
+    """Fill the output's derivatives by the states: from sample to sample they are times E."""
+    n, q = z.size, first.size
+    for j in range(n * q):
+        T[j] = 0.0
+    for i in range(n):
+        T[i * q + i] = 1.0
+    output(0.0, z, p, coil[:3], mode, T, coil[3:], first)
+    for i in range(n):
+        row[i] = first[i]
+        T[i * q + i] = 0.0
+
+
+@njit(error_model="numpy")
 def _run(
     p, z, mode, pieces, changes, columns, period, coil, f, tangents, w, matrices, blocks, by_driver,
-    answer, sensitivity,
+    by_value, rows, answer, sensitivity,
 ):  # fmt: skip
     n, q = z.size, sensitivity.shape[1]
+    m = by_value.shape[1] // n
     u, dU = coil[:3], coil[3:]
-    T, T1 = tangents[0], tangents[1]
+    T, V, V1, row, new_row = tangents[0], by_value[0], by_value[1], rows[0], rows[1]
     M, E, term, new = matrices[0], matrices[1], matrices[2], matrices[3]
     D, G, terms = blocks[0], blocks[1], blocks[2]
     for i in range(n):
         w[i], z[i] = z[i], 0.0
-    _coefficients(p, z, mode, coil, T, f, T1, M, D)
+    _coefficients(p, z, mode, coil, T, f, tangents[1], M, D)
     _transitions(n, period, M, D, E, G, term, terms, new)
     for i in range(n):
         for k in range(n + 5):
             for j in range(q - n):
-                by_driver[(k * n + i) * q + n + j] = G[j, i, k]
+                by_driver[(k * n + i) * m + j] = G[j, i, k]
     for i in range(n):
         z[i] = w[i]
-        T[i * q + i] = 1.0
     w[n + 4] = 1.0
+    _by_start(p, z, mode, coil, T, sensitivity[0], row)
     for sample in range(answer.size):
         last = sample == answer.size - 1
         piece = sample - 1 if last else sample
         coil_course(pieces, changes, columns, piece, period if last else 0.0, u, dU)
         answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        for i in range(n):
+            sensitivity[sample, i] = row[i]
         if last:
             break
         for i in range(n):
-            w[i] = z[i]
+            w[i], new_row[i] = z[i], 0.0
         for k in range(4):
             w[n + k] = pieces[3 - k, sample]
-        for j in range(n * q):
-            T1[j] = 0.0
-        _add_rows(w, by_driver, T1)
+        for j in range(n * m):
+            V1[j] = 0.0
+        _add_rows(w, by_driver, V1)
+        _add_by_fours(E[:n, :n], V, V1)
         for i in range(n):
             total = 0.0
             for k in range(n + 5):
                 total += E[i, k] * w[k]
             z[i] = total
-            _add_rows(E[i, :n], T, T1[i * q : (i + 1) * q])
+            for k in range(n):
+                new_row[k] += row[i] * E[i, k]
             for r in range(columns.size):
                 for k in range(4):
-                    T1[i * q + columns[r]] += E[i, n + k] * changes[r, 3 - k, sample]
-        for j in range(n * q):
-            T[j] = T1[j]
+                    V1[i * m + columns[r] - n] += E[i, n + k] * changes[r, 3 - k, sample]
+        for i in range(n):
+            row[i] = new_row[i]
+            for j in range(q - n):
+                T[i * q + n + j] = V1[i * m + j]
+        for j in range(n * m):
+            V[j] = V1[j]
 
 
 @cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64)", error_model="numpy")
 def run(arrays, sizes, period):
     """Integrate; ``arrays`` are those of ``_run``, and ``sizes`` as for ``runge_kutta``."""
     n, q, known, s, r, samples, _, _ = carray(sizes, 8)
-    size = n + 5
+    size, width = n + 5, (q - n + 3) // 4 * 4
     _run(
         carray(arrays[0], known),
         carray(arrays[1], n),
@@ -203,7 +244,9 @@ def run(arrays, sizes, period):
         carray(arrays[8], size),
         carray(arrays[9], (4, size, size)),
         carray(arrays[10], (3, q - n, size, size)),
-        carray(arrays[11], size * n * q),
-        carray(arrays[12], samples),
-        carray(arrays[13], (samples, q)),
+        carray(arrays[11], size * n * width),
+        carray(arrays[12], (2, n * width)),
+        carray(arrays[13], (2, n)),
+        carray(arrays[14], samples),
+        carray(arrays[15], (samples, q)),
     )
