@@ -258,5 +258,5 @@ def _exactly(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
     signals = np.zeros(n), np.zeros(2 * n * columns), np.zeros(size)
     rows = n * ((values + 3) // 4 * 4)
     by_value = np.zeros((3, values, size, size)), np.zeros(size * rows)
-    now = np.zeros(2 * rows), np.zeros(2 * n)
+    now = np.zeros(2 * rows), np.zeros(2 * n), np.zeros(values)
     return *signals, np.zeros((4, size, size)), *by_value, *now

@@ -168,24 +168,42 @@ def _by_start(p, z, mode, coil, T, first, row):
 
 
 @njit(error_model="numpy")
+def _places(D, columns, n, place):
+    """Give a place to each value that the motion depends on, -1 to others; return how many do."""
+    count = 0
+    for j in range(D.shape[0]):
+        moves = False
+        for i in range(n):
+            for k in range(D.shape[2]):
+                moves |= D[j, i, k] != 0.0
+        for r in range(columns.size):
+            moves |= columns[r] == n + j
+        place[j] = count if moves else -1
+        count += moves
+    return count
+
+
+@njit(error_model="numpy")
 def _run(
     p, z, mode, pieces, changes, columns, period, coil, f, tangents, w, matrices, blocks, by_driver,
-    by_value, rows, answer, sensitivity,
+    by_value, rows, place, answer, sensitivity,
 ):  # fmt: skip
     n, q = z.size, sensitivity.shape[1]
-    m = by_value.shape[1] // n
     u, dU = coil[:3], coil[3:]
-    T, V, V1, row, new_row = tangents[0], by_value[0], by_value[1], rows[0], rows[1]
+    T, row, new_row = tangents[0], rows[0], rows[1]
     M, E, term, new = matrices[0], matrices[1], matrices[2], matrices[3]
     D, G, terms = blocks[0], blocks[1], blocks[2]
     for i in range(n):
         w[i], z[i] = z[i], 0.0
     _coefficients(p, z, mode, coil, T, f, tangents[1], M, D)
     _transitions(n, period, M, D, E, G, term, terms, new)
-    for i in range(n):
-        for k in range(n + 5):
-            for j in range(q - n):
-                by_driver[(k * n + i) * m + j] = G[j, i, k]
+    m = (_places(D, columns, n, place) + 3) // 4 * 4
+    V, V1, by_driver = by_value[0, : n * m], by_value[1, : n * m], by_driver[: (n + 5) * n * m]
+    for j in range(q - n):
+        if place[j] >= 0:
+            for i in range(n):
+                for k in range(n + 5):
+                    by_driver[(k * n + i) * m + int(place[j])] = G[j, i, k]
     for i in range(n):
         z[i] = w[i]
     w[n + 4] = 1.0
@@ -216,11 +234,14 @@ def _run(
                 new_row[k] += row[i] * E[i, k]
             for r in range(columns.size):
                 for k in range(4):
-                    V1[i * m + columns[r] - n] += E[i, n + k] * changes[r, 3 - k, sample]
+                    V1[i * m + int(place[columns[r] - n])] += (
+                        E[i, n + k] * changes[r, 3 - k, sample]
+                    )
         for i in range(n):
             row[i] = new_row[i]
             for j in range(q - n):
-                T[i * q + n + j] = V1[i * m + j]
+                if place[j] >= 0:
+                    T[i * q + n + j] = V1[i * m + int(place[j])]
         for j in range(n * m):
             V[j] = V1[j]
 
@@ -247,6 +268,7 @@ def run(arrays, sizes, period):
         carray(arrays[11], size * n * width),
         carray(arrays[12], (2, n * width)),
         carray(arrays[13], (2, n)),
-        carray(arrays[14], samples),
-        carray(arrays[15], (samples, q)),
+        carray(arrays[14], q - n),
+        carray(arrays[15], samples),
+        carray(arrays[16], (samples, q)),
     )
