@@ -51,15 +51,26 @@ def own_domain():
     return domain_coordinator.domain_id(selector=lambda: next(DOMAINS))
 
 
-TURNS = os.open(
-    Path(tempfile.gettempdir(), f"tissue_probe_tests_{os.getuid()}.lock"), os.O_RDWR | os.O_CREAT
-)
+def _lock(name: str) -> int:
+    """Open a file that all workers of this user lock."""
+    path = Path(tempfile.gettempdir(), f"tissue_probe_tests_{os.getuid()}_{name}.lock")
+    return os.open(path, os.O_RDWR | os.O_CREAT)
+
+
+QUEUE, TURNS = _lock("queue"), _lock("turns")
 
 
 @contextmanager
 def turn_of(kind: int) -> Iterator[None]:
-    """Wait for a turn beside others' (LOCK_SH) or alone (LOCK_EX), and end it whatever happens."""
-    fcntl.flock(TURNS, kind)
+    """Wait for a turn beside others' (LOCK_SH) or alone (LOCK_EX), and end it whatever happens.
+
+    Who waits stands at the head of a queue: else those beside each other would let nobody in alone.
+    """
+    fcntl.flock(QUEUE, fcntl.LOCK_EX)
+    try:
+        fcntl.flock(TURNS, kind)
+    finally:
+        fcntl.flock(QUEUE, fcntl.LOCK_UN)
     try:
         yield
     finally:

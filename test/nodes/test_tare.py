@@ -7,7 +7,7 @@ import pytest
 from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
-from conftest import activate, change_state, collect, deactivate, driver, stage_on_tissue
+from conftest import PATIENCE, activate, change_state, collect, deactivate, driver, stage_on_tissue
 from tissue_probe.cli.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
@@ -30,7 +30,7 @@ def tare(running) -> Trigger.Response:
     client = running.node.create_client(Trigger, "/probe/tare")
     running.wait_until(client.service_is_ready, "the driver")
     answer = client.call_async(Trigger.Request())
-    running.wait_until(answer.done, "its answer")
+    running.wait_until(answer.done, "its answer", PATIENCE)
     running.node.destroy_client(client)
     return answer.result()
 

@@ -17,15 +17,14 @@ from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
-    BEYOND_DOUBT,
     EXPLAINED,
-    ROUNDING,
     SIMPLER,
     TIE,
     added,
     alike,
     beyond_doubt,
     differing,
+    doubtful,
     explained,
     ranked,
     significant,
@@ -122,7 +121,7 @@ def climb(
     begun = [(fit,) for fit in _various(near) if significant(base, fit)]
     paths, wider = begun[:BEAM], begun[BEAM : BEAM + WIDER]
     best, further = paths[0], Further(base, instrument, library)
-    while not _is_settled(best[-1]) and len(best) < MOST and _is_worth(best):
+    while (not explained(best[-1]) or doubtful(best[-1])) and len(best) < MOST and _is_worth(best):
         longest = _longest(further, paths, wider, ranking, instrument)
         if not longest or not _removes(best[-1], longest[-1]):
             break
@@ -356,12 +355,6 @@ def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     others = [fit for fit in ranking if added(fit).name != added(found).name]
     known = [fit for fit in ranking if added(fit).name == added(found).name]
     return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
-
-
-def _is_settled(fit: Fit) -> bool:
-    """Whether no further effect is sought: rounding, known roughly, may pass for what it leaves."""
-    rough = fit.rounding > ROUNDING * fit.noise
-    return explained(fit) and not (rough and fit.ratio - 1.0 > BEYOND_DOUBT * (EXPLAINED - 1.0))
 
 
 def _is_worth(path: Sequence[Fit]) -> bool:

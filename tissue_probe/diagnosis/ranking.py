@@ -74,6 +74,12 @@ def beyond_doubt(fit: Fit) -> bool:
     )
 
 
+def doubtful(fit: Fit) -> bool:
+    """Whether an encoder's rounding, known roughly, may pass for what a fit leaves."""
+    excess = fit.ratio - 1.0
+    return fit.rounding > ROUNDING * fit.noise and excess > BEYOND_DOUBT * (EXPLAINED - 1.0)
+
+
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
     """Order fits with one effect more by BIC, a simpler effect before one that contains it.
 
