@@ -179,7 +179,7 @@ class Program:
         others = [line for i, line in enumerate(self.lines) if i not in self._loaded]
         used = set(re.findall(r"\w+", " ".join([*others, returns])))
         lines = enumerate(self.lines)
-        return [line for i, line in lines if self._loaded.get(i) in {None, *used}]
+        return [line for i, line in lines if i not in self._loaded or self._loaded[i] in used]
 
     def _next(self) -> int:
         self._names += 1

@@ -256,7 +256,7 @@ def _exactly(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
     """Return what ``transition`` works in."""
     size, values = n + 5, columns - n
     signals = np.zeros(n), np.zeros(2 * n * columns), np.zeros(size)
-    rows = n * ((values + 3) // 4 * 4)
+    rows = n * ((values + 3) // 4 * 4)  # a product of matrices takes four columns at once
     by_value = np.zeros((3, values, size, size)), np.zeros(size * rows)
     now = np.zeros(2 * rows), np.zeros(2 * n), np.zeros(values)
     return *signals, np.zeros((4, size, size)), *by_value, *now
