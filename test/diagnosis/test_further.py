@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hidden import EXACT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
@@ -33,3 +35,18 @@ def test_where_no_pair_is_clear_others_are_extended_too():
     assert not explained(longer[0][-1])
     firsts = {path[0].composition.names for path in longer}
     assert firsts == {("coulomb_friction",), ("mains_hum",)}
+
+
+def test_what_will_not_come_near_a_known_rival_is_given_up_unless_it_is_simpler():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    (rival,) = fit_candidates(base, [EFFECTS["stribeck_friction"]], EXACT)
+    better = replace(rival, cost=0.1 * rival.cost)
+    converged = {
+        name: [
+            fit_candidates(base, [EFFECTS[name]], EXACT, known=known)[0].converged
+            for known in ((), (better,))
+        ]
+        for name in ("cubic_stiffening", "coulomb_friction")
+    }
+    assert converged == {"cubic_stiffening": [True, False], "coulomb_friction": [True, True]}

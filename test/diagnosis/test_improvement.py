@@ -183,6 +183,18 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
     assert _exchanged([stribeck], ranking, further, EXACT) == [stribeck]
 
 
+def test_what_was_tried_beside_the_others_before_is_not_searched_again():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    names = ("coulomb_friction", "stribeck_friction", "load_cell_stiffness_error")
+    ranking = [fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names]
+    first = ranking[-1]
+    tried, long = (fit_candidates(first, [EFFECTS[name]], EXACT)[0] for name in names[:2])
+    further = Further(base, EXACT, EFFECTS)
+    further.note([tried])
+    assert _exchanged([first, long], ranking, further, EXACT)[-1] is tried
+
+
 def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it():
     """Under a steady sine a lag and a delay differ in the harmonics only."""
     made = challenge(455004, "force_lag", "hunt_crossley", excitation="sine10ss", rig="tolerant")

@@ -103,7 +103,11 @@ def refit(
 
 
 def fit_candidates(
-    base: Fit, effects: Iterable[Effect], instrument: Instrument, needed: float = np.inf
+    base: Fit,
+    effects: Iterable[Effect],
+    instrument: Instrument,
+    needed: float = np.inf,
+    known: Sequence[Fit] = (),
 ) -> list[Fit]:
     """Fit the model with each effect added, in the form of it that fits best.
 
@@ -118,6 +122,8 @@ def fit_candidates(
     needed : float
         The cost that is asked for; searches that will not come near are given up, and those that
         reach it and leave hardly more than noise need no other start.
+    known : sequence of Fit
+        What other effects led to: the searches are given up that will not come near these either.
     """
     forms = [
         form
@@ -131,27 +137,31 @@ def fit_candidates(
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument, look), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
         asked = np.isfinite(needed)
-        bar = Bar(min(base.cost, needed), noise=base.floor if asked else 0.0)
+        lowest = min([base.cost, needed, *(fit.cost for fit in known)])
+        bar = Bar(lowest, noise=base.floor if asked else 0.0)
         enough = min(ENOUGH * base.floor, needed) if asked else 0.0
         found = pool.map(lambda each: each.fits(bar, enough), proposed)
         fits = [fit for each in found for fit in each]
-        fits += [fit for each in _given_up(proposed, fits) for fit in each.fits(Bar(), enough)]
+        again = _given_up(proposed, fits, [*fits, *known])
+        fits += [fit for each in again for fit in each.fits(Bar(), enough)]
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
         best.setdefault(added(fit).name, fit)
     return list(best.values())
 
 
-def _given_up(proposed: Sequence[_Proposals], fits: Sequence[Fit]) -> list[_Proposals]:
-    """Return simpler forms of the best effect whose searches were given up, none near the best.
+def _given_up(
+    proposed: Sequence[_Proposals], fits: Sequence[Fit], rivals: Sequence[Fit]
+) -> list[_Proposals]:
+    """Return simpler forms of the best effect whose searches were given up.
 
     Were it not for the other, they might have come as far, and the simpler one is preferred.
     """
     if not fits:
         return []
-    best = min(fits, key=lambda fit: fit.cost)
-    near = {added(fit).name for fit in fits if fit.cost < FAR * best.cost}
-    stopped = {added(fit).name for fit in fits if not fit.converged} - near
+    best = min(rivals, key=lambda fit: fit.cost)
+    settled = {added(fit).name for fit in fits if fit.converged}
+    stopped = {added(fit).name for fit in fits} - settled
     wanted = stopped.intersection(added(best).simpler)
     return [each for each in proposed if each.effect.name in wanted]
 

@@ -71,6 +71,12 @@ class Further:
             if names not in self.tried or fit.bic < self.tried[names].bic:
                 self.tried[names] = fit
 
+    def known(self, composition: Composition, effects: Iterable[Effect]) -> list[Fit]:
+        """Return what was found before of a model with one of these effects more."""
+        sets = [(each, frozenset((*composition.names, each.name))) for each in effects]
+        found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
+        return [fit for each, fit in found if added(fit).name == each.name]
+
     def of(self, paths: Sequence[Path], promising: bool = True) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
 
@@ -115,7 +121,7 @@ class Further:
         enough = NEAR * min(each.cost for each in fits)
         kept = {added(each).family for each in fits if each.cost <= enough}
         others = [each for each in order if each.family in kept and each is not first[each.family]]
-        return fits + fit_candidates(fit, others, self._instrument, needed)
+        return fits + fit_candidates(fit, others, self._instrument, needed, fits)
 
     def _order(self, fit: Fit) -> list[Effect]:
         """Order what may be added by what it promises."""

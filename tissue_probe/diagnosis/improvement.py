@@ -327,7 +327,10 @@ def _exchanged(
         if without is None:
             continue
         needed = final.cost + SIMPLER if explained(final) else np.inf
-        found = fit_candidates(without, rivals, instrument, needed)
+        # Where all is explained, what was given up before would not come near now either.
+        found = further.known(without.composition, rivals) if explained(final) else []
+        others = [each for each in rivals if each not in map(added, found)]
+        found += fit_candidates(without, others, instrument, needed)
         if any(fit.bic < final.bic for fit in found):
             found = ranked([*found, *fit_candidates(without, [old], instrument, needed)])
         further.note(found)

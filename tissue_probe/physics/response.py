@@ -29,6 +29,8 @@ _BEGIN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.
 _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
+#: Bytes of a line of the processor's cache.
+LINE = 64
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,8 @@ class Kernel:
         1 where it is the output that is late, -1 the input.
     prepared : int
         How many numbers are computed from the values beforehand.
+    width : int
+        How many columns derivatives have, those beyond start and values being zero.
     """
 
     code: MachineCode
@@ -74,6 +78,7 @@ class Kernel:
     late: float
     rounded: int
     prepared: int
+    width: int
 
     @classmethod
     def load(cls, name: str, write: Callable[[], str], sources: tuple[str, ...]) -> Kernel:
@@ -197,10 +202,10 @@ def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course)
     ValueError
         If there are more values or states than the model has, or fewer.
     """
-    n, columns = len(kernel.states), len(kernel.states) + len(kernel.values)
-    if start.shape != (n,) or values.shape != (columns - n,):
+    n, count, columns = len(kernel.states), len(kernel.values), kernel.width
+    if start.shape != (n,) or values.shape != (count,):
         raise ValueError(
-            f"the model has {n} states and {columns - n} values: {start.shape} and {values.shape} "
+            f"the model has {n} states and {count} values: {start.shape} and {values.shape} "
             "were given"
         )
     samples = coil.pieces.shape[1] + 1
@@ -217,6 +222,7 @@ def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course)
         *(answer, sensitivity),
     ]
     kernel.run(arrays, sizes, coil.sample_period)
+    sensitivity = sensitivity[:, : n + count]
     if kernel.delays:
         return _late(kernel, answer, sensitivity, values, coil)
     return Response(answer, sensitivity)
@@ -247,9 +253,15 @@ def _late(
 
 def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
     """Return what ``runge_kutta`` works in."""
-    speeds = np.stack([np.zeros(RANGES), np.ones(RANGES)])
+    speeds = np.stack([np.zeros(RANGES), np.ones(RANGES), np.ones(RANGES)])
     conditions = np.zeros(4 * switches), np.zeros(switches * columns)
-    return np.zeros(5 * n), np.zeros(4 * n * columns), *conditions, speeds
+    return np.zeros(5 * n), _aligned(4 * n * columns), *conditions, speeds
+
+
+def _aligned(count: int) -> FloatArray:
+    """Return zeros that begin where a line of the cache does: read by fours, none crosses one."""
+    zeros = np.zeros(count + LINE // 8)
+    return zeros[-zeros.ctypes.data % LINE // 8 :][:count]
 
 
 def _exactly(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
@@ -257,6 +269,6 @@ def _exactly(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
     size, values = n + 5, columns - n
     signals = np.zeros(n), np.zeros(2 * n * columns), np.zeros(size)
     rows = n * ((values + 3) // 4 * 4)  # a product of matrices takes four columns at once
-    by_value = np.zeros((3, values, size, size)), np.zeros(size * rows)
-    now = np.zeros(2 * rows), np.zeros(2 * n), np.zeros(values)
+    by_value = np.zeros((3, values, size, size)), _aligned(size * rows)
+    now = _aligned(2 * rows), np.zeros(2 * n), np.zeros(values)
     return *signals, np.zeros((4, size, size)), *by_value, *now

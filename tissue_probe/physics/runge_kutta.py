@@ -19,8 +19,8 @@ FEWEST, MOST = 1, 64
 # Friction is stiff at rest, yielding at speed: a step is divided by what was found in its range of
 # the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
 SLOWEST = 1e-5
-# A range is looked at when it is met the first time, and as many times later, and again.
-AGAIN = 16
+# A range is looked at when it is met the first time, so many times later, and ever more rarely.
+AGAIN = 16.0
 # Switches within one part beyond this many are left to the next one (chatter).
 EVENTS = 6
 # Steps of regula falsi at the most; a condition of two parts may have a kink at the switch.
@@ -30,7 +30,20 @@ LOCATING = 30
 SQUARINGS = 7
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", fastmath={"contract"})
+def _to_stage(z, part, f, weight, total, z1):
+    """Go on by a part of the step; add the rates to their total, which begins with weight 1."""
+    if weight == 1.0:
+        for j in range(z.size):
+            total[j] = f[j]
+            z1[j] = z[j] + part * f[j]
+    else:
+        for j in range(z.size):
+            total[j] += weight * f[j]
+            z1[j] = z[j] + part * f[j]
+
+
+@njit(error_model="numpy", fastmath={"contract"})
 def _advance(
     t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, first, f, slope,
     total, totals, z1, T1,
@@ -42,26 +55,18 @@ def _advance(
     coil_course(pieces, changes, columns, sample, since, u, dU)
     rate(t + since, z, p, u, mode, T, dU, f, slope)
     for i in range(z.size):
-        first[i], total[i] = f[i], f[i]
-    for j in range(T.size):
-        totals[j] = slope[j]
+        first[i] = f[i]
     for stage in range(1, 4):
-        part, weight = (0.5 * h, 2.0) if stage < 3 else (h, 1.0)
-        for i in range(z.size):
-            z1[i] = z[i] + part * f[i]
-        for j in range(T.size):
-            T1[j] = T[j] + part * slope[j]
+        part, weight = (h if stage == 3 else 0.5 * h), (1.0 if stage == 1 else 2.0)
+        _to_stage(z, part, f, weight, total, z1)
+        _to_stage(T, part, slope, weight, totals, T1)
         if stage != 2:
             coil_course(pieces, changes, columns, sample, since + part, u, dU)
         rate(t + since + part, z1, p, u, mode, T1, dU, f, slope)
-        for i in range(z.size):
-            total[i] += weight * f[i]
-        for j in range(T.size):
-            totals[j] += weight * slope[j]
     for i in range(z.size):
-        z1[i] = z[i] + h / 6.0 * total[i]
+        z1[i] = z[i] + h / 6.0 * (total[i] + f[i])
     for j in range(T.size):
-        T1[j] = T[j] + h / 6.0 * totals[j]
+        T1[j] = T[j] + h / 6.0 * (totals[j] + slope[j])
 
 
 @njit(error_model="numpy")
@@ -82,7 +87,7 @@ def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
     logarithm = 0.0
-    for _ in range(SQUARINGS + 1):
+    for squaring in range(SQUARINGS + 1):
         norm = 0.0
         for j in range(n * n):
             norm += T[j] ** 2
@@ -92,13 +97,16 @@ def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
         if not norm < np.inf:
             return MOST
         logarithm = 2.0 * logarithm + np.log(norm)
+        if squaring == SQUARINGS:
+            break
         for j in range(n * n):
             squared[j] = T[j] / norm
             T[j] = 0.0
         for i in range(n):
             for k in range(n):
+                factor = squared[i * n + k]
                 for j in range(n):
-                    T[i * n + j] += squared[i * n + k] * squared[k * n + j]
+                    T[i * n + j] += factor * squared[k * n + j]
     fastest = np.exp(logarithm / 2.0**SQUARINGS)
     if not fastest * period / LONGEST < MOST:
         return MOST
@@ -129,7 +137,7 @@ def _run(
     first, f, total, z1, after = states[0], states[1], states[2], states[3], states[4]
     T, slope, totals, T1 = tangents[0], tangents[1], tangents[2], tangents[3]
     g, g1, dg, dg1 = conditions[0], conditions[1], conditions[2], conditions[3]
-    met, found = paces[0], paces[1]
+    met, due, found = paces[0], paces[1], paces[2]
     for i in range(n):
         T[i * q + i] = 1.0
     coil_course(pieces, changes, columns, 0, 0.0, u, dU)
@@ -155,7 +163,8 @@ def _run(
         for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
             pace = min(int(np.log2(max(abs(at) / SLOWEST, 1.0))), found.size - 1)
             met[pace] += 1
-            if met[pace] == 1 or (met[pace] % AGAIN == 0 and met[pace] <= AGAIN**2):
+            if met[pace] == due[pace]:
+                due[pace] = max(2.0 * due[pace], AGAIN)
                 for i in range(n):
                     z1[i] = z[i]
                 if tip >= 0:
@@ -236,10 +245,8 @@ def _run(
                     for j in range(n * q):
                         T1[j] = T[j]
                     break
-            for i in range(n):
-                z[i] = z1[i]
-            for j in range(n * q):
-                T[j] = T1[j]
+            z, z1 = z1, z
+            T, T1 = T1, T
         for i in range(n):
             if not abs(z[i]) < 1e6:
                 answer[sample + 1 :] = np.nan
@@ -269,7 +276,7 @@ def run(arrays, sizes, period):
         carray(arrays[7], (4, n * q)),
         carray(arrays[8], (4, s)),
         carray(arrays[9], s * q),
-        carray(arrays[10], (2, ranges)),
+        carray(arrays[10], (3, ranges)),
         carray(arrays[11], samples),
         carray(arrays[12], (samples, q)),
     )

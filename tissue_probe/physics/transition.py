@@ -15,6 +15,8 @@ from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F
 
 # Terms of the Taylor series; a step is halved until what its terms are of is below LARGEST.
 ORDER, LARGEST, HALVINGS = 11, 0.5, 12
+# Of an index without sign Numba does not ask whether it counts from the end: in half the time.
+ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
 
 
 @njit(error_model="numpy")
@@ -41,7 +43,7 @@ def _copy(matrix, factor, into):
             into[i, j] = factor * matrix[i, j]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", fastmath={"contract"})
 def _add_rows(factors, rows, into):
     """Add rows, one after the other, times their factors: by fours, which takes half the time."""
     width, last = into.size, factors.size - factors.size % 4
@@ -60,7 +62,7 @@ def _add_rows(factors, rows, into):
             into[j] += factors[k] * rows[k * width + j]
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", fastmath={"contract"})
 def _add_by_fours(a, rows, into):
     """Add a matrix product to what is there, of flat rows whose length is a multiple of four."""
     n = a.shape[0]
@@ -70,11 +72,11 @@ def _add_by_fours(a, rows, into):
             at = i * width + j
             first, second, third, fourth = into[at], into[at + 1], into[at + 2], into[at + 3]
             for k in range(n):
-                factor, other = a[i, k], k * width + j
+                factor, other = a[i, k], np.uint64(k * width + j)
                 first += factor * rows[other]
-                second += factor * rows[other + 1]
-                third += factor * rows[other + 2]
-                fourth += factor * rows[other + 3]
+                second += factor * rows[other + ONE]
+                third += factor * rows[other + TWO]
+                fourth += factor * rows[other + THREE]
             into[at], into[at + 1], into[at + 2], into[at + 3] = first, second, third, fourth
 
 
@@ -108,8 +110,10 @@ def _coefficients(p, z, mode, coil, T, f, slope, M, D):
 
 
 @njit(error_model="numpy")
-def _transitions(n, period, M, D, E, G, term, terms, new):
+def _transitions(n, period, M, D, place, E, G, term, terms, new):
     """Discretise a linear model: states and coil a sample later (E), and derivatives by values (G).
+
+    Only by values that have a place; of others they are zero.
 
     With w = (c0, c1, c2, c3, 1) of the cubic piece c0 + c1 s + c2 s^2 + c3 s^3, which moves on by
     c0' = c1, c1' = 2 c2, c2' = 3 c3, the system z' = A z + B w is homogeneous, (z, w)' = M (z, w),
@@ -129,6 +133,8 @@ def _transitions(n, period, M, D, E, G, term, terms, new):
         E[i, i], term[i, i] = 1.0, 1.0
     for order in range(1, ORDER + 1):
         for j in range(D.shape[0]):
+            if place[j] < 0:
+                continue
             _fill(new, 0.0)
             _add_product(M, terms[j], new)
             _add_product(D[j], term, new)
@@ -144,6 +150,8 @@ def _transitions(n, period, M, D, E, G, term, terms, new):
                 E[i, k] += term[i, k]
     for _ in range(halvings):
         for j in range(D.shape[0]):
+            if place[j] < 0:
+                continue
             _fill(new, 0.0)
             _add_product(G[j], E, new)
             _add_product(E, G[j], new)
@@ -183,7 +191,7 @@ def _places(D, columns, n, place):
     return count
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", fastmath={"contract"})
 def _run(
     p, z, mode, pieces, changes, columns, period, coil, f, tangents, w, matrices, blocks, by_driver,
     by_value, rows, place, answer, sensitivity,
@@ -196,8 +204,8 @@ def _run(
     for i in range(n):
         w[i], z[i] = z[i], 0.0
     _coefficients(p, z, mode, coil, T, f, tangents[1], M, D)
-    _transitions(n, period, M, D, E, G, term, terms, new)
     m = (_places(D, columns, n, place) + 3) // 4 * 4
+    _transitions(n, period, M, D, place, E, G, term, terms, new)
     V, V1, by_driver = by_value[0, : n * m], by_value[1, : n * m], by_driver[: (n + 5) * n * m]
     for j in range(q - n):
         if place[j] >= 0:
@@ -208,6 +216,8 @@ def _run(
         z[i] = w[i]
     w[n + 4] = 1.0
     _by_start(p, z, mode, coil, T, sensitivity[0], row)
+    for i in range(n):
+        f[i] = row[i]  # what the output takes of a state, the same at all samples
     for sample in range(answer.size):
         last = sample == answer.size - 1
         piece = sample - 1 if last else sample
@@ -239,7 +249,7 @@ def _run(
                     )
         for i in range(n):
             row[i] = new_row[i]
-            for j in range(q - n):
+            for j in range(q - n if f[i] != 0.0 else 0):
                 if place[j] >= 0:
                     T[i * q + n + j] = V1[i * m + int(place[j])]
         for j in range(n * m):
