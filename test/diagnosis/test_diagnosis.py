@@ -110,6 +110,18 @@ def test_coarse_steps_are_named_and_not_the_lag_that_smooths_them():
     assert (found.verdict, found.effects) == ("missing", ("encoder_quantization",))
 
 
+def test_an_encoders_error_is_named_though_smoothing_left_some_of_its_rounding():
+    """To undo a steep error makes what is left of the rounding larger wherever two read alike."""
+    made = challenge(497007, "encoder_interpolation", excitation="sine10ss")
+    effects = library("encoder_interpolation", "force_lag", "mains_hum")
+    found = diagnose(made, effects, at_rest=False)
+    assert (found.verdict, found.effects) == ("missing", ("encoder_interpolation",))
+    final = found.ladder.final
+    assert final.rounding > 0.2 * NOISE
+    assert final.rmse > EXPLAINED * NOISE  # the noise and what rounding leaves
+    assert final.ratio < 1.02
+
+
 @pytest.mark.parametrize(("seed", "rig"), [(428004, "tolerant"), (422024, "exact")])
 def test_dry_friction_is_found_as_sharp_as_it_is_among_many_frequencies(seed, rig):
     """Creep stands for sticking: at the blunt end of a search a fifth of the noise was left."""

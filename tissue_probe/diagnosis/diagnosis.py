@@ -249,4 +249,5 @@ def _finely_read(measurement: Measurement) -> Measurement:
     step = measurement.extent.step
     if measurement.input is FORCE or measurement.at_rest or not 0.0 < step <= COARSE:
         return measurement
-    return replace(measurement, position=smoothed(measurement.position, step, fine=True).course)
+    read = smoothed(measurement.position, step, fine=True)
+    return replace(measurement, position=read.course, misread=read.error)

@@ -91,6 +91,8 @@ class Measurement:
         What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
     whitening : array, optional
         Filter that makes the output's noise white and of variance 1, where that is not white.
+    misread : array, shape (n,), optional
+        Of a position that was smoothed: one of the errors that it may still have [m].
     """
 
     position: FloatArray
@@ -101,6 +103,7 @@ class Measurement:
     used: BoolArray | None = None
     output: Quantity = FORCE
     whitening: FloatArray | None = None
+    misread: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.used is None:
@@ -152,6 +155,7 @@ class Measurement:
             position=self.position[kept],
             force=self.force[kept],
             used=self.used[kept],
+            misread=None if self.misread is None else self.misread[kept],
             sample_period=self.sample_period * times,
         )
 
