@@ -580,11 +580,11 @@ def _rounding(problem: Problem, point: _Point) -> float:
 
 def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
     """Return the position that is taken for the true one, and one as likely; smooth for a step."""
-    if measurement.misread is not None:
-        return measurement.position, measurement.position + measurement.misread
     if step > 0.0:
         found = smoothed(measurement.position, step)
         return found.course, found.course + found.error
+    if measurement.misread is not None:
+        return measurement.position, measurement.position + measurement.misread
     error = np.random.default_rng(0).uniform(-0.5, 0.5, measurement.position.size)
     return measurement.position, measurement.position + measurement.extent.step * error
 
