@@ -69,7 +69,7 @@ def test_diagnose_names_what_is_missing_and_says_what_its_errors_are(run, record
     assert told["noise_floor"] == pytest.approx(3e-7, rel=0.1)
 
 
-def test_improve_leaves_a_model_that_compare_takes(run, recorded, tmp_path):
+def test_improve_leaves_a_model_that_compare_takes_and_whose_rig_it_knows(run, recorded, tmp_path):
     outcome = run("improve", *NAMED, "--add", "cubic_stiffening", "--output", "better")
     assert outcome.status == 0, outcome.err
     assert "error [um]" in outcome.out
@@ -88,6 +88,10 @@ def test_improve_leaves_a_model_that_compare_takes(run, recorded, tmp_path):
     assert again.status == 0, again.err
     assert "Kelvin-Voigt + cubic_stiffening" in again.out
     assert "error / noise              1" in again.out
+    named = [word for word in NAMED if word not in ("--rig", "force_driven")]
+    outcome = run("compare", *named, "--model", "better/model.yaml")
+    assert outcome.status == 0, outcome.err
+    assert "um rms: what noise alone leaves" in outcome.out
 
 
 def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_path, table):
@@ -122,11 +126,3 @@ def test_an_effect_on_what_the_rig_has_not_is_told(run, recorded):
     assert "acts on the load cell's spring, and force_driven has none" in " ".join(
         outcome.err.split()
     )
-
-
-def test_a_model_of_a_force_that_drives_knows_by_itself_what_to_predict(run, recorded):
-    run("improve", *NAMED, "--add", "cubic_stiffening", "--output", "better")
-    named = [word for word in NAMED if word not in ("--rig", "force_driven")]
-    outcome = run("compare", *named, "--model", "better/model.yaml")
-    assert outcome.status == 0, outcome.err
-    assert "um rms: what noise alone leaves" in outcome.out
