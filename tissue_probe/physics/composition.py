@@ -102,7 +102,9 @@ class Composition:
     @cached_property
     def kernel(self) -> Kernel:
         """The compiled code, made where no earlier process has."""
-        said = repr((self.rig, self.tissue, self.effects))
+        # Other forms of an effect are no part of its code.
+        effects = tuple(replace(effect, forms=()) for effect in self.effects)
+        said = repr((self.rig, self.tissue, effects))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
         return Kernel.load(f"response_{digest}", lambda: source(self.model), SOURCES)
 
