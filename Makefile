@@ -58,13 +58,15 @@ setup: $(VENV)/packages.done ## Only set up; afterwards .venv/bin/tissue_probe w
 clean: ## Remove everything that setup made.
 	rm -rf .venv build
 
-# Bytecode is left to the first import: most modules of what is installed are never imported.
+# Bytecode is left to the first import: most modules of what is installed are never imported. The pip
+# that comes with Python 3.11 takes twice as long as today's.
 $(VENV)/wheels.done: requirements/python.txt requirements/ros-jazzy-wheels.txt
 	@command -v c++ >/dev/null && python3 -c "import sysconfig, pathlib, sys, venv, ensurepip; \
 		sys.exit(not pathlib.Path(sysconfig.get_paths()['include'], 'Python.h').exists())" || \
 		{ echo "A C++ compiler, Python's headers or its venv are missing: on Debian," \
 		"apt-get install g++ python3-dev python3-venv"; exit 1; }
 	test -x $(BIN)/python || python3 -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile $(addprefix -r ,$^)
 	touch $@
 
