@@ -49,6 +49,18 @@ def health_of(running) -> list[DiagnosticStatus]:
     return statuses
 
 
+def test_a_driver_loads_nothing_of_devices_that_it_does_not_run():
+    """The vendor's package would cost every start a tenth of a second."""
+    text = (
+        "import sys, tissue_probe.nodes.driver;"
+        "from tissue_probe.devices import SimulatedProbe, SimulatedProbeSettings;"
+        "SimulatedProbe(SimulatedProbeSettings());"
+        "print([name for name in ('nidaqmx', 'grpc', 'sympy') if name in sys.modules])"
+    )
+    ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    assert ended.stdout == "[]\n"
+
+
 def test_samples_are_numbered_from_zero_and_stamped_at_exactly_2_khz(session):
     running = session(driver())
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
