@@ -6,8 +6,8 @@ What does not: what is proposed to begin with (``starts``), comparing the candid
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -140,14 +140,29 @@ def fit_candidates(
         lowest = min([base.cost, needed, *(fit.cost for fit in known)])
         bar = Bar(lowest, noise=base.floor if asked else 0.0)
         enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-        found = pool.map(lambda each: each.fits(bar, enough), proposed)
-        fits = [fit for each in found for fit in each]
+        fits = _by_turns(pool, [each.fits(bar, enough) for each in proposed])
         again = _given_up(proposed, fits, [*fits, *known])
-        fits += [fit for each in again for fit in each.fits(Bar(), enough)]
+        fits += _by_turns(pool, [each.fits(Bar(), enough) for each in again])
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
         best.setdefault(added(fit).name, fit)
     return list(best.values())
+
+
+def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> list[Fit]:
+    """Advance searches for effects by turns, each to its next fit, until all have ended.
+
+    Before one begins again elsewhere the others have begun, too, and may be ahead of it by far.
+    """
+    found: list[Fit] = []
+    running = {pool.submit(next, each, None): each for each in searches}
+    while running:
+        for future in wait(running, return_when=FIRST_COMPLETED).done:
+            each, fit = running.pop(future), future.result()
+            if fit is not None:
+                found.append(fit)
+                running[pool.submit(next, each, None)] = each
+    return found
 
 
 def _given_up(
@@ -235,19 +250,21 @@ class _Proposals:
     def _promise(self, values: FloatArray, starts: Sequence[FloatArray]) -> float:
         return self.look.scale * promise(self.looked_at, values, starts)
 
-    def fits(self, bar: Bar, enough: float) -> list[Fit]:
+    def fits(self, bar: Bar, enough: float) -> Iterator[Fit]:
         """Search from the best proposals, and again near what was found, until a cost is enough."""
         near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.alone
-        begin = self.best if near and self.promise < FAR * bar.cost else self.best[:1]
         found: list[Fit] = []
         costs: dict[tuple[float, ...], float] = {}
-        for _, values, starts in begin:
+        for _, values, starts in self.best if near else self.best[:1]:
+            if found and self.promise >= FAR * bar.cost:
+                break
             fit = search(self.problem, values, starts, bar)
             if fit is None:
                 continue
             found.append(fit)
+            yield fit
             if fit.cost < enough:
-                return found
+                return
             own = tuple(values[self.known :])
             if any(cost < SAME * fit.cost for begun, cost in costs.items() if begun != own):
                 break
@@ -256,11 +273,13 @@ class _Proposals:
             best = min(found, key=lambda fit: fit.cost)
             if best.cost > ASTRAY * bar.cost or (explained(best) and best.ratio < CLOSE):
                 break
-            found += self._around(best, bar)
+            for fit in self._around(best, bar):
+                found.append(fit)
+                yield fit
             if min(fit.cost for fit in found) > BETTER * best.cost:
                 break
-        best = sorted(found, key=lambda fit: fit.cost)[:1]
-        return [*found, *(self._onward(fit, bar) for fit in best)]
+        if found:
+            yield self._onward(min(found, key=lambda fit: fit.cost), bar)
 
     def _onward(self, best: Fit, bar: Bar) -> Fit:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
@@ -273,7 +292,7 @@ class _Proposals:
             best = fit
         return best
 
-    def _around(self, best: Fit, bar: Bar) -> list[Fit]:
+    def _around(self, best: Fit, bar: Bar) -> Iterator[Fit]:
         """Search again from the most promising of the values near those found."""
         proposals = []
         reach = extent(best, best.named(), self.effect)
@@ -282,5 +301,7 @@ class _Proposals:
             values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
             proposals.append((self._promise(values, best.starts), values))
         proposals.sort(key=lambda proposal: proposal[0])
-        fits = [search(self.problem, values, best.starts, bar) for _, values in proposals[:2]]
-        return [fit for fit in fits if fit is not None]
+        for _, values in proposals[:2]:
+            fit = search(self.problem, values, best.starts, bar)
+            if fit is not None:
+                yield fit

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.fft import dct, idct
+from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
@@ -244,6 +245,10 @@ class Problem:
         self.unknowns = int(np.sum(own))
         self.states = len(self.kernel.states)
         self.count = len(entries)
+        self.drawn = np.flatnonzero(tolerated)
+        begun = self.states * len(self.measurements)
+        self.searched = np.concatenate([self.free, np.ones(begun, dtype=bool)])
+        self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
         flicker = instrument.flicker_noise
         self.weights = [
             flicker_weights(m.force.size, flicker / m.noise) if flicker else None
@@ -289,7 +294,7 @@ class Problem:
         return result
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
-        """Return columns of samples of a measurement, shape (N, m), over the noise in them."""
+        """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""
         over_noise, weights = self.measurements[index].over_noise(columns), self.weights[index]
         return over_noise if weights is None else evened(over_noise, weights)
 
@@ -310,6 +315,7 @@ class _Point:
 
     values: FloatArray
     starts: list[FloatArray]
+    begins: list[tuple[FloatArray, FloatArray]]
     cost: float
     misfits: list[float]
     gradient: FloatArray
@@ -325,41 +331,35 @@ def _scale(problem: Problem, values: FloatArray) -> FloatArray:
 def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> _Point | None:
     """Evaluate cost and normal equations; None where the simulation diverges."""
     q, n = problem.count, problem.states
-    simulated = problem.simulate(values, starts)
+    simulated, begins = problem.simulate(values, starts), problem.begin(values)
     size = q + n * len(simulated)
-    normal, gradient, cost = np.zeros((size, size)), np.zeros(size), 0.0
-    scale = _scale(problem, values)
-    begins = problem.begin(values)
-    misfits = []
+    normal, gradient, misfits, strain = np.zeros((size, size)), np.zeros(size), [], 0.0
+    scale = np.ones(size)
+    scale[:q] = _scale(problem, values)
     for index, (residual, sensitivity) in enumerate(simulated):
         if not np.isfinite(residual).all():
             return None
-        whole = np.concatenate(
-            [sensitivity[:, n:] * scale, sensitivity[:, :n], residual[:, None]], axis=1
-        )
-        whole = problem.weighed(index, whole)
-        J, r = whole[:, :-1], whole[:, -1]
+        J, r = problem.weighed(index, sensitivity), problem.weighed(index, residual)
         misfits.append(float(r @ r))
-        cost += misfits[-1]
-        place = np.concatenate([np.arange(q), q + index * n + np.arange(n)])
-        normal[np.ix_(place, place)] += J.T @ J
-        gradient[place] += J.T @ r
+        own = q + index * n + np.arange(n)
+        place = np.concatenate([own, np.arange(q)])
+        scaled = scale[place]
+        normal[place[:, None], place] += (J.T @ J) * (scaled[:, None] * scaled)
+        gradient[place] += (J.T @ r) * scaled
         mean, deviation = begins[index]
         departure = (mean - starts[index]) / deviation
-        cost += float(departure @ departure)
-        own = place[q:]
+        strain += float(departure @ departure)
         normal[own, own] += deviation**-2
         gradient[own] += departure / deviation
-    drawn = problem.free & np.isfinite(problem.deviation)
-    departure = np.where(drawn, (problem.nominal - values), 0.0)
-    departure[drawn] /= problem.deviation[drawn]
-    cost += float(departure @ departure)
-    index = np.flatnonzero(drawn)
-    normal[index, index] += problem.deviation[index] ** -2
-    gradient[index] += departure[index] / problem.deviation[index]
+    drawn, deviation = problem.drawn, problem.deviation[problem.drawn]
+    departure = (problem.nominal - values)[drawn] / deviation
+    strain += float(departure @ departure)
+    normal[drawn, drawn] += deviation**-2
+    gradient[drawn] += departure / deviation
     if not np.isfinite(normal).all():
         return None
-    return _Point(values, list(starts), cost, misfits, gradient, normal, simulated)
+    cost = sum(misfits) + strain
+    return _Point(values, list(starts), begins, cost, misfits, gradient, normal, simulated)
 
 
 def _solve(
@@ -370,36 +370,40 @@ def _solve(
     What a step would carry beyond a bound stops there, and the rest steps again without.
     """
     q, n = problem.count, problem.states
-    free = np.concatenate([problem.free, np.ones(n * len(point.starts), dtype=bool)])
     diagonal = np.diag(point.normal)
-    free &= diagonal > 0
+    free = problem.searched & (diagonal > 0)
     whole = np.concatenate([point.values, *point.starts])
-    lower, upper = _bounds(problem, point.values)
-    logarithmic = np.concatenate([problem.logarithmic, np.zeros(free.size - q, dtype=bool)])
+    lower, upper = _bounds(problem, point)
+    logarithmic = problem.by_logarithm
     step = np.zeros(free.size)
     for _ in range(4):
         index = np.flatnonzero(free)
+        if not index.size:
+            break
         root = np.sqrt(diagonal[index])
-        scaled = point.normal[np.ix_(index, index)] / np.outer(root, root)
-        scaled[np.diag_indices(index.size)] += damping + 1e-12
-        rest = (
-            point.gradient[index]
-            - point.normal[np.ix_(index, np.flatnonzero(~free))] @ (step[~free])
-        )
-        step[index] = np.linalg.lstsq(scaled, rest / root, rcond=1e-13)[0] / root
+        scaled = point.normal[index[:, None], index] / (root[:, None] * root)
+        scaled.flat[:: index.size + 1] += damping + 1e-12
+        rest = (point.gradient - point.normal @ np.where(free, 0.0, step))[index]
+        step[index] = _solution(scaled, rest / root) / root
         moved = _moved(logarithmic, whole, step)
         beyond = free & ((moved < lower) | (moved > upper))
         if not beyond.any():
             break
-        held = np.clip(moved, lower, upper)
+        held = np.minimum(np.maximum(moved, lower), upper)
         step[beyond] = _unmoved(logarithmic, whole, held)[beyond]
         free &= ~beyond
-    moved = np.clip(_moved(logarithmic, whole, step), lower, upper)
+    moved = np.minimum(np.maximum(_moved(logarithmic, whole, step), lower), upper)
     promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
     return moved[:q], [moved[q + i * n :][:n] for i in range(len(point.starts))], float(promised)
 
 
-def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve by Cholesky's method; by least squares where the matrix is as good as singular."""
+    _, solution, failed = dposv(matrix, right)
+    return np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if failed else solution
+
+
+def _bounds(problem: Problem, point: _Point) -> tuple[FloatArray, FloatArray]:
     """Return how far values may go, and starts where the probe is not at rest.
 
     Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but what
@@ -407,9 +411,7 @@ def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArra
     """
     relaxing = np.array([spread == "branch" for spread in problem.kernel.spreads], dtype=bool)
     lower, upper = [problem.lower], [problem.upper]
-    for measurement, (mean, deviation) in zip(
-        problem.measurements, problem.begin(values), strict=True
-    ):
+    for measurement, (mean, deviation) in zip(problem.measurements, point.begins, strict=True):
         back = ahead = FARTHEST * deviation
         if measurement.at_rest:
             back = np.where(relaxing, DRAWN * deviation, np.inf)
@@ -420,7 +422,7 @@ def _bounds(problem: Problem, values: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _moved(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
-    grown = at * np.exp(np.clip(np.where(logarithmic, step, 0.0), -3.0, 3.0))
+    grown = at * np.exp(np.minimum(np.maximum(step, -3.0), 3.0))
     return np.where(logarithmic, grown, at + step)
 
 
@@ -546,7 +548,7 @@ def _cosines(problem: Problem, point: _Point) -> list[FloatArray]:
     """Return the cosines of each measurement's residual, white where it is noise."""
     cosines = []
     for index, (residual, _) in enumerate(point.simulated):
-        over_noise = problem.weighed(index, residual[:, None])[:, 0]
+        over_noise = problem.weighed(index, residual)
         if problem.weights[index] is None:
             over_noise = dct(over_noise, norm="ortho")
         cosines.append(over_noise)
@@ -598,7 +600,7 @@ def _start_penalty(problem: Problem, point: _Point) -> float:
         if spread in ("length", "branch") or spread in problem.kernel.values
     ]
     penalty = 0.0
-    for index, (_, deviation) in enumerate(problem.begin(point.values) if own else []):
+    for index, (_, deviation) in enumerate(point.begins if own else []):
         place = np.array([q + index * n + i for i in own])
         scale = deviation[own]
         scaled = point.normal[np.ix_(place, place)] * np.outer(scale, scale)

@@ -37,5 +37,7 @@ def flicker_weights(count: int, level: float) -> FloatArray:
 
 
 def evened(columns: FloatArray, weights: FloatArray) -> FloatArray:
-    """Return the weighted cosines of columns of shape (N, m); their products are those of GLS."""
-    return dct(columns, axis=0, norm="ortho") * weights[:, None]
+    """Return the weighted cosines of columns, shape (N,) or (N, m): their products are GLS's."""
+    cosines = dct(columns, axis=0, norm="ortho")
+    cosines.T[...] *= weights
+    return cosines

@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.candidates import SAME, fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
@@ -36,9 +36,8 @@ from tissue_probe.physics.effects import Effect
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Residuals, and errors on another recording, are alike up to this factor.
 ALIKE = 1.02
-#: Effects on which a second is tried, if there are so many of different families; how many more
-#: where none explains all; effects in all.
-BEAM, WIDER, MOST = 3, 2, 3
+#: Effects on which a second is tried, if there are so many of different families; effects in all.
+BEAM, MOST = 3, 3
 #: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 25.0
 
@@ -118,11 +117,10 @@ def climb(
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
-    begun = [(fit,) for fit in _various(near) if significant(base, fit)]
-    paths, wider = begun[:BEAM], begun[BEAM : BEAM + WIDER]
+    paths = [(fit,) for fit in _various(near) if significant(base, fit)][:BEAM]
     best, further = paths[0], Further(base, instrument, library)
     while (not explained(best[-1]) or doubtful(best[-1])) and len(best) < MOST and _is_worth(best):
-        longest = _longest(further, paths, wider, ranking, instrument)
+        longest = _longest(further, paths, ranking, instrument)
         if not longest or not _removes(best[-1], longest[-1]):
             break
         best = tuple(_exchanged(longest, ranking, further, instrument))
@@ -221,16 +219,13 @@ def climb_by(
 def _longest(
     further: Further,
     paths: Sequence[tuple[Fit, ...]],
-    wider: Sequence[tuple[Fit, ...]],
     ranking: Sequence[Fit],
     instrument: Instrument,
 ) -> tuple[Fit, ...]:
     """Return the best path with one effect more.
 
     The second may have been found beside a first that only stands for another: whatever else goes
-    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
-    and where none explains all, so are further first effects: of two strong ones neither may be
-    worth much alone.
+    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too.
     """
     longer = further.of(paths)
     best = _anew(longer[0], instrument) if longer else ()
@@ -239,10 +234,7 @@ def _longest(
     best = _better(best, further.of(_turned(best, paths, ranking)), instrument)
     if best and beyond_doubt(best[-1]):
         return best
-    best = _better(best, further.of(paths[:1], promising=False), instrument)
-    if best and explained(best[-1]):
-        return best
-    return _better(best, further.of(wider), instrument)
+    return _better(best, further.of(paths[:1], promising=False), instrument)
 
 
 def _better(
@@ -291,14 +283,19 @@ def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
 
 
 def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fit]:
-    """Yield fits with all but the first effect: from the values of all, then the last alone."""
+    """Yield fits with all but the first effect: from the values of all, then the last alone.
+
+    The second only if it ends elsewhere.
+    """
     final, first = path[-1], added(path[0])
     without = refit(final, final.composition.without(first.name), instrument)
     if without is not None:
         yield without
     if len(path) == 2:
         base = refit(path[0], path[0].composition.without(first.name), instrument)
-        yield from fit_candidates(base, [added(final)], instrument) if base else ()
+        for alone in fit_candidates(base, [added(final)], instrument) if base else ():
+            if without is None or not 1.0 / SAME < alone.cost / without.cost < SAME:
+                yield alone
 
 
 def _exchanged(

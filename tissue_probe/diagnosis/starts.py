@@ -94,7 +94,8 @@ def start_values(
     named = effect.parameters[: effect.strengths] if effect else ()
     strengths = {parameter.name: effect.neutral for parameter in named}
     given = {**known, **strengths, **proposed}
-    values = np.array([given.get(e.name, e.default) for e in problem.composition.values])
+    pairs = zip(problem.kernel.values, problem.composition.values, strict=True)
+    values = np.array([given.get(name, entry.default) for name, entry in pairs])
     values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
     return np.clip(values, problem.lower, problem.upper)
 

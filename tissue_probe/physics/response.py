@@ -24,8 +24,10 @@ from tissue_probe.physics.rounding import smoothed
 FloatArray = NDArray[np.float64]
 
 _RUN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double)
-_PREPARE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
-_BEGIN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.c_void_p)
+# What takes a microsecond keeps the interpreter's lock: to get it back from another thread takes
+# longer.
+_PREPARE = ctypes.PYFUNCTYPE(None, ctypes.c_void_p)
+_BEGIN = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.c_void_p)
 _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
