@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.improvement import (
     _bettered,
     _exchanged,
     _needed,
+    _without_first,
     climb,
     climb_by,
     settled,
@@ -75,6 +76,14 @@ def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second(
     assert path[-1].composition.names == ("backlash", "tissue_motion")
     assert path[-1].ratio < EXPLAINED
     assert _anew(path, TOLERANT) is path
+
+
+def test_a_place_that_two_ways_lead_to_is_searched_from_once():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    (first,) = fit_candidates(base, [EFFECTS["load_cell_stiffness_error"]], EXACT)
+    (second,) = fit_candidates(first, [EFFECTS["coulomb_friction"]], EXACT)
+    assert len(list(_without_first((first, second), EXACT))) == 1
 
 
 def test_a_second_effect_is_found_though_it_promises_less_than_those_of_five_families():
