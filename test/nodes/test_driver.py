@@ -49,21 +49,6 @@ def health_of(running) -> list[DiagnosticStatus]:
     return statuses
 
 
-def test_a_driver_loads_neither_a_compiler_nor_what_other_devices_need():
-    """Half of what a start would cost."""
-    text = (
-        "import sys, tissue_probe.nodes.driver;"
-        "from tissue_probe.devices import *;"
-        "probe = SimulatedProbe(SimulatedProbeSettings());"
-        "GuardedDevice(probe, Limits(), 0.28, Interlock());"
-        "heavy = 'numba', 'scipy', 'sympy', 'nidaqmx', 'grpc';"
-        "print([name for name in heavy if name in sys.modules])"
-    )
-    exec(text, {})  # compiles what no earlier process has
-    ended = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
-    assert ended.stdout == "[]\n"
-
-
 def test_samples_are_numbered_from_zero_and_stamped_at_exactly_2_khz(session):
     running = session(driver())
     blocks = collect(running.node, ProbeSamples, "/probe/samples")

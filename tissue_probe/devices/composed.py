@@ -1,49 +1,37 @@
 """The simulated probe's mechanics with a composed model (``model.yaml``) behind the coil.
 
-What belongs here: coil and stage around a model's generated equations, and what machine code of
-their integration needs. What does not: the integration itself (``composed_motion``); clock, noise,
-encoder (``simulated``); the models' equations (``physics``).
+What belongs here: coil and stage around a model's generated equations, and their integration: the
+classical Runge-Kutta scheme in short steps, each divided where a switch turns.
+What does not: clock, noise, encoder (``simulated``), the models' equations (``physics``).
 """
 
 from __future__ import annotations
 
-import ctypes
 import hashlib
 import math
 from pathlib import Path
 
 import numpy as np
 import sympy as sp
+from numba import njit, types
 
 from tissue_probe.devices.device import DeviceError
-from tissue_probe.physics import machine_code
+from tissue_probe.physics import compiled
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.effects.effect import POSITION, TIME, TISSUE_FORCE
 from tissue_probe.physics.model_file import load
-from tissue_probe.physics.plant_code import FACTS, source
+from tissue_probe.physics.plant_code import source
 from tissue_probe.signals import FloatArray
 
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
 STEP_OF_TIME_CONSTANT = 0.2
 #: Most Runge-Kutta steps in a second: a fifth of a core.
 MOST_STEPS = 5e5
+#: Switches within one step beyond this many are left to the next one.
+EVENTS = 6
 # The state is i, u, u', d, then the model's.
 CURRENT, COIL, SPEED, DEPTH, FIRST = range(5)
-
-_BEGIN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.c_void_p)
-_DERIVATIVE = ctypes.CFUNCTYPE(None, *4 * [ctypes.c_void_p])
-_SIMULATE = ctypes.CFUNCTYPE(
-    None, *3 * [ctypes.c_void_p], *3 * [ctypes.c_int64], *2 * [ctypes.c_double]
-)
-_MOTION = "tissue_probe.devices.composed_motion"
-_SOURCES = (
-    "devices/composed.py",
-    "devices/composed_motion.py",
-    "physics/machine_code.py",
-    "physics/plant_code.py",
-    "physics/program.py",
-)
 
 _DEPTH, _DEPTH_RATE, _HELD = sp.symbols("stage_depth stage_speed held", real=True)
 # The stage moves the probe's base, seen from which the tissue's surface moves; a suction tip that
@@ -113,13 +101,10 @@ class ComposedProbe:
         )
         model = with_stage.model
         digest = hashlib.sha256(repr(model).encode()).hexdigest()[:16]
-        self._code = machine_code.load(
-            f"plant_{digest}", lambda: source(model), FACTS, _SOURCES, lambda _: _MOTION
-        )
-        names = self._code.facts["VALUES"]
+        self._kernel = compiled.module(f"plant_{digest}", lambda: source(model))
         values = {**fitted.values, "stage_depth": 0.0, "stage_speed": 0.0, "held": 1.0}
-        self._values = np.array([values[name] for name in names])
-        self._tissue = [names.index(name) for name in ("stiffness", "damping")]
+        self._values = np.array([values[name] for name in self._kernel.VALUES])
+        self._tissue = [self._kernel.VALUES.index(name) for name in ("stiffness", "damping")]
         self._own = self._values[self._tissue]
         self._coil = np.array([*coil, stage_time, reach])
         self._period = sample_period
@@ -128,31 +113,16 @@ class ComposedProbe:
         self._true = None
         if model.position != POSITION:
             self._true = sp.lambdify((POSITION, TIME), model.position.subs(known), "numpy")
-        self._state = np.zeros(FIRST + len(self._code.facts["STATES"]))
-        self._mode = np.zeros(len(self._code.facts["FIRST"]))
-        n, switches = self._state.size, self._mode.size
-        arrays = (
-            *(self._state, self._mode, self._values, self._coil),
-            *(np.empty((4, n)), np.empty((2, n)), np.empty((2, switches))),
-        )
-        addresses = np.array([array.ctypes.data for array in arrays])
-        sizes = np.array([n, switches, self._values.size])
-        self._passed = addresses.ctypes.data, sizes.ctypes.data
-        self._kept = *arrays, addresses, sizes  # since their addresses are
-        entries = self._code.addresses
-        self._begin = _BEGIN(entries["begin"])
-        self._derivative = _DERIVATIVE(entries["derivative"])
-        self._simulate = _SIMULATE(entries["simulate"])
         self.start(0.0)
         self._substeps = self._needed_substeps(stiffest)
 
     def start(self, depth: float) -> None:
         """Put the probe at rest, its base ``depth`` [m] below the tissue's surface."""
-        self._mode[:] = self._code.facts["FIRST"]
-        self._state[:] = 0.0
+        self._mode = np.array(self._kernel.FIRST, dtype=np.float64)
+        self._state = np.zeros(FIRST + len(self._kernel.STATES))
         self._state[DEPTH] = depth
         self._values[-1] = float(depth >= 0.0)
-        self._begin(self._values.ctypes.data, 0.0, 0.0, self._state[FIRST:].ctypes.data)
+        self._kernel.begin(self._values, 0.0, 0.0, self._state[FIRST:])
         self._count = 0
 
     def advance(
@@ -174,18 +144,19 @@ class ComposedProbe:
         position, force : array, shape (n,)
             What the encoder shows before it is rounded [m], and the load cell without noise [N].
         """
-        samples = np.empty((3, command.size))
-        samples[0] = command
+        position, force = np.empty(command.size), np.empty(command.size)
         self._values[self._tissue] = self._own * relative
-        self._simulate(
-            *self._passed, samples.ctypes.data, command.size, self._count, self._substeps, depth,
-            self._period,
+        kernel = self._kernel
+        _simulate(
+            kernel.rate, kernel.switch, kernel.output, kernel.reaction, kernel.begin, self._state,
+            self._mode, self._values, self._coil, np.ascontiguousarray(command), depth,
+            self._count, self._period, self._substeps, position, force,
         )  # fmt: skip
         if not np.isfinite(self._state).all():
             raise DeviceError("the simulated model diverges: check the values in the model file")
         times = (self._count + np.arange(command.size)) * self._period
         self._count += command.size
-        return self._measured(samples[1], times), samples[2]
+        return self._measured(position, times), force
 
     def _measured(self, true: FloatArray, times: FloatArray) -> FloatArray:
         """Return what an encoder that errs shows; the model tells the true of the shown."""
@@ -226,5 +197,114 @@ class ComposedProbe:
 
     def _rates(self, at: FloatArray) -> FloatArray:
         filled = np.empty(at.size)
-        self._derivative(*self._passed, at.ctypes.data, filled.ctypes.data)
+        kernel, values, mode = self._kernel, self._values, self._mode
+        _derivative(
+            kernel.rate, kernel.reaction, 0.0, at, mode, values, self._coil, 0.0, 0.0, filled
+        )
         return filled
+
+
+_F8 = types.float64
+_V = types.Array(_F8, 1, "C")
+_FILL = types.FunctionType(types.void(_F8, _V, _V, _F8, _F8, _V, _V))
+_FORCE = types.FunctionType(types.float64(_F8, _V, _V, _F8, _F8, _V))
+_BEGIN = types.FunctionType(types.void(_V, _F8, _F8, _V))
+
+
+@njit(
+    types.void(_FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _V),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def _derivative(rate, reaction, t, y, mode, p, coil, voltage, target, filled):
+    """Fill the rates of i, u, u', d and of the model's states."""
+    inductance, resistance, force_constant, mass, c, s, stage_time, _ = coil
+    i, u, v, d = y[CURRENT], y[COIL], y[SPEED], y[DEPTH]
+    p[-3] = d
+    p[-2] = (target - d) / stage_time
+    filled[CURRENT] = (voltage - resistance * i - force_constant * v) / inductance
+    filled[COIL] = v
+    cell = reaction(t, y[FIRST:], p, u, v, mode)
+    filled[SPEED] = (force_constant * i - c * v - s * u - cell) / mass
+    filled[DEPTH] = p[-2]
+    rate(t, y[FIRST:], p, u, v, mode, filled[FIRST:])
+
+
+@njit(
+    types.void(_FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _F8, _V),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def _step(rate, reaction, t, y, mode, p, coil, voltage, target, h, after):
+    """One classical Runge-Kutta step of length h."""
+    slopes = np.empty((4, y.size))
+    for stage in range(4):
+        part = 0.0 if stage == 0 else (0.5 * h if stage < 3 else h)
+        after[:] = y
+        if stage > 0:
+            after += part * slopes[stage - 1]
+        _derivative(rate, reaction, t + part, after, mode, p, coil, voltage, target, slopes[stage])
+    after[:] = y + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+
+
+@njit(
+    types.void(_FILL, _FILL, _FORCE, _F8, _V, _V, _V, _V, _F8, _F8, _F8),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def _advance(rate, switch, reaction, t, y, mode, p, coil, voltage, target, h):
+    """Move the state on by h, turning switches at the times at which they turn (by secants)."""
+    after = np.empty(y.size)
+    before, now = np.empty(mode.size), np.empty(mode.size)
+    for events in range(EVENTS + 1):
+        _step(rate, reaction, t, y, mode, p, coil, voltage, target, h, after)
+        if mode.size == 0 or events == EVENTS:
+            break
+        p[-3] = y[DEPTH]
+        switch(t, y[FIRST:], p, y[COIL], y[SPEED], mode, before)
+        first, share = -1, 1.0
+        p[-3] = after[DEPTH]
+        switch(t + h, after[FIRST:], p, after[COIL], after[SPEED], mode, now)
+        for k in range(mode.size):
+            if now[k] < 0.0:
+                here = max(before[k], 0.0) / max(max(before[k], 0.0) - now[k], 1e-300)
+                if first < 0 or here < share:
+                    first, share = k, here
+        if first < 0:
+            break
+        _step(rate, reaction, t, y, mode, p, coil, voltage, target, share * h, after)
+        y[:] = after
+        mode[first] = 1.0 - mode[first]
+        t += share * h
+        h -= share * h
+    y[:] = after
+
+
+@njit(
+    types.void(
+        _FILL, _FILL, _FORCE, _FORCE, _BEGIN, _V, _V, _V, _V, _V, _F8, types.int64, _F8,
+        types.int64, _V, _V,
+    ),
+    cache=True, nogil=True, error_model="numpy",
+)  # fmt: skip
+def _simulate(
+    rate, switch, output, reaction, begin, y, mode, p, coil, command, target, count, period,
+    substeps, position, force,
+):  # fmt: skip
+    """Sample coil displacement and force, then move on by one period, for each command."""
+    reach = coil[7]
+    rest = np.empty(y.size - FIRST)
+    h = period / substeps
+    for n in range(command.size):
+        t = (count + n) * period
+        p[-3] = y[DEPTH]
+        p[-2] = (target - y[DEPTH]) / coil[6]
+        position[n] = y[COIL]
+        force[n] = output(t, y[FIRST:], p, y[COIL], y[SPEED], mode)
+        if y[DEPTH] >= -1e-6:
+            if p[-1] == 0.0:
+                # Tissue that is touched anew has forgotten: what remembers is as after long rest.
+                begin(p, y[COIL], force[n], rest)
+                y[FIRST + 2 :] = rest[2:]
+            p[-1] = 1.0
+        elif y[DEPTH] < -reach:
+            p[-1] = 0.0
+        for part in range(substeps):
+            _advance(rate, switch, reaction, t + part * h, y, mode, p, coil, command[n], target, h)

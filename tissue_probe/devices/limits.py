@@ -1,37 +1,24 @@
-"""What must not be passed while the coil is driven, and how it is told from samples.
-
-What belongs here: the limits and what is said of one that was passed.
-What does not: the search through samples (``first_passed``), which is machine code.
-"""
+"""What must not be passed while the coil is driven, and how it is told from samples."""
 
 from __future__ import annotations
 
-import ctypes
 import math
 import time
-from pathlib import Path
 
+import numba
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.devices.device import Samples
 from tissue_probe.excitation import Excitation
-from tissue_probe.physics import machine_code
 from tissue_probe.settings import setting
 
 #: Which limit was passed.
 NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN = range(10)
-#: Places of what is carried from block to block, and of the value by which a limit was passed.
-LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN, VALUE = range(7)
+#: Places of what is carried from block to block.
+LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN = range(6)
 
 ADVICE = "the coil is at zero; look at the probe before you reset and activate it again"
-
-# Python's lock is kept, and arguments are not declared: both would take longer than the search. An
-# int is C's.
-_FIRST_PASSED = ctypes.PYFUNCTYPE(ctypes.c_int)
-_CODE = Path(__file__).with_name("first_passed.py")
-_SOURCES = ("devices/first_passed.py", "devices/limits.py", "physics/machine_code.py")
-_FLOAT = np.dtype(np.float64)
 
 
 class Limits(BaseModel):
@@ -135,12 +122,13 @@ class LimitMonitor:
         self._period = sample_period
         self._current_per_volt = current_per_volt
         self._force_range = force_range
-        self._state = np.zeros(7)
-        self._state_address = ctypes.c_void_p(self._state.ctypes.data)
+        self._state = np.zeros(6)
         self._ended = time.monotonic()
         self.limits = limits
-        code = machine_code.load("first_passed", _CODE.read_text, (), _SOURCES)
-        self._first_passed = _FIRST_PASSED(code.addresses["first_passed"])
+        nothing = np.zeros(1)
+        # Compiled, or loaded from the cache, before the clock runs.
+        _first_passed(nothing, nothing, nothing, self._state, self._bounds)
+        self._state[:] = 0.0
         self.begin()
 
     @property
@@ -151,7 +139,7 @@ class LimitMonitor:
     @limits.setter
     def limits(self, limits: Limits) -> None:
         self._limits = limits
-        bounds = (
+        self._bounds = (
             *self._force_range,
             limits.force_limit,
             limits.force_rate_limit * self._period,
@@ -164,13 +152,12 @@ class LimitMonitor:
             self._current_per_volt,
             math.exp(-self._period / limits.heating_time),
         )
-        self._bounds = ctypes.c_char_p(np.array(bounds).tobytes())
 
     def begin(self) -> None:
         """Expect sample 0 of an activation; the coil has cooled down since the last one."""
         pause = time.monotonic() - self._ended
         heat = self._state[HEAT] * math.exp(-pause / self._limits.heating_time)
-        self._state[:] = math.nan, math.nan, math.inf, -math.inf, heat, 0.0, 0.0
+        self._state[:] = math.nan, math.nan, math.inf, -math.inf, heat, 0.0
 
     def judge_excitation(self, excitation: Excitation) -> None:
         """Raise LimitExceeded if the excitation would pass a limit of command or current."""
@@ -193,17 +180,15 @@ class LimitMonitor:
         NaN passes none: it is what was measured, and those who use it say so. But it may not last.
         """
         self._ended = time.monotonic()
-        passed = self._first_passed(
-            np.asarray(samples.position, _FLOAT).tobytes(),
-            np.asarray(samples.force, _FLOAT).tobytes(),
-            np.asarray(samples.command, _FLOAT).tobytes(),
-            samples.force.size,
-            self._state_address,
+        passed, value = _first_passed(
+            np.ascontiguousarray(samples.position),
+            np.ascontiguousarray(samples.force),
+            np.ascontiguousarray(samples.command),
+            self._state,
             self._bounds,
         )
         if passed != NONE:
-            told = self._told(passed, float(self._state[VALUE]))
-            raise LimitExceeded(f"{told}: {ADVICE}", samples)
+            raise LimitExceeded(f"{self._told(passed, value)}: {ADVICE}", samples)
 
     def _told(self, passed: int, value: float) -> str:
         limits = self._limits
@@ -234,3 +219,57 @@ class LimitMonitor:
         if passed == RATE:
             value /= self._period
         return f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}"
+
+
+@numba.njit(cache=True)
+def _first_passed(position, force, command, state, bounds):
+    """Return which limit a sample passed first, NONE if none did, and by which value.
+
+    ``state`` is carried from block to block: force and position of the last sample, least and
+    largest command since the position changed, mean square of the current, samples unknown.
+    """
+    (
+        low,
+        high,
+        force_limit,
+        step_limit,
+        travel,
+        voltage,
+        current,
+        square,
+        stuck,
+        stale,
+        gain,
+        keep,
+    ) = bounds
+    for n in range(force.size):
+        if force[n] <= low or force[n] >= high:
+            return SATURATION, force[n]
+        if abs(force[n]) > force_limit:
+            return FORCE, force[n]
+        step = force[n] - state[LAST_FORCE]
+        if abs(step) > step_limit:
+            return RATE, step
+        state[LAST_FORCE] = force[n]
+        if abs(position[n]) > travel:
+            return TRAVEL, position[n]
+        if abs(command[n]) > voltage:
+            return COMMAND, command[n]
+        if abs(gain * command[n]) > current:
+            return CURRENT, gain * command[n]
+        # The coil warms up and cools down with one time constant.
+        state[HEAT] = keep * state[HEAT] + (1.0 - keep) * (gain * command[n]) ** 2
+        if state[HEAT] > square:
+            return HEATING, math.sqrt(state[HEAT])
+        if position[n] != state[POSITION]:  # NaN, too, is no standstill
+            state[POSITION] = position[n]
+            state[LOW] = state[HIGH] = command[n]
+        state[LOW] = min(state[LOW], command[n])
+        state[HIGH] = max(state[HIGH], command[n])
+        if state[HIGH] - state[LOW] > stuck:
+            return STUCK, state[HIGH] - state[LOW]
+        known = math.isfinite(force[n]) and math.isfinite(position[n])
+        state[SINCE_KNOWN] = 0.0 if known else state[SINCE_KNOWN] + 1.0
+        if state[SINCE_KNOWN] > stale * (1.0 + 1e-9):
+            return UNKNOWN, state[SINCE_KNOWN]
+    return NONE, 0.0

@@ -10,20 +10,19 @@ Physics, all in SI units, u the coil's and x the tip's displacement, positive in
     stage          d' = (d_target - d) / tau                     how far it stands below the surface
 
 It is integrated by the classical Runge-Kutta scheme, which shares nothing with the discretisation
-of the estimators, in steps short for the fastest motion of the probe (``mechanics``, which is
-machine code). The encoder shows u in whole steps, the load cell k0 (u - x) with white noise and a
-constant zero. With a model file, load cell, tip and tissue follow the composed model in it instead
-(``composed``).
+of the estimators, in steps short for the fastest motion of the probe. The encoder shows u in whole
+steps, the load cell k0 (u - x) with white noise and a constant zero. With a model file, load cell,
+tip and tissue follow the composed model in it instead (``composed``).
 """
 
 from __future__ import annotations
 
-import ctypes
 import math
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict
@@ -33,7 +32,6 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.excitation import Excitation
 from tissue_probe.pacing import Pacer
-from tissue_probe.physics import machine_code
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray
@@ -55,14 +53,6 @@ BUFFER_TIME = 2.0
 AHEAD = 10
 #: The excitation is computed for so many samples at once.
 COMMAND_SAMPLES = 200
-#: Places in the state, which is i, u, u', x, x', d, and whether the suction tip holds.
-DEPTH, ATTACHED = 5, 6
-
-# Python's lock is kept, and arguments are not declared: both would take as long as a sample. An int
-# is C's.
-_FILL = ctypes.PYFUNCTYPE(None)
-_CODE = Path(__file__).with_name("mechanics.py")
-_SOURCES = ("devices/mechanics.py", "devices/simulated.py", "physics/machine_code.py")
 
 
 class SimulatedProbeSettings(BaseModel):
@@ -145,11 +135,11 @@ class SimulatedProbe:
         self._lock = Lock()  # so that no command follows a stop, whichever thread it comes from
         self.place(0.0, 0.0, 1.0)  # no tissue in reach
         self._composed = self._compose() if settings.model else None
-        if self._composed is None:
-            code = machine_code.load("mechanics", _CODE.read_text, (), _SOURCES)
-            self._simulate = _FILL(code.addresses["simulate"])
-            self._derivative = _FILL(code.addresses["derivative"])
-            self._substeps = self._needed_substeps()
+        self._substeps = self._needed_substeps() if self._composed is None else 1
+        # Compiled, or loaded from the cache, before the clock runs.
+        _simulate(
+            np.zeros(6), np.zeros(1, bool), np.zeros(1), self._constants(), self.sample_period, 1
+        )
 
     def place(self, x: float, y: float, z: float) -> None:
         """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
@@ -158,15 +148,14 @@ class SimulatedProbe:
         self._where = (x, y, z)
         stiffness, damping = self._phantom.stiffness(x, y), self._phantom.damping(x, y)
         self._tissue = (float(stiffness), float(damping), -float(z))
-        self._numbers = np.array(self._constants()).tobytes()
 
     def start(self, excitation: Excitation) -> None:
         """Begin to sample at rest, with the excitation [V] on the coil."""
         self._excitation = excitation
         self._noise = np.random.default_rng(self._settings.seed)
-        self._state = np.zeros(7)
-        self._state_pointer = _pointer(self._state)
-        self._state[[DEPTH, ATTACHED]] = self._tissue[2], self._tissue[2] >= 0.0
+        self._state = np.zeros(6)
+        self._state[5] = self._tissue[2]
+        self._attached = np.array([self._tissue[2] >= 0.0])
         if self._composed is not None:
             self._composed.start(self._tissue[2])
         self._taken = 0
@@ -220,17 +209,14 @@ class SimulatedProbe:
     def _moved(self, command: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return true position and force at each sample, and move on."""
         if self._composed is None:
-            moved = np.empty((2, command.size))
-            self._simulate(
-                self._state_pointer,
-                self._numbers,
-                command.tobytes(),
-                command.size,
-                ctypes.c_double(self.sample_period),
+            return _simulate(
+                self._state,
+                self._attached,
+                command,
+                self._constants(),
+                self.sample_period,
                 self._substeps,
-                _pointer(moved),
             )
-            return moved[0], moved[1]
         stiffness, damping, depth = self._tissue
         phantom = self._phantom
         damping /= phantom.background_damping or 1.0
@@ -295,11 +281,10 @@ class SimulatedProbe:
             relative * self._phantom.background_damping,
             0.0,
         )
-        constants = np.array(self._constants(stiffest)).tobytes()
+        constants = self._constants(stiffest)
         # The right-hand side is linear: at unit states it gives the columns of its matrix.
-        matrix = np.empty((6, 6))
-        for unit, column in zip(np.eye(6), matrix, strict=True):
-            self._derivative(_pointer(unit), constants, _pointer(column))
+        units = np.eye(6).tolist()
+        matrix = [_derivative(tuple(unit), True, 0.0, constants) for unit in units]
         rate = np.abs(np.linalg.eigvals(matrix)).max()
         step = STEP_OF_TIME_CONSTANT / rate
         if 1.0 / step > MOST_STEPS:
@@ -331,6 +316,71 @@ class SimulatedProbe:
         )
 
 
-def _pointer(array: FloatArray) -> object:
-    """Return what C takes for the array, at a third of the cost of ``array.ctypes``."""
-    return ctypes.byref(ctypes.c_double.from_buffer(array))
+@numba.njit(cache=True)
+def _derivative(state, attached, voltage, constants):
+    """Right-hand side of the module's equations; the state is i, u, u', x, x', d."""
+    i, u, v, x, w, d = state
+    inductance, resistance, force_constant, coil_mass, c, s, k0, beta0, m, k, beta, target = (
+        constants
+    )
+    d_rate = (target - d) / STAGE_TIME_CONSTANT
+    cell = k0 * (u - x) + beta0 * (v - w)
+    tissue = k * (x + d) + beta * (w + d_rate) if attached else 0.0
+    return (
+        (voltage - resistance * i - force_constant * v) / inductance,
+        v,
+        (force_constant * i - c * v - s * u - cell) / coil_mass,
+        w,
+        (cell - tissue) / m,
+        d_rate,
+    )
+
+
+@numba.njit(cache=True)
+def _axpy(state, scale, slope):
+    """State + scale * slope, entry by entry."""
+    return (
+        state[0] + scale * slope[0],
+        state[1] + scale * slope[1],
+        state[2] + scale * slope[2],
+        state[3] + scale * slope[3],
+        state[4] + scale * slope[4],
+        state[5] + scale * slope[5],
+    )
+
+
+@numba.njit(cache=True)
+def _runge_kutta_step(state, attached, voltage, constants, h):
+    """One classical Runge-Kutta step of length h."""
+    s1 = _derivative(state, attached, voltage, constants)
+    s2 = _derivative(_axpy(state, h / 2, s1), attached, voltage, constants)
+    s3 = _derivative(_axpy(state, h / 2, s2), attached, voltage, constants)
+    s4 = _derivative(_axpy(state, h, s3), attached, voltage, constants)
+    state = _axpy(state, h / 6, s1)
+    state = _axpy(state, h / 3, s2)
+    state = _axpy(state, h / 3, s3)
+    return _axpy(state, h / 6, s4)
+
+
+@numba.njit(cache=True)
+def _simulate(state, attached, command, constants, sample_period, substeps):
+    """Sample coil displacement and load-cell force, then move on by one period, for each command.
+
+    ``state`` (6,) and ``attached`` (1,) are carried from call to call, changed in place.
+    """
+    position = np.empty(command.size)
+    force = np.empty(command.size)
+    now = (state[0], state[1], state[2], state[3], state[4], state[5])
+    for n in range(command.size):
+        position[n] = now[1]
+        force[n] = constants[6] * (now[1] - now[3])
+        if now[5] >= -1e-6:
+            attached[0] = True
+        elif now[5] < -SUCTION_REACH:
+            attached[0] = False
+        for _ in range(substeps):
+            now = _runge_kutta_step(
+                now, attached[0], command[n], constants, sample_period / substeps
+            )
+    state[0], state[1], state[2], state[3], state[4], state[5] = now
+    return position, force

@@ -1,7 +1,7 @@
 """Code of a composed model for whoever integrates it himself: rates, forces, switches.
 
 What belongs here: from a ``Model``'s symbols to the source of one generated module, no derivatives.
-What does not: the integration (``devices.composed_motion``), tangents (``response_code``).
+What does not: the integration (``devices.composed``), tangents (``response_code``).
 """
 
 from __future__ import annotations
@@ -17,17 +17,15 @@ from tissue_probe.physics.program import Program
 HEADER = '''"""Generated from the symbols of a model; do not edit."""
 import math
 
-from numba import cfunc
+from numba import njit
 
 STATES = {states}
 VALUES = {values}
 FIRST = {first}
-P = "CPointer(float64)"
-ARGUMENTS = f"float64, {{P}}, {{P}}, float64, float64, {{P}}"
+V = "float64[::1]"
+ARGUMENTS = f"float64, {{V}}, {{V}}, float64, float64, {{V}}"
 '''
-COMPILE = '\n\n@cfunc(f"{types}", error_model="numpy")\n{source}\n'
-#: What a module tells of itself: names of states and values, and what the switches are at first.
-FACTS = ("STATES", "VALUES", "FIRST")
+COMPILE = '\n\n@njit(f"{types}", cache=True, nogil=True, error_model="numpy")\n{source}\n'
 ARGUMENTS = "t, z, p, position, position_rate, mode"
 
 
@@ -49,11 +47,11 @@ def source(model: Model) -> str:
         first=[float(switch.first) for switch in model.switches],
     )
     parts = (
-        ("void({ARGUMENTS}, {P})", _filling(model, "rate", list(model.motion))),
-        ("void({ARGUMENTS}, {P})", _filling(model, "switch", conditions)),
+        ("void({ARGUMENTS}, {V})", _filling(model, "rate", list(model.motion))),
+        ("void({ARGUMENTS}, {V})", _filling(model, "switch", conditions)),
         ("float64({ARGUMENTS})", _returning(model, "output", model.output)),
         ("float64({ARGUMENTS})", _returning(model, "reaction", model.reaction)),
-        ("void({P}, float64, float64, {P})", _begin(model)),
+        ("void({V}, float64, float64, {V})", _begin(model)),
     )
     return text + "".join(COMPILE.format(types=types, source=text) for types, text in parts)
 

@@ -15,7 +15,6 @@ from nidaqmx.stream_writers import AnalogSingleChannelWriter
 from tissue_probe.devices.alignment import Alignment
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
-from tissue_probe.devices.nidaqmx import NiDaqmxProbe
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
 from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, Encoder, LoadCell
@@ -53,7 +52,7 @@ COIL_SPAN = 10.0
 SATURATION = 0.0005
 
 
-class DaqProbe(NiDaqmxProbe):
+class NiDaqmxProbe:
     """A probe on a DAQ.
 
     The output is armed first and waits for the start of the load cell's input, and the counter is
@@ -73,6 +72,7 @@ class DaqProbe(NiDaqmxProbe):
         If the DAQ cannot be reached, or cannot do what the settings ask.
     """
 
+    Settings = NiDaqmxSettings
     samples_per_read = 10
 
     def __init__(self, settings: NiDaqmxSettings, calibration: Calibration) -> None:
