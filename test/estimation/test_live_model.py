@@ -54,7 +54,7 @@ def last_half(estimates):
 
 CASES = [
     ("robust_ekf", "cubic_stiffening"),  # nonlinear
-    ("robust_ekf", "generalized_maxwell"),  # states of its own
+    ("robust_ekf", "standard_linear_solid"),  # a state of its own
     ("ukf", "standard_linear_solid"),
     ("ekf", "force_lag"),  # a state in the output
     ("robust_ekf", "mains_hum"),  # the time in the output, strengths estimated

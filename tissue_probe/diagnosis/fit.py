@@ -389,10 +389,10 @@ def _solve(
         beyond = free & ((moved < lower) | (moved > upper))
         if not beyond.any():
             break
-        held = np.minimum(np.maximum(moved, lower), upper)
+        held = np.clip(moved, lower, upper)
         step[beyond] = _unmoved(logarithmic, whole, held)[beyond]
         free &= ~beyond
-    moved = np.minimum(np.maximum(_moved(logarithmic, whole, step), lower), upper)
+    moved = np.clip(_moved(logarithmic, whole, step), lower, upper)
     promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
     return moved[:q], [moved[q + i * n :][:n] for i in range(len(point.starts))], float(promised)
 
@@ -422,7 +422,7 @@ def _bounds(problem: Problem, point: _Point) -> tuple[FloatArray, FloatArray]:
 
 
 def _moved(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
-    grown = at * np.exp(np.minimum(np.maximum(step, -3.0), 3.0))
+    grown = at * np.exp(np.clip(step, -3.0, 3.0))
     return np.where(logarithmic, grown, at + step)
 
 

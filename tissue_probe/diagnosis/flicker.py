@@ -38,6 +38,4 @@ def flicker_weights(count: int, level: float) -> FloatArray:
 
 def evened(columns: FloatArray, weights: FloatArray) -> FloatArray:
     """Return the weighted cosines of columns, shape (N,) or (N, m): their products are GLS's."""
-    cosines = dct(columns, axis=0, norm="ortho")
-    cosines.T[...] *= weights
-    return cosines
+    return (dct(columns, axis=0, norm="ortho").T * weights).T
