@@ -32,6 +32,7 @@ def connected(running, publisher, listeners: int) -> None:
     """Wait until the ekf hears the publisher, and is heard by so many listeners."""
     running.wait_until(lambda: publisher.get_subscription_count() == 1, "the estimator")
     running.wait_for_subscribers({"/probe/ekf": listeners})
+    running.wait_for_publishers({"/probe/ekf": 1})
 
 
 def block(sequence: int, values: list[float] | None = None, stamp: int = 0) -> ProbeSamples:

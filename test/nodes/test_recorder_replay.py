@@ -65,7 +65,11 @@ def recorded(tmp_path_factory) -> Path:
                     "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
                     "/probe/scan": len(ESTIMATORS) + 2,  # and the mapper and the recorder
                     **{f"/probe/{name}": 2 for name in ESTIMATORS},
-                }
+                },
+                publishers={
+                    "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
+                    **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the driver and the scan
+                },
             )
             assert Scanning(running, goal(dwell_time=0.5)).result().result.sites_visited == 2
             deactivate(running)

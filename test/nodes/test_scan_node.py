@@ -116,7 +116,7 @@ def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     running.wait_until(lambda: bool(maps), "the mapper")
-    running.activate({"/probe/driver": 2, "/probe/ekf": 1})
+    running.activate({"/probe/driver": 2, "/probe/ekf": 1}, {"/probe/ekf": 2, "/probe/mapper": 2})
     scanning = Scanning(running, goal(dwell_time=1.0))
     running.wait_until(lambda: maps[-1].stiffness[0] > 0.0, "the first cell")
     running.processes["driver"].kill()

@@ -74,6 +74,10 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
         "/probe/scan": len(ESTIMATORS) + 2,  # and the mapper and the recorder
         **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
     }
+    publishers = {
+        "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
+        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the driver and the scan
+    }
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -85,7 +89,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
         Session(simulation(ESTIMATORS, bag.absolute(), phantom)) as session,
     ):
         task = progress.add_task("starting the nodes", total=len(grid))
-        session.activate(subscribers)
+        session.activate(subscribers, publishers)
 
         def show(feedback) -> None:
             doing = {0: "approaching", 1: "palpating", 2: "lifting"}[feedback.site.phase]

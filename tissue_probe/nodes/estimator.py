@@ -129,6 +129,7 @@ class EstimatorNode(Node):
         missed = self._missed(self.lost + self._malformed)
         values = {
             "subscribers": self._estimates.get_subscription_count(),
+            "publishers": self._inbox.publishers(),
             "samples received": self.received,
             "samples lost": self.lost,
             "blocks malformed": self._malformed,

@@ -60,6 +60,13 @@ class Inbox:
         self._in_use.enter_context(subscription.handle)
         self._subscriptions[topic] = subscription, handler
 
+    def publishers(self) -> int:
+        """Return how many publishers the subscriptions hear, all together.
+
+        Who publishes may count a subscription a while before it hears anything.
+        """
+        return sum(each.get_publisher_count() for each, _ in self._subscriptions.values())
+
     def empty(self, topic: str | None = None) -> int:
         """Hand every message that has arrived to its handler, topic by topic; return how many.
 

@@ -109,6 +109,7 @@ class Mapper(Node):
         rate = self._rate(self.received)
         told = f"{measured} of {len(self._builder.grid)} cells are measured"
         values = {
+            "publishers": self._inbox.publishers(),
             "estimates received": self.received,
             "achieved rate [estimates/s]": f"{rate:.0f}",
         }

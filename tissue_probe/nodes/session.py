@@ -130,14 +130,19 @@ class Session:
         self._context.try_shutdown()
         self._logs.cleanup()
 
-    def activate(self, subscribers: dict[str, int]) -> None:
+    def activate(
+        self, subscribers: dict[str, int], publishers: dict[str, int] | None = None
+    ) -> None:
         """Configure the driver, wait until everyone is heard, activate the driver.
 
         Parameters
         ----------
         subscribers : dict
             How many subscriptions each node must reach with what it publishes, by the node's full
-            name, as the nodes tell in /diagnostics: nothing is lost from then on.
+            name, as the nodes tell in /diagnostics.
+        publishers : dict, optional
+            How many publishers each node must hear, likewise: one may reach a subscription that
+            does not hear it yet. Nothing is lost from then on.
 
         Raises
         ------
@@ -146,6 +151,7 @@ class Session:
         """
         self._change_state(Transition.TRANSITION_CONFIGURE, "configure", START_TIMEOUT)
         self.wait_for_subscribers(subscribers)
+        self.wait_for_publishers(publishers or {})
         self._change_state(Transition.TRANSITION_ACTIVATE, "activate", ANSWER_TIMEOUT)
 
     def wait_for_subscribers(self, counts: dict[str, int]) -> None:
@@ -156,13 +162,17 @@ class Session:
         SessionError
             If they do not find one another in time, or a process ended meanwhile.
         """
-        self.wait_until(
-            lambda: all(
-                int(self.health.get(node, {}).get("subscribers", 0)) >= count
-                for node, count in counts.items()
-            ),
-            "the nodes to find one another",
-        )
+        self._wait_for("subscribers", counts)
+
+    def wait_for_publishers(self, counts: dict[str, int]) -> None:
+        """Wait until each node hears so many publishers, by the node's full name.
+
+        Raises
+        ------
+        SessionError
+            If they do not find one another in time, or a process ended meanwhile.
+        """
+        self._wait_for("publishers", counts)
 
     def deactivate(self) -> None:
         """Put the coil at zero.
@@ -237,6 +247,16 @@ class Session:
         lines = (Path(self._logs.name) / name).read_text(errors="replace").strip().splitlines()
         is_traceback = any(line.startswith("Traceback") for line in lines)
         return "\n".join(lines[-12:] if is_traceback else lines[-1:]) or "it said nothing"
+
+    def _wait_for(self, value: str, counts: dict[str, int]) -> None:
+        """Wait until each node tells that it has found so many."""
+        self.wait_until(
+            lambda: all(
+                int(self.health.get(node, {}).get(value, 0)) >= count
+                for node, count in counts.items()
+            ),
+            f"the nodes to find one another ({value})",
+        )
 
     def _on_health(self, message: DiagnosticArray) -> None:
         for status in message.status:
