@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from tissue_probe.physics.rounding import CAUTION, LIBERTY, smoothed
+from tissue_probe.physics.rounding import CAUTION, smoothed
 
 PERIOD = 5e-4
 TIME = np.arange(4000) * PERIOD
@@ -93,5 +93,5 @@ def test_any_record_yields_a_finite_course_within_the_errors_of_rounding(positio
     found = smoothed(read, step, fine)
     assert np.isfinite(found.course).all()
     assert np.isfinite(found.error).all()
-    share = LIBERTY if fine else CAUTION
+    share = 1.0 if fine else CAUTION
     assert rms(found.course - read) <= 1.1 * np.sqrt(share) * step / np.sqrt(12.0) + 1e-12

@@ -28,11 +28,9 @@ ROUNDS = 4
 #: No sample was rounded by more than half a step: those that seem to have been are trusted more by
 #: this factor, again and again.
 PULL, PULLS = 2.0, 16
-#: Share of its due that is taken off a coarse and a fine rounding. What stays rough of a coarse one
-#: is known (``Smoothed.error``), and what is smoothed away of the motion is not; of a fine one
-#: hardly anything can be smoothed away, but a steady sine is rounded alike in every period, by
-#: errors that may be larger than those of noise, and do not average out.
-CAUTION, LIBERTY = 0.97, 1.1
+#: Share of its due that is taken off a coarse rounding: what stays rough of it is known
+#: (``Smoothed.error``), and what is smoothed away of the motion is not.
+CAUTION = 0.97
 #: Samples at either end over which a fine rounding is smoothed less: there a spline strays most.
 EDGE = 100
 
@@ -62,8 +60,8 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
     step : float
         What it was rounded to [m], positive.
     fine : bool
-        Whether the step is an encoder's own, finer than ``COARSE``: then ``LIBERTY`` is taken, but
-        for the ends, where the course stays with what was read.
+        Whether the step is an encoder's own, finer than ``COARSE``: then all of its due is taken
+        off, but for the ends, where the course stays with what was read.
     """
     data = np.ascontiguousarray(position, dtype=np.float64).tobytes()
     return _smoothed(data, float(step), fine)
@@ -78,7 +76,7 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
     probe = random.standard_normal(rounded.size)
     count = rounded.size - ORDER
     shape = edges = _edges(count) if fine else np.ones(count)
-    share = LIBERTY if fine else CAUTION
+    share = 1.0 if fine else CAUTION
     for _ in range(ROUNDS):
         weight = _balanced(rounded, probe, shape, share)
         course = _solve(weight, rounded)
