@@ -294,12 +294,30 @@ def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
         (471040, "added_mass"),  # rings at another frequency than the tip does without
         (481005, "standard_linear_solid"),  # ten times as stiff as the rest of the tissue
         (481050, "generalized_maxwell"),
+        (431001, "structural_mode"),  # so heavy that the tissue seems a quarter as stiff
+        (433032, "load_cell_stiffness_error"),  # shown by the coil's jitter alone
     ],
 )
 def test_what_a_steady_sine_nearly_hides_is_found_though_it_is_strong(seed, effect):
     made = challenge(seed, effect, excitation="sine10ss")
     found = diagnose(made, library(effect), at_rest=False)
     assert (found.verdict, found.effects) == ("missing", (effect,))
+
+
+def test_an_effect_is_not_given_up_for_another_that_comes_near_at_once():
+    made = challenge(434051, "load_cell_stiffness_error", excitation="sine10ss")
+    effects = library("load_cell_stiffness_error", "structural_mode", "added_mass")
+    found = diagnose(made, effects, at_rest=False)
+    assert (found.verdict, found.effects) == ("missing", ("load_cell_stiffness_error",))
+
+
+@pytest.mark.parametrize("seed", [433047, 433008])
+def test_what_a_springpot_has_to_learn_of_its_start_does_not_rule_it_out(seed):
+    made = challenge(seed, "springpot", excitation="sine10ss")
+    relaxation = ("standard_linear_solid", "generalized_maxwell", "springpot")
+    found = diagnose(made, library("force_bias", *relaxation), at_rest=False)
+    assert found.verdict == "ambiguous"
+    assert "springpot" in found.indistinguishable
 
 
 def test_a_strong_springpot_leaves_noise_only():

@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
-from tissue_probe.diagnosis.fit import FARTHEST, Bar
+from tissue_probe.diagnosis.fit import FARTHEST, Bar, history
 from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
 from tissue_probe.diagnosis.starts import extent
 from tissue_probe.physics.composition import Composition
@@ -238,6 +238,33 @@ def test_a_search_is_given_up_where_what_exceeds_the_noise_will_not_come_near():
 def test_what_leaves_hardly_more_than_noise_is_not_given_up_for_a_better_one():
     assert not Bar(0.95, noise=1.0).out_of_reach(1.03, gain=0.0)
     assert Bar(0.95, noise=1.0).out_of_reach(1.06, gain=0.0)
+
+
+@given(hnp.arrays(float, st.integers(1, 6), elements=st.floats(0.05, 50.0)))
+def test_branches_begin_as_one_history_of_the_tip_leaves_them(rates):
+    """Against a sum over past moves of the tip, each as likely as any other."""
+    past = np.geomspace(1e-5, 400.0, 4000)
+    left = np.exp(-np.outer(rates, past)) * np.sqrt(np.gradient(past))
+    left /= np.linalg.norm(left, axis=1)[:, None]
+    alike = np.linalg.inv(history(np.concatenate([[0.0], rates]).tobytes()))
+    np.testing.assert_allclose(alike[1:, 1:], left @ left.T, atol=1e-4)
+    np.testing.assert_array_equal(alike[0], np.eye(rates.size + 1)[0])
+
+
+def test_branches_of_one_rate_begin_alike():
+    inverse = history(np.array([3.0, 3.0]).tobytes())
+    apart, alike = np.array([1.0, -1.0]), np.array([1.0, 1.0])
+    assert apart @ inverse @ apart > 1e5 * (alike @ inverse @ alike)
+
+
+def test_a_start_costs_no_more_than_parameters_do():
+    made = challenge(432027, "springpot", excitation="sine10ss")
+    seen = measurement(made.recording, at_rest=False)
+    for name, branches in (("standard_linear_solid", 1), ("generalized_maxwell", 2)):
+        fit = fitted([seen], name)
+        assert 0.0 < fit.start_penalty <= branches * np.log(fit.samples) * (1.0 + 1e-9)
+    # Eleven branches of one history are worth far fewer.
+    assert fitted([seen], "springpot").start_penalty < 5.0 * np.log(fit.samples)
 
 
 def test_out_of_contact_no_branch_is_stretched():

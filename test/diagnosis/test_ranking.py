@@ -199,6 +199,27 @@ def test_what_is_as_good_is_not_told_apart():
     assert names(ties(fits)) == ["cubic_stiffening", "mains_hum"]
 
 
+def test_what_is_to_be_learnt_of_a_start_does_not_tell_fits_apart():
+    drift, relaxation = fit("force_bias", 100.0), fit("standard_linear_solid", 100.0 + 1.5 * TIE)
+    assert alike(drift, [relaxation]) == [drift]
+    learnt = replace(relaxation, start_penalty=0.6 * TIE)
+    learnt = replace(
+        learnt, cost=learnt.cost * np.exp((relaxation.bic - learnt.bic) / learnt.samples)
+    )
+    assert alike(drift, [learnt]) == [drift, learnt]
+    assert alike(learnt, [drift]) == [learnt, drift]
+
+
+def test_where_several_are_not_told_apart_neither_are_their_kin_that_leave_as_little():
+    bias, relaxation = fit("force_bias", 100.0), fit("standard_linear_solid", 101.0)
+    other = replace(fit("springpot", 101.0), unknowns=relaxation.unknowns + 4)
+    assert other.bic > relaxation.bic + 2.0 * TIE
+    assert ties([bias, relaxation, other]) == [bias, relaxation, other]
+    assert ties([relaxation, other]) == [relaxation]
+    worse = replace(other, cost=relaxation.cost + 1.1 * TIE)
+    assert ties([bias, relaxation, worse]) == [bias, relaxation]
+
+
 def test_an_effect_is_no_rival_of_one_that_it_contains():
     order = ranked([fit("standard_linear_solid", 100.0), fit("generalized_maxwell", 99.0)])
     assert names(ties(order)) == ["standard_linear_solid"]

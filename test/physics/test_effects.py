@@ -10,6 +10,7 @@ from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, values_of,
 from tissue_probe.physics import effects
 from tissue_probe.physics.composition import TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Extent
+from tissue_probe.physics.effects.springpot import RATES
 from tissue_probe.physics.response import course, respond
 
 FILES = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__", "effect"}
@@ -68,6 +69,21 @@ def test_at_neutral_strength_the_force_is_that_without_the_effect(name):
     without = force_of(BASE, values_of(BASE), position, PERIOD / 10).output
     assert np.abs(without).max() > 0.2
     np.testing.assert_allclose(with_it, without, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("tissue", "effect", "rates"),
+    [
+        ("kelvin_voigt", "springpot", RATES),
+        ("kelvin_voigt", "standard_linear_solid", [50.0]),
+        ("maxwell", "contact_loss", [450.0 / 5.0]),
+        ("kelvin_voigt", "structural_mode", []),
+    ],
+)
+def test_only_branches_relax_and_each_at_its_rate(tissue, effect, rates):
+    composition = Composition(tissue=tissue, effects=(EFFECTS[effect],))
+    found = composition.kernel.relaxation_rates(values_of(composition))
+    np.testing.assert_allclose(found[found != 0.0], rates)
 
 
 # On the motion below, pull-off by damping alone would graze its limit, where nothing is smooth.

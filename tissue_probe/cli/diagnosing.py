@@ -285,7 +285,7 @@ def held(model: Path, segments: Sequence[Segment]) -> Fit:
     taken = measurements(segments, file.composition.output)
     rig = Instrument(file.composition.rig, {})
     problem = Problem(file.composition, taken, rig, file.values)
-    fit = search(problem, problem.nominal, [z for z, _ in problem.begin(problem.nominal)])
+    fit = search(problem, problem.nominal, [begun.mean for begun in problem.begin(problem.nominal)])
     if fit is None:
         raise ValueError(f"{model} diverges on these measurements; was it fitted to other units?")
     return whitened(fit, rig, file.values)

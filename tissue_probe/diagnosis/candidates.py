@@ -62,7 +62,7 @@ def fit_base(
         for index, name in enumerate(problem.kernel.values):
             if name in guess and problem.free[index]:
                 values[index] = guess[name]
-        starts = [z for z, _ in problem.begin(values)]
+        starts = [begun.mean for begun in problem.begin(values)]
         fits.append(search(problem, values, starts))
     found = [fit for fit in fits if fit is not None]
     if not found:
@@ -99,7 +99,7 @@ def refit(
     values = np.array([known.get(e.name, e.default) for e in composition.values])
     if measurements is None:
         return search(problem, values, begin_states(problem, fit, values))
-    return search(problem, values, [z for z, _ in problem.begin(values)])
+    return search(problem, values, [begun.mean for begun in problem.begin(values)])
 
 
 def fit_candidates(
@@ -241,7 +241,7 @@ class _Proposals:
             return []
         begun = []
         for _, values, starts in proposals:
-            rest = [z for z, _ in self.problem.begin(values)]
+            rest = [begun.mean for begun in self.problem.begin(values)]
             known = zip(self.problem.measurements, rest, starts, strict=True)
             still = [z if measurement.at_rest else start for measurement, z, start in known]
             begun.append((self._promise(values, still), values, still))

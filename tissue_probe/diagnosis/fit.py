@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import dct, idct
+from scipy.linalg import eigh
 from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.flicker import evened, flicker_weights
@@ -74,7 +76,7 @@ class Fit:
         How many parameters were free (the rig's tolerances and the starts not counted).
     start_penalty : float
         What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
-        how many times narrower the data make their prior.
+        how many times narrower the data make their prior, of each state up to a parameter's cost.
     heldout : tuple of array
         Residuals of each eighth of the record when the values are fitted to the other seven
         (to first order in what that changes).
@@ -196,6 +198,47 @@ class Fit:
         return dict(zip(self.composition.kernel.values, map(float, deviations), strict=True))
 
 
+class Begin(NamedTuple):
+    """What is known beforehand of the states at a first sample: where they are, and how well.
+
+    ``precision``, shape (n, n), is the inverse of their covariance.
+    """
+
+    mean: FloatArray
+    deviation: FloatArray
+    precision: FloatArray
+
+
+@lru_cache(maxsize=64)
+def history(rates: bytes) -> FloatArray:
+    """Return the inverse correlation of states that forget one history at these rates [1/s].
+
+    A branch that forgets at the rate r holds the integral of exp(-r s) x'(-s) over the time s
+    before the first sample. Of a tip's velocity x' that may have been any, as white noise, two
+    branches hold what correlates as 2 sqrt(r q) / (r + q): nearly the same where rates are near.
+    States that do not forget, of rate 0, have each its own start.
+
+    Parameters
+    ----------
+    rates : bytes
+        Those of an array of float64, shape (n,).
+
+    Returns
+    -------
+    array, shape (n, n)
+    """
+    r = np.frombuffer(rates)
+    branches = np.flatnonzero(r > 0.0)
+    inverse = np.eye(r.size)
+    if branches.size > 1:
+        r = r[branches]
+        alike = 2.0 * np.sqrt(np.multiply.outer(r, r)) / np.add.outer(r, r)
+        # Two of one rate are one: what tells them apart is nothing but rounding.
+        alike.flat[:: r.size + 1] += 1e-6
+        inverse[np.ix_(branches, branches)] = np.linalg.inv(alike)
+    return inverse
+
+
 class Problem:
     """Unknowns of a model under measurements: what is searched, in which scale, with what priors.
 
@@ -255,8 +298,9 @@ class Problem:
             for m in self.measurements
         ]
 
-    def begin(self, values: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        """Where the states of each measurement start, and their prior deviations."""
+    def begin(self, values: FloatArray) -> list[Begin]:
+        """Return what is known beforehand of the states at the start of each measurement."""
+        alike = history(self.kernel.relaxation_rates(values).tobytes())
         begins = []
         for measurement in self.measurements:
             extent = measurement.extent
@@ -273,7 +317,8 @@ class Problem:
                 "speed": 1e-4 if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }
-            begins.append((z, np.array([spreads[name] for name in self.kernel.spreads])))
+            deviation = np.array([spreads[name] for name in self.kernel.spreads])
+            begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
         return begins
 
     def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:
@@ -315,7 +360,7 @@ class _Point:
 
     values: FloatArray
     starts: list[FloatArray]
-    begins: list[tuple[FloatArray, FloatArray]]
+    begins: list[Begin]
     cost: float
     misfits: list[float]
     gradient: FloatArray
@@ -346,11 +391,11 @@ def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -
         scaled = scale[place]
         normal[place[:, None], place] += (J.T @ J) * (scaled[:, None] * scaled)
         gradient[place] += (J.T @ r) * scaled
-        mean, deviation = begins[index]
-        departure = (mean - starts[index]) / deviation
-        strain += float(departure @ departure)
-        normal[own, own] += deviation**-2
-        gradient[own] += departure / deviation
+        departure = begins[index].mean - starts[index]
+        back = begins[index].precision @ departure
+        strain += float(departure @ back)
+        normal[own[:, None], own] += begins[index].precision
+        gradient[own] += back
     drawn, deviation = problem.drawn, problem.deviation[problem.drawn]
     departure = (problem.nominal - values)[drawn] / deviation
     strain += float(departure @ departure)
@@ -411,7 +456,7 @@ def _bounds(problem: Problem, point: _Point) -> tuple[FloatArray, FloatArray]:
     """
     relaxing = np.array([spread == "branch" for spread in problem.kernel.spreads], dtype=bool)
     lower, upper = [problem.lower], [problem.upper]
-    for measurement, (mean, deviation) in zip(problem.measurements, point.begins, strict=True):
+    for measurement, (mean, deviation, _) in zip(problem.measurements, point.begins, strict=True):
         back = ahead = FARTHEST * deviation
         if measurement.at_rest:
             back = np.where(relaxing, DRAWN * deviation, np.inf)
@@ -592,7 +637,11 @@ def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatAr
 
 
 def _start_penalty(problem: Problem, point: _Point) -> float:
-    """Log determinant of the starts' posterior precision in units of their prior's."""
+    """Log of how many times the samples narrow what was known beforehand of the starts.
+
+    Summed over what they tell apart of them, and of each no more than a parameter costs: the BIC
+    takes a parameter for known beforehand as well as one sample tells it.
+    """
     q, n = problem.count, problem.states
     own = [
         i
@@ -600,11 +649,14 @@ def _start_penalty(problem: Problem, point: _Point) -> float:
         if spread in ("length", "branch") or spread in problem.kernel.values
     ]
     penalty = 0.0
-    for index, (_, deviation) in enumerate(point.begins if own else []):
+    for index, begun in enumerate(point.begins if own else []):
         place = np.array([q + index * n + i for i in own])
-        scale = deviation[own]
-        scaled = point.normal[np.ix_(place, place)] * np.outer(scale, scale)
-        penalty += float(np.linalg.slogdet(scaled)[1])
+        scale = np.outer(begun.deviation[own], begun.deviation[own])
+        after = point.normal[np.ix_(place, place)] * scale
+        narrower = eigh(after, begun.precision[np.ix_(own, own)] * scale, eigvals_only=True)
+        costs = np.log(np.maximum(narrower, 1.0))
+        samples = np.sum(problem.measurements[index].used)
+        penalty += float(np.sum(np.minimum(costs, np.log(samples))))
     return penalty
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.whiteness import SLOW
 from tissue_probe.physics.effects import Effect
@@ -118,30 +120,43 @@ def _gains_much(simpler: Fit, fit: Fit) -> bool:
 def ties(order: Sequence[Fit]) -> list[Fit]:
     """Return the fits that cannot be told from the first: as good, and not containing it.
 
-    Where there are several, another form of one of them that contains it and leaves as little may
-    be there as well: what cannot tell relaxation from a bias cannot tell how many branches relax.
+    Where there are several, another form of one of them that leaves as little may be there as
+    well: what cannot tell relaxation from a bias cannot tell how many branches relax.
     """
     tied = alike(order[0], order)
     if len(tied) == 1:
         return tied
-    least = {added(fit).name: fit.cost for fit in tied if added(fit).family in FORMS}
-    return tied + [
-        fit
-        for fit in order
-        if fit not in tied
-        and any(fit.cost < least[name] + TIE for name in added(fit).simpler if name in least)
-    ]
+    most = {
+        added(fit).family: fit.cost + TIE
+        for fit in sorted(tied, key=lambda fit: -fit.cost)
+        if added(fit).family in FORMS
+    }
+    others = (fit for fit in order if fit not in tied)
+    return tied + [fit for fit in others if fit.cost < most.get(added(fit).family, -np.inf)]
 
 
 def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:
     """Return a model, and those as good that differ from it in one effect: not containing it."""
-    names, found = set(final.composition.names), [final]
+    found = [final]
     for fit in others:
-        own = [effect for effect in fit.composition.effects if effect.name not in names]
-        lost = names - set(fit.composition.names)
-        if len(own) == len(lost) == 1 and abs(fit.bic - final.bic) < TIE:
-            found += [fit] if lost.isdisjoint(own[0].simpler) else []
+        own, lost = _not_in(final, fit), _not_in(fit, final)
+        if len(own) == len(lost) == 1 and lost[0].name not in own[0].simpler:
+            found += [fit] if _as_good(fit, final) else []
     return found
+
+
+def _not_in(model: Fit, fit: Fit) -> list[Effect]:
+    """Return the effects of a fit that a model has not."""
+    return [each for each in fit.composition.effects if each.name not in model.composition.names]
+
+
+def _as_good(fit: Fit, final: Fit) -> bool:
+    """Whether a fit cannot be told from a final one: not by what else it must learn of its start.
+
+    What was before the first sample is unknown, and has to be learnt by one and not by the other.
+    """
+    more = max(fit.start_penalty - final.start_penalty, 0.0)
+    return fit.bic - more < final.bic + TIE
 
 
 def differing(rivals: Sequence[Fit]) -> tuple[str, ...]:

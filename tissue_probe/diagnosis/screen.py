@@ -129,5 +129,5 @@ def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
 
 def _departure(problem: Problem, fit: Fit) -> FloatArray:
     """Return by how much each unknown is below what was expected of it."""
-    expected = [z for z, _ in problem.begin(fit.values)]
+    expected = [begun.mean for begun in problem.begin(fit.values)]
     return np.concatenate([problem.nominal - fit.values, *expected - np.array(fit.starts)])

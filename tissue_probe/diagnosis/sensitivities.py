@@ -34,7 +34,7 @@ def unknown(problem: Problem) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 def precision(problem: Problem, values: FloatArray) -> FloatArray:
     """Return what is known of each unknown beforehand: one over the square of its deviation."""
     known = np.where(problem.free, problem.deviation, np.inf) ** -2.0
-    spreads = [spread**-2.0 for _, spread in problem.begin(values)]
+    spreads = [begun.deviation**-2.0 for begun in problem.begin(values)]
     return np.concatenate([known, *spreads])
 
 

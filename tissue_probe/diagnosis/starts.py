@@ -40,8 +40,11 @@ def proposed(base: Fit, effect: Effect, instrument: Instrument) -> Iterator[tupl
     if effect.contact != TISSUE_FORCE:
         known += _pressed(base, instrument)
     for each in known:
-        tried = list(effect.starts(extent(base, each, effect)))
-        for proposal in tried + _strong(base, effect, tried):
+        reach = extent(base, each, effect)
+        tried = list(effect.starts(reach))
+        if effect.states and not all(measurement.at_rest for measurement in base.measurements):
+            tried += _instead(effect, each, reach) if effect.near else _strong(effect, tried)
+        for proposal in tried:
             yield each, proposal
 
 
@@ -62,15 +65,20 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     return replace(measurement.extent, tensions=tuple(map(float, peaks)))
 
 
-def _strong(base: Fit, effect: Effect, tried: Iterable[Values]) -> list[Values]:
+def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
     """Propose the usual strength too, where an effect remembers what was before the first sample.
 
     Of no strength, it matters nothing what it remembers, and the way up may begin downhill.
     """
-    if not effect.states or all(measurement.at_rest for measurement in base.measurements):
-        return []
     usual = {each.name: each.default for each in effect.parameters[: effect.strengths]}
     return [{**usual, **each} for each in tried]
+
+
+def _instead(effect: Effect, known: Values, reach: Extent) -> list[Values]:
+    """Propose the same of an effect that tells which part of the tissue it may stand for."""
+    none = {each.name: effect.neutral for each in effect.parameters[: effect.strengths]}
+    others = {each.name: each.default for each in effect.parameters[effect.strengths :]}
+    return list(effect.near(reach, {**known, **others, **none}))
 
 
 def _pressed(base: Fit, instrument: Instrument) -> list[Values]:
@@ -105,5 +113,5 @@ def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatA
     known = [dict(zip(base.composition.kernel.states, start, strict=True)) for start in base.starts]
     return [
         np.array([of.get(name, at) for name, at in zip(problem.kernel.states, rest, strict=True)])
-        for of, (rest, _) in zip(known, problem.begin(values), strict=True)
+        for of, (rest, *_) in zip(known, problem.begin(values), strict=True)
     ]

@@ -1,4 +1,4 @@
-"""Stiffness of tissue at the motion's frequency: what laws that relax may share with it.
+"""Stiffness of tissue at the motion's frequency: what laws beside it may share with it.
 
 What belongs here: dividing it between Kelvin-Voigt tissue and such a law. What does not: the laws.
 """
@@ -34,5 +34,22 @@ def handed_over(
     """
     whole = found["stiffness"] + 1j * frequency * found["damping"] + known
     strength = share * min(whole.real / unit.real, whole.imag / unit.imag)
-    rest = whole - strength * unit
-    return strength, {"stiffness": rest.real, "damping": rest.imag / frequency}
+    return strength, beside(frequency, found, known, strength * unit)
+
+
+def beside(
+    frequency: float, found: Mapping[str, float], known: complex, other: complex
+) -> dict[str, float]:
+    """Return the tissue's stiffness and damping that make up for another law; either may be < 0.
+
+    Parameters
+    ----------
+    frequency : float
+        Angular frequency of the motion [rad/s].
+    found : mapping of str to float
+        The tissue's ``stiffness`` [N/m] and ``damping`` [N s/m], among others.
+    known, other : complex
+        Dynamic stiffness of the law as found, and of the one that is proposed [N/m].
+    """
+    rest = found["stiffness"] + 1j * frequency * found["damping"] + known - other
+    return {"stiffness": rest.real, "damping": rest.imag / frequency}

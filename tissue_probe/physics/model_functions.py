@@ -19,7 +19,8 @@ RATE = types.void(*_AT, _P, _P)
 OUTPUT = types.float64(*_AT, _P)
 SWITCH = types.void(*_AT, _P, _P, _P, _P)
 PREPARE = types.void(_P)  # fills what follows the values in p
-BEGIN = types.void(_P, _F8, _F8, _P)  # of values, measured position and force: the states' start
+#: Of values, measured position and force: fills the states' start, then their relaxation rates.
+BEGIN = types.void(_P, _F8, _F8, _P)
 #: Of times, measured positions and values: fills true positions and their changes by values.
 POSITION = types.void(types.int64, _P, _P, _P, _P, _P)
 

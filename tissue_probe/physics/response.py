@@ -91,7 +91,14 @@ class Kernel:
 
     def begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
         """Return where the states start, for a measured position and force at the first sample."""
-        z, p = np.zeros(len(self.states)), np.ascontiguousarray(values, dtype=np.float64)
+        return self._begin(values, position, force)[0]
+
+    def relaxation_rates(self, values: FloatArray) -> FloatArray:
+        """Return how fast each state forgets [1/s]: those of branches; 0 for all others."""
+        return self._begin(values, 0.0, 0.0)[1]
+
+    def _begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
+        z, p = np.zeros((2, len(self.states))), np.ascontiguousarray(values, dtype=np.float64)
         _BEGIN(self.code.addresses["begin"])(p.ctypes.data, position, force, z.ctypes.data)
         return z
 

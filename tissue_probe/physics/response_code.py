@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import FORCE, POSITION, TIME
+from tissue_probe.physics.effects.effect import FORCE, POSITION, TIME, State
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
@@ -243,13 +243,21 @@ class _Function:
 
 
 def _begin(model: Model) -> str:
-    """Fill where the states start, for a measured position and force at the first sample."""
+    """Fill where the states start, for a measured position and force, then how fast they relax."""
     program = Program()
     program.load("p", 0, list(map(str, model.values)))
     program.line(f"{POSITION} = measured")
     program.line(f"{FORCE} = load")
-    program.store("z", 0, [state.start for state in model.begin])
+    rates = [_relaxation_rate(model, state) for state in model.begin]
+    program.store("z", 0, [*(state.start for state in model.begin), *rates])
     return program.source("begin(p, measured, load, z)")
+
+
+def _relaxation_rate(model: Model, state: State) -> sp.Expr:
+    """Return the rate at which a branch forgets, of the values alone; 0 for other states."""
+    rate = -sp.diff(state.motion, state.symbol)
+    known = state.spread == "branch" and rate.free_symbols.issubset(model.values)
+    return rate if known else sp.S.Zero
 
 
 def _position(model: Model, moves: Sequence[sp.Symbol]) -> str:

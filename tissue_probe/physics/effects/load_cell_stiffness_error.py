@@ -1,10 +1,18 @@
 """The load cell is softer or stiffer than its data sheet says."""
 
+from collections.abc import Mapping
+
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import Effect, Parameter
+from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
 
 ERROR = sp.Symbol("load_cell_stiffness_share", real=True)
+
+
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose softer and stiffer cells: the tip's resonance is found from near it."""
+    return [{str(ERROR): share} for share in (-0.4, -0.2, 0.2, 0.5)]
+
 
 LOAD_CELL_STIFFNESS_ERROR = Effect(
     name="load_cell_stiffness_error",
@@ -12,6 +20,7 @@ LOAD_CELL_STIFFNESS_ERROR = Effect(
     physics="The load cell's spring is stiffer than believed by a share, (1 + e) k0",
     parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.5, upper=1.0),),
     cell=1 + ERROR,
+    near=near,
     assumptions="The force that it reads stays right",
     reference="Doebelin, Measurement Systems (2004), section 5.2, on elastic force transducers",
 )

@@ -1,7 +1,11 @@
 """A resonance of what the tip is joined to."""
 
+import math
+from collections.abc import Mapping
+
 import sympy as sp
 
+from tissue_probe.physics.dynamic_stiffness import beside
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
 
 MASS = sp.Symbol("modal_mass", real=True)
@@ -19,6 +23,30 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     return [{"modal_frequency": f, "modal_damping_ratio": 0.05} for f in frequencies]
 
 
+def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose other resonances above the motion, light and heavy, the tissue making up for them.
+
+    At one frequency a mass and a softer tissue are alike: they lie along a valley too long for a
+    search, and beside it each of the motion's faint harmonics has a resonance of its own.
+    """
+    at = extent.frequency
+    known = found[str(MASS)] * _per_mass(at, found[str(FREQUENCY)], found[str(RATIO)])
+    proposed = []
+    for frequency in (at / (2.0 * math.pi) * over for over in (1.5, 3.0, 6.0, 12.0)):
+        for mass in (0.02, 0.08):
+            rest = beside(at, found, known, mass * _per_mass(at, frequency, 0.05))
+            own = {str(MASS): mass, str(FREQUENCY): frequency, str(RATIO): 0.05}
+            proposed.append({**own, **rest})
+    return proposed
+
+
+def _per_mass(at: float, frequency: float, ratio: float) -> complex:
+    """Dynamic stiffness of a mode over its mass [1/s^2] at an angular frequency [rad/s]."""
+    own = 2.0 * math.pi * frequency
+    spring = own**2 + 2j * ratio * own * at
+    return -(at**2) * spring / (spring - at**2)
+
+
 STRUCTURAL_MODE = Effect(
     name="structural_mode",
     family="inertia",
@@ -34,6 +62,7 @@ STRUCTURAL_MODE = Effect(
         State(SPEED, _PULL, spread="speed"),
     ),
     starts=starts,
+    near=near,
     simpler=("added_mass",),
     assumptions="One mode; light enough to be a vibration absorber on the tip",
     reference="Den Hartog, Mechanical Vibrations (1956), section 3.2",
