@@ -251,6 +251,10 @@ def test_branches_begin_as_one_history_of_the_tip_leaves_them(rates):
     np.testing.assert_array_equal(alike[0], np.eye(rates.size + 1)[0])
 
 
+def test_what_forgets_at_once_begins_by_itself():
+    np.testing.assert_array_equal(history(np.array([np.inf, 3.0]).tobytes()), np.eye(2))
+
+
 def test_branches_of_one_rate_begin_alike():
     inverse = history(np.array([3.0, 3.0]).tobytes())
     apart, alike = np.array([1.0, -1.0]), np.array([1.0, 1.0])

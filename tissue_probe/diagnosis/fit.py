@@ -216,7 +216,7 @@ def history(rates: bytes) -> FloatArray:
     A branch that forgets at the rate r holds the integral of exp(-r s) x'(-s) over the time s
     before the first sample. Of a tip's velocity x' that may have been any, as white noise, two
     branches hold what correlates as 2 sqrt(r q) / (r + q): nearly the same where rates are near.
-    States that do not forget, of rate 0, have each its own start.
+    States that do not forget, of rate 0, have each its own start, and so has what forgets at once.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def history(rates: bytes) -> FloatArray:
     array, shape (n, n)
     """
     r = np.frombuffer(rates)
-    branches = np.flatnonzero(r > 0.0)
+    branches = np.flatnonzero((r > 0.0) & np.isfinite(r))
     inverse = np.eye(r.size)
     if branches.size > 1:
         r = r[branches]

@@ -126,13 +126,13 @@ def ties(order: Sequence[Fit]) -> list[Fit]:
     tied = alike(order[0], order)
     if len(tied) == 1:
         return tied
-    most = {
-        added(fit).family: fit.cost + TIE
-        for fit in sorted(tied, key=lambda fit: -fit.cost)
-        if added(fit).family in FORMS
-    }
+    least: dict[str, float] = {}
+    for fit in tied:
+        family = added(fit).family
+        if family in FORMS:
+            least[family] = min(fit.cost, least.get(family, np.inf))
     others = (fit for fit in order if fit not in tied)
-    return tied + [fit for fit in others if fit.cost < most.get(added(fit).family, -np.inf)]
+    return tied + [fit for fit in others if fit.cost < least.get(added(fit).family, -np.inf) + TIE]
 
 
 def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:

@@ -113,5 +113,5 @@ def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatA
     known = [dict(zip(base.composition.kernel.states, start, strict=True)) for start in base.starts]
     return [
         np.array([of.get(name, at) for name, at in zip(problem.kernel.states, rest, strict=True)])
-        for of, (rest, *_) in zip(known, problem.begin(values), strict=True)
+        for of, (rest, _, _) in zip(known, problem.begin(values), strict=True)
     ]
