@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hidden import EXACT, challenge, library, measurement
+from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.further import Further
@@ -35,6 +35,20 @@ def test_where_no_pair_is_clear_others_are_extended_too():
     assert not explained(longer[0][-1])
     firsts = {path[0].composition.names for path in longer}
     assert firsts == {("coulomb_friction",), ("mains_hum",)}
+
+
+def test_a_first_effect_is_tried_in_another_form_that_does_nearly_as_well_alone():
+    """Without relaxation, contact seems to be lost at the surface, and not by a pull."""
+    hidden = ("generalized_maxwell", "contact_loss")
+    made = challenge(439007, *hidden, excitation="chirp60", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    further = Further(base, TOLERANT, library(*hidden))
+    path = (fit_candidates(base, [EFFECTS["contact_loss"]], TOLERANT)[0],)
+    (longer,) = further.of([path])
+    assert longer[-1].ratio > 4.0
+    (other,) = further.reformed([path])
+    assert path[-1].cost < other[-1].cost
+    assert explained(further.of([other])[0][-1])
 
 
 def test_what_will_not_come_near_a_known_rival_is_given_up_unless_it_is_simpler():

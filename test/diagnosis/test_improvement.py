@@ -70,12 +70,13 @@ def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second(
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (first,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
     (second,) = fit_candidates(first, [EFFECTS["tissue_motion"]], TOLERANT)
-    path = _anew((first, second), TOLERANT)
+    further = Further(base, TOLERANT, EFFECTS)
+    path = _anew((first, second), further)
     assert second.ratio > 3.0
     assert path[0] is first
     assert path[-1].composition.names == ("backlash", "tissue_motion")
     assert path[-1].ratio < EXPLAINED
-    assert _anew(path, TOLERANT) is path
+    assert _anew(path, further) is path
 
 
 def test_a_place_that_two_ways_lead_to_is_searched_from_once():
@@ -138,7 +139,7 @@ def test_an_effect_that_became_superfluous_is_dropped():
     path = [base]
     for name in ("mains_hum", "cubic_stiffening"):
         path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
-    (kept,) = _needed(base, path[1:], EXACT)
+    (kept,) = _needed(path[1:], Further(base, EXACT, EFFECTS))
     assert kept.composition.names == ("cubic_stiffening",)
     assert kept.ratio == pytest.approx(path[-1].ratio, rel=0.01)
 
@@ -149,7 +150,7 @@ def test_what_is_needed_is_kept():
     path = [base]
     for name in made.answer.effects:
         path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
-    assert _needed(base, path[1:], EXACT) == path[1:]
+    assert _needed(path[1:], Further(base, EXACT, EFFECTS)) == path[1:]
 
 
 def test_what_is_asked_for_is_added_whether_it_is_missing_or_not():
@@ -183,13 +184,13 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
     ]
     (both,) = fit_candidates(stribeck, [EFFECTS["load_cell_stiffness_error"]], EXACT)
     further = Further(base, EXACT, EFFECTS)
-    first, final = _exchanged([stribeck, both], ranking, further, EXACT)
+    first, final = _exchanged([stribeck, both], ranking, further)
     assert first is coulomb
     assert set(final.composition.names) == {"coulomb_friction", "load_cell_stiffness_error"}
     assert final.ratio == pytest.approx(both.ratio, rel=0.01)
-    kept = _exchanged([coulomb, final], ranking, further, EXACT)
+    kept = _exchanged([coulomb, final], ranking, further)
     assert kept == [coulomb, final]  # gains too little
-    assert _exchanged([stribeck], ranking, further, EXACT) == [stribeck]
+    assert _exchanged([stribeck], ranking, further) == [stribeck]
 
 
 def test_what_was_tried_beside_the_others_before_is_not_searched_again():
@@ -201,7 +202,7 @@ def test_what_was_tried_beside_the_others_before_is_not_searched_again():
     tried, long = (fit_candidates(first, [EFFECTS[name]], EXACT)[0] for name in names[:2])
     further = Further(base, EXACT, EFFECTS)
     further.note([tried])
-    assert _exchanged([first, long], ranking, further, EXACT)[-1] is tried
+    assert _exchanged([first, long], ranking, further)[-1] is tried
 
 
 def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it():

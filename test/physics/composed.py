@@ -1,7 +1,5 @@
 """Every effect in every form, in a composed model, and motions of the coil to try them on."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from tissue_probe.physics.composition import Composition
@@ -12,7 +10,7 @@ PERIOD = 5e-4
 FORMS = {
     name if number == 0 else f"{name}_{number}": form
     for name, effect in EFFECTS.items()
-    for number, form in enumerate((replace(effect, forms=()), *effect.forms))
+    for number, form in enumerate(effect.every_form)
 }
 BASE = Composition()
 

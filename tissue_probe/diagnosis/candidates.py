@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -129,7 +129,7 @@ def fit_candidates(
         form
         for effect in effects
         if effect.name not in base.composition.names
-        for form in (replace(effect, forms=()), *effect.forms)
+        for form in effect.every_form
         if admits(base.composition.rig, form)
     ]
     look = _Look.at(base, instrument)

@@ -182,7 +182,7 @@ def transferred(fit: Fit, measurement: Measurement, instrument: Instrument) -> F
 
 def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
     for effect in wanted:
-        told = [obstacle(rig, form) for form in (effect, *effect.forms)]
+        told = [obstacle(rig, form) for form in effect.every_form]
         if all(told):
             raise ValueError(
                 f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"

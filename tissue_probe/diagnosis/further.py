@@ -26,6 +26,9 @@ CLEAR = 0.95
 FOLLOWED = 5
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.
 NEAR = 4.0
+#: Where no two effects explain all, other forms of a first one are tried that alone leave no more
+#: than this many times its cost.
+RELATED = 1.2
 
 Path = tuple[Fit, ...]
 
@@ -59,10 +62,31 @@ class Further:
     """
 
     def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
-        self._base, self._instrument, self._library = base, instrument, library
+        self._base, self.instrument, self._library = base, instrument, library
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
+
+    def reformed(self, paths: Iterable[Path]) -> list[Path]:
+        """Return first effects of paths in other forms that do nearly as well alone.
+
+        What makes one form the better may be the lack of the second effect.
+        """
+        found: list[Path] = []
+        for first in (path[0] for path in paths):
+            for form in self._library[added(first).name].every_form:
+                if form != added(first).plain:
+                    fits = fit_candidates(self._base, [form], self.instrument)
+                    found += [(fit,) for fit in fits if fit.cost < RELATED * first.cost]
+        return found
+
+    def searched(self, fit: Fit, effects: Iterable[Effect], needed: float = np.inf) -> list[Fit]:
+        """Add each effect to a model, in the form of it that fits best beside the others.
+
+        Alone it may have done better in another form: see ``fit_candidates``.
+        """
+        whole = [self._library[effect.name] for effect in effects]
+        return fit_candidates(fit, whole, self.instrument, needed)
 
     def note(self, fits: Iterable[Fit]) -> None:
         """Keep fits among those that were tried."""
@@ -115,13 +139,13 @@ class Further:
         part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
         needed = fit.floor * min(1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0), lowest**2)
         chosen = list(first.values())[part]
-        fits = fit_candidates(fit, chosen, self._instrument, needed)
+        fits = fit_candidates(fit, chosen, self.instrument, needed)
         if not fits:
             return []
         enough = NEAR * min(each.cost for each in fits)
         kept = {added(each).family for each in fits if each.cost <= enough}
         others = [each for each in order if each.family in kept and each is not first[each.family]]
-        return fits + fit_candidates(fit, others, self._instrument, needed, fits)
+        return fits + fit_candidates(fit, others, self.instrument, needed, fits)
 
     def _order(self, fit: Fit) -> list[Effect]:
         """Order what may be added by what it promises."""
@@ -129,5 +153,5 @@ class Further:
         if names not in self._orders:
             allowed = addable(fit.composition, self._library).values()
             alone = self._base.composition
-            self._orders[names] = screened(fit, alone, allowed, self._instrument)
+            self._orders[names] = screened(fit, alone, allowed, self.instrument)
         return self._orders[names]

@@ -120,12 +120,12 @@ def climb(
     paths = [(fit,) for fit in _various(near) if significant(base, fit)][:BEAM]
     best, further = paths[0], Further(base, instrument, library)
     while (not explained(best[-1]) or doubtful(best[-1])) and len(best) < MOST and _is_worth(best):
-        longest = _longest(further, paths, ranking, instrument)
+        longest = _longest(further, paths, ranking)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = tuple(_exchanged(longest, ranking, further, instrument))
+        best = tuple(_exchanged(longest, ranking, further))
         paths = [best]
-    steps = _needed(base, best, instrument)
+    steps = _needed(best, further)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
@@ -217,28 +217,29 @@ def climb_by(
 
 
 def _longest(
-    further: Further,
-    paths: Sequence[tuple[Fit, ...]],
-    ranking: Sequence[Fit],
-    instrument: Instrument,
+    further: Further, paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]
 ) -> tuple[Fit, ...]:
     """Return the best path with one effect more.
 
     The second may have been found beside a first that only stands for another: whatever else goes
-    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too.
+    with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
+    where none leaves noise, they are tried beside other forms of a first.
     """
     longer = further.of(paths)
-    best = _anew(longer[0], instrument) if longer else ()
+    best = _anew(longer[0], further) if longer else ()
     if len(paths[0]) > 1:
         return best
-    best = _better(best, further.of(_turned(best, paths, ranking)), instrument)
+    best = _better(best, further.of(_turned(best, paths, ranking)), further)
     if best and beyond_doubt(best[-1]):
         return best
-    return _better(best, further.of(paths[:1], promising=False), instrument)
+    best = _better(best, further.of(paths[:1], promising=False), further)
+    if best and explained(best[-1]):
+        return best
+    return _better(best, further.of(further.reformed(paths)), further)
 
 
 def _better(
-    path: tuple[Fit, ...], others: Sequence[tuple[Fit, ...]], instrument: Instrument
+    path: tuple[Fit, ...], others: Sequence[tuple[Fit, ...]], further: Further
 ) -> tuple[Fit, ...]:
     """Return the best of others, if it is better than a path, its first effect searched anew.
 
@@ -251,7 +252,7 @@ def _better(
         same = set(path[-1].composition.names) == set(found[-1].composition.names)
         if path[-1].bic <= found[-1].bic + (TIE if same else 0.0):
             return path
-    return _anew(found, instrument)
+    return _anew(found, further)
 
 
 def _turned(
@@ -263,18 +264,19 @@ def _turned(
     return [(fit,) for fit in ranking if added(fit).name in last]
 
 
-def _anew(path: tuple[Fit, ...], instrument: Instrument) -> tuple[Fit, ...]:
+def _anew(path: tuple[Fit, ...], further: Further) -> tuple[Fit, ...]:
     """Search once more for the first effect, beside the last: it was found while that was missing.
 
-    The last may have been found badly beside it, too, and is then taken as it is found alone. Only
-    where something is left that better values may explain.
+    Another form of it may have done better alone. The last may have been found badly beside it,
+    too, and is then taken as it is found alone. Only where something is left that better values
+    may explain.
     """
     final, first = path[-1], added(path[0])
     if explained(final):
         return path
-    for other in _without_first(path, instrument):
-        for fit in fit_candidates(other, [first], instrument):
-            found = refit(fit, final.composition, instrument)
+    for other in _without_first(path, further.instrument):
+        for fit in further.searched(other, [first]):
+            found = refit(fit, final.composition.having(added(fit)), further.instrument)
             if found is not None and found.bic < path[-1].bic:
                 path = (*path[:-1], found)
         if explained(path[-1]):
@@ -298,9 +300,7 @@ def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fi
                 yield alone
 
 
-def _exchanged(
-    steps: Sequence[Fit], ranking: Sequence[Fit], further: Further, instrument: Instrument
-) -> list[Fit]:
+def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -> list[Fit]:
     """Let one of several effects give way to another of its family, or a simpler one, if better.
 
     It was chosen while the others were missing, which another form of it may have followed. Where
@@ -320,16 +320,17 @@ def _exchanged(
             and (effect.family == old.family or effect.name in old.simpler)
             and not (old.name in effect.simpler and explained(final))
         ]
-        without = refit(final, final.composition.without(old.name), instrument) if rivals else None
+        less = final.composition.without(old.name)
+        without = refit(final, less, further.instrument) if rivals else None
         if without is None:
             continue
         needed = final.cost + SIMPLER if explained(final) else np.inf
         # Where all is explained, what was given up before would not come near now either.
         found = further.known(without.composition, rivals) if explained(final) else []
         others = [each for each in rivals if each not in map(added, found)]
-        found += fit_candidates(without, others, instrument, needed)
+        found += further.searched(without, others, needed)
         if any(fit.bic < final.bic for fit in found):
-            found = ranked([*found, *fit_candidates(without, [old], instrument, needed)])
+            found = ranked([*found, *further.searched(without, [old], needed)])
         further.note(found)
         for fit in found:
             enough = explained(fit) or not explained(steps[-1])
@@ -339,7 +340,7 @@ def _exchanged(
                 steps[-1] = fit
                 if first:
                     steps[0] = alone[old.name]
-    return steps if steps[-1] is begun else list(_anew(tuple(steps), instrument))
+    return steps if steps[-1] is begun else list(_anew(tuple(steps), further))
 
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:
@@ -368,16 +369,17 @@ def _removes(fit: Fit, better: Fit) -> bool:
     return significant(fit, better) and left < (1.0 - SHARE) * excess
 
 
-def _needed(base: Fit, path: Sequence[Fit], instrument: Instrument) -> list[Fit]:
+def _needed(path: Sequence[Fit], further: Further) -> list[Fit]:
     """Drop what became superfluous: an earlier effect that the last model does without.
 
     Beside it the others may have been found badly; they are searched once more.
     """
     steps = list(path)
     for fit in path[:-1]:
-        without = refit(steps[-1], steps[-1].composition.without(added(fit).name), instrument)
+        less = steps[-1].composition.without(added(fit).name)
+        without = refit(steps[-1], less, further.instrument)
         if without is not None and fit is not path[0]:
-            without = _anew((path[0], without), instrument)[-1]
+            without = _anew((path[0], without), further)[-1]
         if without is not None and not significant(without, steps[-1]):
             steps = [step for step in steps[:-1] if step is not fit]
             steps = [*steps, without]

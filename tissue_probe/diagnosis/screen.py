@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 
@@ -54,7 +53,7 @@ def screened(
         form
         for effect in effects
         if effect.name not in (*fit.composition.names, *alone.names)
-        for form in (replace(effect, forms=()), *effect.forms)
+        for form in effect.every_form
         if admits(fit.composition.rig, form)
     ]
 

@@ -93,6 +93,11 @@ class Composition:
         kept = tuple(effect for effect in self.effects if effect.name != name)
         return _composed(self.rig, self.tissue, kept)
 
+    def having(self, form: Effect) -> Composition:
+        """Return the model with the effect of the same name in this form."""
+        effects = (form if each.name == form.name else each for each in self.effects)
+        return _composed(self.rig, self.tissue, tuple(effects))
+
     @cached_property
     def model(self) -> Model:
         """The symbols."""
@@ -103,7 +108,7 @@ class Composition:
     def kernel(self) -> Kernel:
         """The compiled code, made where no earlier process has."""
         # Other forms of an effect are no part of its code.
-        effects = tuple(replace(effect, forms=()) for effect in self.effects)
+        effects = tuple(effect.plain for effect in self.effects)
         said = repr((self.rig, self.tissue, effects))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
         return Kernel.load(f"response_{digest}", lambda: source(self.model), SOURCES)

@@ -10,7 +10,7 @@ import datetime
 import hashlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -261,8 +261,8 @@ def _entry(effect: Effect, path: Path, effect_files: Sequence[str | Path]) -> di
 
 def _form_of(effect: Effect, known: Effect) -> int | None:
     # By what is written down: functions of a file that was loaded twice are not the same ones.
-    forms = [repr(replace(form, forms=())) for form in (known, *known.forms)]
-    said = repr(replace(effect, forms=()))
+    forms = [repr(form.plain) for form in known.every_form]
+    said = repr(effect.plain)
     return forms.index(said) if said in forms else None
 
 
@@ -272,7 +272,7 @@ def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Ef
             f"{path}: there is no effect {entry.name!r}; there are {', '.join(library)}"
         )
     effect = library[entry.name]
-    forms = (replace(effect, forms=()), *effect.forms)
+    forms = effect.every_form
     if entry.form >= len(forms):
         raise ModelFileError(
             f"{path}: effect {entry.name} has no form {entry.form}: give 0 to {len(forms) - 1}"

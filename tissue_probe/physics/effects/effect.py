@@ -7,7 +7,7 @@ What does not: particular effects (a file each), how they are composed (``rigs``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
@@ -197,3 +197,13 @@ class Effect:
     of_run: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""
+
+    @property
+    def plain(self) -> Effect:
+        """The effect as it is written here, without its other forms."""
+        return replace(self, forms=())
+
+    @property
+    def every_form(self) -> tuple[Effect, ...]:
+        """The effect as it is written here, then in each other form."""
+        return (self.plain, *self.forms)
