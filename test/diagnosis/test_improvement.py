@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.improvement import (
     _anew,
     _bettered,
     _exchanged,
+    _is_worth,
     _needed,
     _without_first,
     climb,
@@ -131,6 +132,25 @@ def test_what_no_effect_explains_is_unexplained():
     ladder = climbed(challenge(7, "hertz_contact"), effects=library("mains_hum", "force_bias"))
     assert ladder.verdict == "unexplained"
     assert ladder.final.ratio > EXPLAINED
+
+
+@pytest.mark.parametrize(
+    ("alone", "both", "sought"),
+    [(4.9, 1.3, False), (4.0, 1.3, True), (4.0, 1.05, False)],
+)
+def test_a_third_effect_is_sought_where_the_first_says_something_and_two_leave_more_than_noise(
+    alone, both, sought
+):
+    base = fit_base(Composition(), [measurement(challenge(7).recording)], EXACT)
+
+    def leaving(ratio):
+        scale = (ratio / base.ratio) ** 2
+        return replace(base, misfits=tuple(scale * misfit for misfit in base.misfits))
+
+    path = [leaving(alone), leaving(both)]
+    assert _is_worth(leaving(5.0), path) is sought
+    assert _is_worth(leaving(5.0), path[:1])
+    assert not _is_worth(leaving(5.0), [*path, leaving(both)])
 
 
 def test_an_effect_that_became_superfluous_is_dropped():

@@ -38,6 +38,9 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 ALIKE = 1.02
 #: Effects on which a second is tried, if there are so many of different families; effects in all.
 BEAM, MOST = 3, 3
+#: A third is sought only where the first alone removes this share of what exceeds the noise: among
+#: the few lines of a steady motion three that alone explain nothing can make up for any.
+LEADING = 0.2
 #: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 25.0
 
@@ -119,7 +122,7 @@ def climb(
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     paths = [(fit,) for fit in _various(near) if significant(base, fit)][:BEAM]
     best, further = paths[0], Further(base, instrument, library)
-    while (not explained(best[-1]) or doubtful(best[-1])) and len(best) < MOST and _is_worth(best):
+    while (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
         longest = _longest(further, paths, ranking)
         if not longest or not _removes(best[-1], longest[-1]):
             break
@@ -358,9 +361,13 @@ def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
     return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
 
 
-def _is_worth(path: Sequence[Fit]) -> bool:
+def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
     """Whether one more effect is sought: no third one for a rest that is no more than noise."""
-    return len(path) == 1 or path[-1].ratio > EXPLAINED
+    if len(path) == 1:
+        return True
+    removed = base.ratio**2 - path[0].ratio ** 2
+    leads = removed > LEADING * (base.ratio**2 - 1.0)
+    return len(path) < MOST and path[-1].ratio > EXPLAINED and leads
 
 
 def _removes(fit: Fit, better: Fit) -> bool:
