@@ -213,6 +213,21 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
     assert _exchanged([stribeck], ranking, further) == [stribeck]
 
 
+def test_an_effect_gives_way_to_one_to_which_the_way_leads_from_the_other_side_only():
+    made = challenge(442020, "cubic_stiffening", "adhesion", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    names = ("exponential_stiffening", "cubic_stiffening", "adhesion")
+    ranking = [fit_candidates(base, [EFFECTS[name]], TOLERANT)[0] for name in names]
+    exponential, cubic, adhesion = ranking
+    assert fit_candidates(adhesion, [EFFECTS["cubic_stiffening"]], TOLERANT)[0].ratio > 1.1
+    (both,) = fit_candidates(exponential, [EFFECTS["adhesion"]], TOLERANT)
+    further = Further(base, TOLERANT, EFFECTS)
+    first, final = _exchanged([exponential, both], ranking, further)
+    assert first is cubic
+    assert final.composition.names == ("adhesion", "cubic_stiffening")
+    assert final.bic < both.bic - 10.0
+
+
 def test_what_was_tried_beside_the_others_before_is_not_searched_again():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     base = fit_base(Composition(), [measurement(made.recording)], EXACT)

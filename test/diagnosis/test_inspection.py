@@ -355,8 +355,10 @@ def test_coarse_steps_of_the_encoder_are_not_taken_for_another_clock():
     [
         (446043, ("encoder_interpolation",), "chirp60", "exact"),
         (443015, ("encoder_interpolation", "force_gain"), "msine60", "tolerant"),
+        (445009, ("encoder_interpolation",), "chirp60", "tolerant"),
+        (441016, ("tissue_motion", "encoder_interpolation"), "msine60", "exact"),
     ],
-    ids=["chirp", "multisine"],
+    ids=["chirp", "multisine", "where it turns", "left as it was entered"],
 )
 def test_where_an_interpolated_encoder_reads_no_motion_it_is_not_stuck(
     seed, hidden, excitation, rig

@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.candidates import SAME, fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import SHARE, Further
+from tissue_probe.diagnosis.further import RELATED, SHARE, Further
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
@@ -306,36 +306,16 @@ def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fi
 def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -> list[Fit]:
     """Let one of several effects give way to another of its family, or a simpler one, if better.
 
-    It was chosen while the others were missing, which another form of it may have followed. Where
-    all is explained, none that contains it is tried. One that was found badly stays if it is the
-    better when it is searched in the same way.
+    It was chosen while the others were missing, which another form of it may have followed. One
+    that was found badly stays if it is the better when it is searched in the same way.
     """
     if len(steps) < 2:
         return list(steps)
     steps, begun = list(steps), steps[-1]
     alone = {added(fit).name: fit for fit in ranking}
     for first, old in ((True, added(steps[0])), (False, added(steps[-1]))):
-        final = steps[-1]
-        rivals = [
-            effect
-            for effect in map(added, ranking)
-            if effect.name not in final.composition.names
-            and (effect.family == old.family or effect.name in old.simpler)
-            and not (old.name in effect.simpler and explained(final))
-        ]
-        less = final.composition.without(old.name)
-        without = refit(final, less, further.instrument) if rivals else None
-        if without is None:
-            continue
-        needed = final.cost + SIMPLER if explained(final) else np.inf
-        # Where all is explained, what was given up before would not come near now either.
-        found = further.known(without.composition, rivals) if explained(final) else []
-        others = [each for each in rivals if each not in map(added, found)]
-        found += further.searched(without, others, needed)
-        if any(fit.bic < final.bic for fit in found):
-            found = ranked([*found, *further.searched(without, [old], needed)])
-        further.note(found)
-        for fit in found:
+        stays = [added(steps[-1] if first else steps[0])] if len(steps) == 2 else []
+        for fit in _in_its_place(old, steps[-1], alone, stays, further):
             enough = explained(fit) or not explained(steps[-1])
             margin = SIMPLER if added(fit).name in old.simpler and enough else 0.0
             if fit.bic - steps[-1].bic < margin:
@@ -344,6 +324,60 @@ def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -
                 if first:
                     steps[0] = alone[old.name]
     return steps if steps[-1] is begun else list(_anew(tuple(steps), further))
+
+
+def _in_its_place(
+    old: Effect,
+    final: Fit,
+    alone: Mapping[str, Fit],
+    stays: Sequence[Effect],
+    further: Further,
+) -> list[Fit]:
+    """Fit a model with others of its family, or a simpler one, in place of an effect.
+
+    Where all is explained, none that contains it is tried. Beside the effect that stays, if it is
+    one, they are searched from there, and it from them where they are nearly as good alone.
+    """
+    rivals = [
+        effect
+        for effect in map(added, alone.values())
+        if effect.name not in final.composition.names
+        and (effect.family == old.family or effect.name in old.simpler)
+        and not (old.name in effect.simpler and explained(final))
+    ]
+    less = final.composition.without(old.name)
+    without = refit(final, less, further.instrument) if rivals else None
+    if without is None:
+        return []
+    needed = final.cost + SIMPLER if explained(final) else np.inf
+    # Where all is explained, what was given up before would not come near now either.
+    found = further.known(without.composition, rivals) if explained(final) else []
+    others = [each for each in rivals if each not in map(added, found)]
+    found += further.searched(without, others, needed)
+    if stays and old.name in alone:
+        bar = RELATED * alone[old.name].cost
+        near = [alone[each.name] for each in rivals if alone[each.name].cost < bar]
+        found += _from_the_other(stays, near, further, needed)
+    if any(fit.bic < final.bic for fit in found):
+        found = ranked([*found, *further.searched(without, [old], needed)])
+    further.note(found)
+    return found
+
+
+def _from_the_other(
+    stays: Sequence[Effect], alone: Sequence[Fit], further: Further, needed: float
+) -> list[Fit]:
+    """Search for effects beside each of others, and tell the fits as if these had come last.
+
+    Where they are nothing beside it alone, no way may lead to them from there.
+    """
+    found = []
+    for fit in alone:
+        for both in further.searched(fit, stays, needed):
+            last = added(fit)
+            turned = both.composition.without(last.name).plus(last)
+            found.append(refit(both, turned, further.instrument))
+    return [fit for fit in found if fit is not None]
 
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:

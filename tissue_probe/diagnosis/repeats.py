@@ -103,6 +103,7 @@ def stuck(channel: Channel, other: Channel) -> Runs:
 def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     """Mark runs that a motion comes to and leaves gently: what passes for noise elsewhere is none.
 
+    That is by one step, or by no more than it moves beyond.
     So it is where an interpolated encoder reads almost no motion, once in each of its periods, and
     where a record begins at rest.
     """
@@ -112,7 +113,8 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     move = np.abs(np.diff(values))
     first, stop = equal.first[inside], stop[inside]
     last, early = np.maximum(move[first - 1], move[stop - 1]), move[first - 2]
-    turns[inside] = (last < GENTLE * channel.noise) & (last < np.minimum(early, move[stop]))
+    gentle = np.maximum(np.minimum(early, move[stop]), channel.step) + 0.5 * channel.step
+    turns[inside] = (last < GENTLE * channel.noise) & (last < gentle)
     rests = (equal.first == 0) & (equal.length < values.size)
     turns[rests] = move[equal.length[rests] - 1] < GENTLE * channel.noise
     return turns
