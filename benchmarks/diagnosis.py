@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import count as count_from
 from itertools import cycle
-from sys import modules
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.physics import machine_code
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -163,9 +163,9 @@ def _measurement(record: simulator.Measurement, at_rest: bool) -> Measurement:
 def _diagnose(measured: Measurement, instrument: Instrument, warm: bool) -> diagnosis.Diagnosis:
     """Diagnose a measurement; ``warm``: once more if kernels had to be compiled or loaded."""
     while True:
-        loaded = len(modules)
+        loaded = machine_code.loaded()
         found = diagnosis.diagnose(Composition(), [measured], instrument, EFFECTS)
-        if not warm or len(modules) == loaded:
+        if not warm or machine_code.loaded() == loaded:
             return found
 
 

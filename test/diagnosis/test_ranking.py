@@ -199,6 +199,15 @@ def test_what_is_as_good_is_not_told_apart():
     assert names(ties(fits)) == ["cubic_stiffening", "mains_hum"]
 
 
+def test_what_alone_explains_all_need_only_be_told_from_what_does_not():
+    better = fit("mains_hum", 1000.0)
+    plain = fit("force_bias", 1000.0 + 1.1 * TIE, 1.1 * EXPLAINED)
+    assert explained(better)
+    assert significant(plain, better)
+    assert not significant(replace(plain, misfits=fit("force_bias", 0.0, 1.02).misfits), better)
+    assert not significant(fit("force_bias", 1000.0 + 0.9 * TIE, 1.1 * EXPLAINED), better)
+
+
 def test_what_is_to_be_learnt_of_a_start_does_not_tell_fits_apart():
     drift, relaxation = fit("force_bias", 100.0), fit("standard_linear_solid", 100.0 + 1.5 * TIE)
     assert alike(drift, [relaxation]) == [drift]

@@ -43,10 +43,14 @@ FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
 
 
 def significant(simple: Fit, better: Fit) -> bool:
-    """Whether the second fit explains more than noise would let it, or a rig that is unlikely."""
+    """Whether the second fit explains more than noise would let it, or a rig that is unlikely.
+
+    Where it alone explains all, it need only be told from the first.
+    """
+    needed = TIE if explained(better) and not explained(simple) else LEAST_GAIN
     less = better.ratio < (1.0 - LEAST_SHARE) * simple.ratio
     likelier = better.strain < STRAINED <= simple.strain
-    return simple.bic - better.bic > LEAST_GAIN and (less or likelier)
+    return simple.bic - better.bic > needed and (less or likelier)
 
 
 def explained(fit: Fit) -> bool:

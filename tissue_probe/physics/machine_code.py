@@ -52,6 +52,11 @@ class MachineCode:
 _loaded: dict[Path, MachineCode] = {}
 
 
+def loaded() -> int:
+    """Return how many modules' functions this process has."""
+    return len(_loaded)
+
+
 def load(
     name: str,
     write: Callable[[], str],

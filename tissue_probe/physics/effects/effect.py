@@ -153,7 +153,7 @@ class Effect:
         ``stiffness`` and ``damping`` among them where those of the model without it mislead.
     near : callable, optional
         From an ``Extent`` and values found, further values to try: where a search by gradients
-        may stop short.
+        may stop short, and to begin with where the motion goes on and the effect has states.
     forms : tuple of Effect
         The same physics as others write it; the best of them stands for the effect.
     simpler : tuple of str
