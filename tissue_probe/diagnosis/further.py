@@ -27,7 +27,7 @@ FOLLOWED = 5
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.
 NEAR = 4.0
 #: Where no two effects explain all, other forms of a first one are tried that alone leave no more
-#: than this many times its cost.
+#: than this many times its cost; and where one gives way, kin of it from their own side.
 RELATED = 1.2
 
 Path = tuple[Fit, ...]

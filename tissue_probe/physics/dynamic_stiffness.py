@@ -14,10 +14,8 @@ def of_branch(frequency: float, rate: float) -> complex:
     return 1j * frequency / (1j * frequency + rate)
 
 
-def handed_over(
-    frequency: float, found: Mapping[str, float], known: complex, unit: complex, share: float
-) -> tuple[float, dict[str, float]]:
-    """Return a law's strength, and the tissue's stiffness and damping, as stiff together as found.
+def together(frequency: float, found: Mapping[str, float], known: complex) -> complex:
+    """Dynamic stiffness of tissue and a law beside it [N/m].
 
     Parameters
     ----------
@@ -27,29 +25,29 @@ def handed_over(
         The tissue's ``stiffness`` [N/m] and ``damping`` [N s/m], among others.
     known : complex
         Dynamic stiffness of the law as found [N/m].
-    unit : complex
-        The same of the law that is proposed, over its strength; neither part negative.
-    share : float
-        Of the greatest strength that leaves the tissue neither stiffness nor damping below 0 [-].
     """
-    whole = found["stiffness"] + 1j * frequency * found["damping"] + known
-    strength = share * min(whole.real / unit.real, whole.imag / unit.imag)
-    return strength, beside(frequency, found, known, strength * unit)
+    return found["stiffness"] + 1j * frequency * found["damping"] + known
 
 
-def beside(
-    frequency: float, found: Mapping[str, float], known: complex, other: complex
-) -> dict[str, float]:
-    """Return the tissue's stiffness and damping that make up for another law; either may be < 0.
+def tissue_of(frequency: float, rest: complex) -> dict[str, float]:
+    """Return stiffness and damping of tissue of a dynamic stiffness [N/m]; either may be < 0."""
+    return {"stiffness": rest.real, "damping": rest.imag / frequency}
+
+
+def handed_over(
+    frequency: float, found: Mapping[str, float], known: complex, unit: complex, share: float
+) -> tuple[float, dict[str, float]]:
+    """Return a law's strength, and the tissue's stiffness and damping, as stiff together as found.
 
     Parameters
     ----------
-    frequency : float
-        Angular frequency of the motion [rad/s].
-    found : mapping of str to float
-        The tissue's ``stiffness`` [N/m] and ``damping`` [N s/m], among others.
-    known, other : complex
-        Dynamic stiffness of the law as found, and of the one that is proposed [N/m].
+    frequency, found, known
+        As for ``together``.
+    unit : complex
+        Dynamic stiffness of the law that is proposed, over its strength; neither part negative.
+    share : float
+        Of the greatest strength that leaves the tissue neither stiffness nor damping below 0 [-].
     """
-    rest = found["stiffness"] + 1j * frequency * found["damping"] + known - other
-    return {"stiffness": rest.real, "damping": rest.imag / frequency}
+    whole = together(frequency, found, known)
+    strength = share * min(whole.real / unit.real, whole.imag / unit.imag)
+    return strength, tissue_of(frequency, whole - strength * unit)

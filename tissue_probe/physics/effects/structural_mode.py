@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from tissue_probe.physics.dynamic_stiffness import beside
+from tissue_probe.physics.dynamic_stiffness import tissue_of, together
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter, State
 
 MASS = sp.Symbol("modal_mass", real=True)
@@ -31,10 +31,11 @@ def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
     """
     at = extent.frequency
     known = found[str(MASS)] * _per_mass(at, found[str(FREQUENCY)], found[str(RATIO)])
+    whole = together(at, found, known)
     proposed = []
     for frequency in (at / (2.0 * math.pi) * over for over in (1.5, 3.0, 6.0, 12.0)):
         for mass in (0.02, 0.08):
-            rest = beside(at, found, known, mass * _per_mass(at, frequency, 0.05))
+            rest = tissue_of(at, whole - mass * _per_mass(at, frequency, 0.05))
             own = {str(MASS): mass, str(FREQUENCY): frequency, str(RATIO): 0.05}
             proposed.append({**own, **rest})
     return proposed
