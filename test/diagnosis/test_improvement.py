@@ -55,6 +55,25 @@ def test_the_one_effect_that_is_missing_is_added(effect, seed):
     assert ladder.final.heldout_rmse < ladder.base.heldout_rmse
 
 
+def test_a_step_whose_search_went_astray_is_searched_again_where_a_ramp_explains_the_same():
+    made = challenge(448006, "stiffness_step", excitation="msine60", rig="tolerant")
+    ladder = climbed(made, TOLERANT, library("stiffness_step", "stiffness_ramp"))
+    assert (ladder.verdict, ladder.effects) == ("missing", ("stiffness_step",))
+    (instant,) = (each for name, each in ladder.final.named().items() if name == "step_time")
+    assert instant == pytest.approx(made.answer.parameters["stiffness_step"]["step_time"], abs=2e-3)
+
+
+@pytest.mark.parametrize("seed", [446006, 446061])
+def test_dry_friction_is_found_where_the_motion_goes_on(seed):
+    """And not the richer law: that had made up for a start that lay far from how the coil moves."""
+    made = challenge(seed, "coulomb_friction", excitation="sine10ss", rig="tolerant")
+    measured = [measurement(made.recording, at_rest=False)]
+    effects = library("coulomb_friction", "stribeck_friction")
+    ladder = climb(Composition(), measured, TOLERANT, effects)
+    assert (ladder.verdict, ladder.effects) == ("missing", ("coulomb_friction",))
+    assert ladder.final.ratio < 1.0
+
+
 def test_two_effects_are_added_one_after_the_other():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     effects = library("load_cell_stiffness_error", "coulomb_friction", "mains_hum")

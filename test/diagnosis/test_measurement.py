@@ -1,4 +1,4 @@
-"""Measurements in fewer samples."""
+"""Measurements in fewer samples, and how they begin."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.measurement import OFTEN, Measurement
+from tissue_probe.diagnosis.fit import Problem
+from tissue_probe.diagnosis.measurement import OFTEN, Instrument, Measurement
+from tissue_probe.physics.composition import Composition
 
 RANDOM = np.random.default_rng(5)
 POSITION, FORCE = RANDOM.normal(size=(2, 1000))
@@ -37,3 +39,24 @@ def test_thinned_samples_are_some_of_those_measured_and_none_too_far_apart(rate,
 )
 def test_what_is_slow_or_filtered_keeps_all_samples(whole):
     assert whole.thinned() is whole
+
+
+@given(
+    phase=st.floats(0.0, 2.0 * np.pi),
+    frequency=st.floats(1.0, 30.0),
+    period=st.sampled_from([2e-4, 5e-4, 1e-3]),
+)
+def test_the_first_speed_is_that_of_the_motion(phase, frequency, period):
+    at = 2.0 * np.pi * frequency
+    position = np.sin(at * np.arange(100) * period + phase)
+    first = Measurement(position, position, period, noise=1.0).first_speed
+    assert first == pytest.approx(at * np.cos(phase), abs=at * (at * 8 * period) ** 2)
+
+
+def test_the_tip_begins_at_rest_or_with_the_coil():
+    position = 1e-3 * np.sin(20.0 * np.pi * np.arange(2000) * 5e-4)
+    for at_rest, speed in ((True, 0.0), (False, 0.02 * np.pi)):
+        seen = Measurement(position, 300.0 * position, 5e-4, at_rest, noise=5e-3)
+        problem = Problem(Composition(), [seen], Instrument())
+        (begun,) = problem.begin(problem.nominal)
+        assert begun.mean[1] == pytest.approx(speed, rel=0.01)

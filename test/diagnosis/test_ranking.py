@@ -65,6 +65,12 @@ def names(fits):
     return [added(each).name for each in fits]
 
 
+def test_two_fits_of_one_model_are_ranked():
+    simple = fit("standard_linear_solid", 100.0)
+    better, worse = (fit("generalized_maxwell", bic) for bic in (90.0, 95.0))
+    assert ranked([worse, simple, better]) == [simple, better, worse]
+
+
 def test_the_figures_of_the_fits_are_those_asked_for():
     made = fit("mains_hum", 1234.0, 1.7)
     assert abs(made.bic - 1234.0) < 1e-6

@@ -168,14 +168,15 @@ def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> li
 def _given_up(
     proposed: Sequence[_Proposals], fits: Sequence[Fit], rivals: Sequence[Fit]
 ) -> list[_Proposals]:
-    """Return simpler forms of the best effect whose searches were given up.
+    """Return simpler forms of the best effect whose searches were given up, or went astray.
 
     Were it not for the other, they might have come as far, and the simpler one is preferred.
     """
     if not fits:
         return []
     best = min(rivals, key=lambda fit: fit.cost)
-    settled = {added(fit).name for fit in fits if fit.converged}
+    astray = ASTRAY * best.cost
+    settled = {added(fit).name for fit in fits if fit.converged and fit.cost < astray}
     stopped = {added(fit).name for fit in fits} - settled
     wanted = stopped.intersection(added(best).simpler)
     return [each for each in proposed if each.effect.name in wanted]
@@ -223,7 +224,7 @@ class _Proposals:
             starts = begin_states(self.problem, base, values)
             proposals.append((self._promise(values, starts), values, starts))
         proposals.sort(key=lambda proposal: proposal[0])
-        proposals += self._at_rest(proposals[:FOLLOWED])
+        proposals += self._as_known(proposals[:FOLLOWED])
         proposals.sort(key=lambda proposal: proposal[0])
         self.promise = proposals[0][0] if proposals else np.inf
         self.alone, self.known = base.cost, len(base.values)
@@ -231,20 +232,16 @@ class _Proposals:
         self.direct = any(strength[0] in proposal for _, proposal in pairs if strength)
         self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
 
-    def _at_rest(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
-        """Return the same, but with the probe at rest where it is known to be.
+    def _as_known(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
+        """Return the same, but begun at rest or with the coil, whichever is known of the probe.
 
         A model that lacks an effect starts elsewhere to make up for it, and from there the way to
         the right start may be barred.
         """
-        if not any(measurement.at_rest for measurement in self.problem.measurements):
-            return []
         begun = []
-        for _, values, starts in proposals:
-            rest = [begun.mean for begun in self.problem.begin(values)]
-            known = zip(self.problem.measurements, rest, starts, strict=True)
-            still = [z if measurement.at_rest else start for measurement, z, start in known]
-            begun.append((self._promise(values, still), values, still))
+        for _, values, _ in proposals:
+            known = [begun.mean for begun in self.problem.begin(values)]
+            begun.append((self._promise(values, known), values, known))
         return begun
 
     def _promise(self, values: FloatArray, starts: Sequence[FloatArray]) -> float:

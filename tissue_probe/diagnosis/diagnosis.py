@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.coloured import filtered
@@ -84,6 +85,8 @@ class Diagnosis:
         return self.validated.get(fit.composition.names, fit.heldout_rmse)
 
 
+# The searches have threads of their own: those of linear algebra would wait for one another.
+@threadpool_limits.wrap(limits=1)
 def diagnose(
     composition: Composition,
     measurements: Sequence[Measurement],

@@ -47,7 +47,7 @@ DRAWN, PRESSED = 0.25, 1.1
 LOGARITHMIC = 50.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted to measurements; errors are in the unit of ``output``.
 
@@ -308,6 +308,8 @@ class Problem:
             loaded = abs(self._indentation(values, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
+            if not still:  # all that moves goes with the coil
+                z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
             length = loaded + 1e-8 if still else depth
             spreads = {
                 **dict(zip(self.kernel.values, map(float, values), strict=True)),

@@ -41,6 +41,8 @@ KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FOR
 FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
 OFTEN = 1e-3
+#: Samples at the start from which the velocity there is told.
+FEW = 8
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,13 @@ class Measurement:
         settling = max(1, round(15e-3 / self.sample_period))
         outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
         return self.used & ~outside
+
+    @cached_property
+    def first_speed(self) -> float:
+        """Velocity of the position at the first sample [m/s], by the parabola of the first few."""
+        few = slice(0, FEW)
+        parabola = np.polynomial.Polynomial.fit(self.times[few], self.position[few], 2)
+        return float(parabola.deriv()(0.0))
 
     @cached_property
     def extent(self) -> Extent:
