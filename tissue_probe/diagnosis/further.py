@@ -64,6 +64,7 @@ class Further:
     def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
         self._base, self.instrument, self._library = base, instrument, library
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
+        self._extended: set[tuple[tuple[str, ...], bool]] = set()
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
 
@@ -101,7 +102,26 @@ class Further:
         found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
         return [fit for each, fit in found if added(fit).name == each.name]
 
-    def of(self, paths: Sequence[Path], promising: bool = True) -> list[Path]:
+    def unasked(self, paths: Iterable[Path], final: Fit) -> list[Path]:
+        """Return what ``of`` does of paths that were not yet extended, or by half of the families.
+
+        Parameters
+        ----------
+        paths : iterable of tuple of Fit
+            What is to be extended.
+        final : Fit
+            What will not come near it is given up.
+        """
+        found: list[Path] = []
+        for path in paths:
+            for promising in (True, False):
+                if (path[-1].composition.names, promising) not in self._extended:
+                    found += self.of([path], promising, final.ratio)
+        return sorted(found, key=lambda path: path[-1].bic)
+
+    def of(
+        self, paths: Sequence[Path], promising: bool = True, lowest: float = np.inf
+    ) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
 
         Of two ways to the same effects that end as well, the one stays that began better. Where one
@@ -114,10 +134,13 @@ class Further:
         promising : bool
             By the families that promise most, or by the others: a promise is made as if nothing
             had been added yet, which beside a strong nonlinear effect says little.
+        lowest : float
+            Residual over noise; what will not come near it is given up.
         """
         longer: dict[frozenset[str], Path] = {}
         for path in paths:
-            lowest = min((each[-1].ratio for each in longer.values()), default=np.inf)
+            self._extended.add((path[-1].composition.names, promising))
+            lowest = min((each[-1].ratio for each in longer.values()), default=lowest)
             for fit in ranked(self._followed(path[-1], promising, lowest)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:

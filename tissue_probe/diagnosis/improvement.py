@@ -126,7 +126,7 @@ def climb(
         longest = _longest(further, paths, ranking)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = tuple(_exchanged(longest, ranking, further))
+        best = _beside_each(tuple(_exchanged(longest, ranking, further)), ranking, further)
         paths = [best]
     steps = _needed(best, further)
     first = steps[0]
@@ -226,7 +226,7 @@ def _longest(
 
     The second may have been found beside a first that only stands for another: whatever else goes
     with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
-    where none leaves noise, they are tried beside other forms of a first.
+    where none leaves noise, they are tried beside other forms of a first, and simpler ones.
     """
     longer = further.of(paths)
     best = _anew(longer[0], further) if longer else ()
@@ -238,7 +238,54 @@ def _longest(
     best = _better(best, further.of(paths[:1], promising=False), further)
     if best and explained(best[-1]):
         return best
-    return _better(best, further.of(further.reformed(paths)), further)
+    others = [*further.reformed(paths), *_simpler(paths, ranking)]
+    return _better(best, further.of(others), further)
+
+
+def _simpler(paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]) -> list[tuple[Fit, ...]]:
+    """Return paths that begin with what a first effect contains: it may have followed a second."""
+    names = {name for path in paths for name in added(path[0]).simpler}
+    begun = {added(path[0]).name for path in paths}
+    return [(fit,) for fit in ranking if added(fit).name in names - begun]
+
+
+def _beside_each(
+    path: tuple[Fit, ...], ranking: Sequence[Fit], further: Further
+) -> tuple[Fit, ...]:
+    """Try whatever else goes with either of two effects, until nothing does better.
+
+    Both may have to give way at once, too. What does as well is noted, and told in the end.
+    """
+    while len(path) == 2:
+        kin = [_kin(added(each), ranking) for each in path]
+        others = further.unasked([(fits[0],) for fits in kin], path[-1])
+        others += _both_exchanged(path[-1], kin, further)
+        found = _better(path, sorted(others, key=lambda each: each[-1].bic), further)
+        if found is path:
+            break
+        path = tuple(_exchanged(found, ranking, further))
+    return path
+
+
+def _kin(effect: Effect, ranking: Sequence[Fit]) -> list[Fit]:
+    """Return what was found of an effect alone, then of others of its family."""
+    family = [fit for fit in ranking if added(fit).family == effect.family]
+    return sorted(family, key=lambda fit: added(fit).name != effect.name)
+
+
+def _both_exchanged(
+    final: Fit, kin: Sequence[Sequence[Fit]], further: Further
+) -> list[tuple[Fit, ...]]:
+    """Fit kin of one of two effects beside kin of the other, where it does nearly as well alone."""
+    needed = final.cost + SIMPLER if explained(final) else np.inf
+    found: list[tuple[Fit, ...]] = []
+    for (old, *firsts), (_, *seconds) in (kin, kin[::-1]):
+        for first in (fit for fit in firsts if fit.cost < RELATED * old.cost):
+            tried = further.known(first.composition, map(added, seconds))
+            new = [each for each in map(added, seconds) if each not in map(added, tried)]
+            found += [(first, both) for both in further.searched(first, new, needed)]
+    further.note(path[-1] for path in found)
+    return found
 
 
 def _better(
@@ -272,10 +319,10 @@ def _anew(path: tuple[Fit, ...], further: Further) -> tuple[Fit, ...]:
 
     Another form of it may have done better alone. The last may have been found badly beside it,
     too, and is then taken as it is found alone. Only where something is left that better values
-    may explain.
+    may explain, and the last explains something.
     """
     final, first = path[-1], added(path[0])
-    if explained(final):
+    if explained(final) or not significant(path[-2], final):
         return path
     for other in _without_first(path, further.instrument):
         for fit in further.searched(other, [first]):
@@ -405,9 +452,13 @@ def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
 
 
 def _removes(fit: Fit, better: Fit) -> bool:
-    """Whether a further effect removes most of what exceeds the noise."""
+    """Whether a further effect removes most of what exceeds the noise, or leaves noise only.
+
+    How much noise there is, is estimated: less may be left of what is no noise than it seems.
+    """
     excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
-    return significant(fit, better) and left < (1.0 - SHARE) * excess
+    enough = left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
+    return significant(fit, better) and enough
 
 
 def _needed(path: Sequence[Fit], further: Further) -> list[Fit]:

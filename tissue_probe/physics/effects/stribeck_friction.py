@@ -10,6 +10,8 @@ COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
 BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
 STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
 TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
+#: Transition velocities [m/s] below which a turn is hardly told from a jump.
+SHARP = (1e-5, 1e-4)
 _CURVE = COULOMB + BREAKAWAY * sp.exp(-((TIP_VELOCITY / STRIBECK) ** 2))
 
 
@@ -23,11 +25,12 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 
 
 def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
-    """Propose a sharper turn, and a fall at other speeds."""
+    """Propose a sharper turn, and a fall at other speeds: where the turn is sharp, only these."""
+    sharp = values["stribeck_transition_velocity"] <= SHARP[-1]
     return [
         {"stribeck_velocity": values["stribeck_velocity"] * f, "stribeck_transition_velocity": each}
-        for f in (0.25, 0.5, 1.0, 2.0)
-        for each in (1e-5, 1e-4)
+        for f in ((0.25, 0.5, 2.0) if sharp else (0.25, 0.5, 1.0, 2.0))
+        for each in SHARP
     ]
 
 
