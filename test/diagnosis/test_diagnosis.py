@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
@@ -44,6 +45,21 @@ def test_the_right_effect_is_proved_on_a_second_recording():
     wrong = ("coulomb_friction",)
     assert found.validated[wrong] > 10 * NOISE
     assert {(), ("cubic_stiffening",)} <= set(found.validated)
+
+
+def test_linear_algebra_has_one_thread_while_the_searches_have_theirs():
+    seen = []
+
+    def starts(extent):
+        seen.append({each["num_threads"] for each in threadpool_info()})
+        return [{}]
+
+    watched = {"cubic_stiffening": replace(EFFECTS["cubic_stiffening"], starts=starts)}
+    with threadpool_limits(2):
+        diagnose(challenge(11, "cubic_stiffening"), watched)
+        assert {each["num_threads"] for each in threadpool_info()} == {2}
+    assert seen
+    assert set().union(*seen) == {1}
 
 
 def test_without_a_second_recording_blocks_of_the_first_are_held_out():

@@ -10,14 +10,12 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.exchange import _without_first, anew, both_exchanged, exchanged
 from tissue_probe.diagnosis.further import FOLLOWED, Further
 from tissue_probe.diagnosis.improvement import (
-    _anew,
     _bettered,
-    _exchanged,
     _is_worth,
     _needed,
-    _without_first,
     climb,
     climb_by,
     settled,
@@ -91,12 +89,12 @@ def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second(
     (first,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
     (second,) = fit_candidates(first, [EFFECTS["tissue_motion"]], TOLERANT)
     further = Further(base, TOLERANT, EFFECTS)
-    path = _anew((first, second), further)
+    path = anew((first, second), further)
     assert second.ratio > 3.0
     assert path[0] is first
     assert path[-1].composition.names == ("backlash", "tissue_motion")
     assert path[-1].ratio < EXPLAINED
-    assert _anew(path, further) is path
+    assert anew(path, further) is path
 
 
 def test_a_place_that_two_ways_lead_to_is_searched_from_once():
@@ -117,6 +115,49 @@ def test_a_second_effect_is_found_though_it_promises_less_than_those_of_five_fam
     assert len({effect.family for effect in effects.values()} - {"lost motion"}) > FOLLOWED + 1
     ladder = climbed(made, TOLERANT, effects)
     assert (ladder.verdict, ladder.effects) == ("missing", ("backlash", "structural_mode"))
+
+
+def test_both_of_two_effects_give_way_at_once_where_neither_does_alone():
+    made = challenge(442022, "force_lag", "hertz_contact", excitation="stepped30", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    names = ("channel_delay", "force_lag", "exponential_stiffening", "hertz_contact")
+    ranking = [fit_candidates(base, [EFFECTS[name]], TOLERANT)[0] for name in names]
+    delay, lag, exponential, hertz = ranking
+    (both,) = fit_candidates(delay, [EFFECTS["exponential_stiffening"]], TOLERANT)
+    further = Further(base, TOLERANT, EFFECTS)
+    kin = [[delay, lag], [exponential, hertz]]
+    found = {path[-1].composition.names: path for path in both_exchanged(both, kin, further)}
+    first, final = found["force_lag", "hertz_contact"]
+    assert first is lag
+    assert final.bic < both.bic - 100.0
+    assert both_exchanged(both, kin, further) == []  # each two once
+
+
+def test_a_second_effect_is_sought_beside_what_the_first_contains():
+    made = challenge(
+        444024, "coulomb_friction", "added_mass", excitation="sine10ss", rig="tolerant"
+    )
+    effects = library("structural_mode", "added_mass", "mains_hum", "coulomb_friction")
+    measured = [measurement(made.recording, at_rest=False)]
+    ladder = climb(Composition(), measured, TOLERANT, effects)
+    assert ladder.ranking[0].composition.names == ("structural_mode",)
+    assert (ladder.verdict, ladder.effects) == ("missing", ("added_mass", "coulomb_friction"))
+
+
+def test_what_goes_with_either_of_two_effects_as_well_is_told():
+    made = challenge(446230, "channel_delay", "force_gain", excitation="stepped30", rig="tolerant")
+    effects = library("channel_delay", "force_lag", "force_gain", "added_mass", "structural_mode")
+    ladder = climbed(made, TOLERANT, effects)
+    assert (ladder.verdict, ladder.tied) == ("ambiguous", ("force_gain", "added_mass"))
+    assert ladder.effects == ("channel_delay", "force_gain")
+
+
+def test_a_second_effect_that_leaves_noise_beyond_doubt_is_kept():
+    """More noise is left than was estimated, of which it could not remove more."""
+    hidden = ("encoder_interpolation", "standard_linear_solid")
+    ladder = climbed(challenge(446227, *hidden, rig="tolerant"), TOLERANT, library(*hidden))
+    assert (ladder.verdict, ladder.effects) == ("missing", hidden)
+    assert ladder.final.ratio < ladder.steps[0].ratio < EXPLAINED
 
 
 def test_two_forms_of_one_law_are_not_added_to_each_other():
@@ -223,13 +264,13 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
     ]
     (both,) = fit_candidates(stribeck, [EFFECTS["load_cell_stiffness_error"]], EXACT)
     further = Further(base, EXACT, EFFECTS)
-    first, final = _exchanged([stribeck, both], ranking, further)
+    first, final = exchanged([stribeck, both], ranking, further)
     assert first is coulomb
     assert set(final.composition.names) == {"coulomb_friction", "load_cell_stiffness_error"}
     assert final.ratio == pytest.approx(both.ratio, rel=0.01)
-    kept = _exchanged([coulomb, final], ranking, further)
+    kept = exchanged([coulomb, final], ranking, further)
     assert kept == [coulomb, final]  # gains too little
-    assert _exchanged([stribeck], ranking, further) == [stribeck]
+    assert exchanged([stribeck], ranking, further) == [stribeck]
 
 
 def test_an_effect_gives_way_to_one_to_which_the_way_leads_from_the_other_side_only():
@@ -241,9 +282,9 @@ def test_an_effect_gives_way_to_one_to_which_the_way_leads_from_the_other_side_o
     assert fit_candidates(adhesion, [EFFECTS["cubic_stiffening"]], TOLERANT)[0].ratio > 1.1
     (both,) = fit_candidates(exponential, [EFFECTS["adhesion"]], TOLERANT)
     further = Further(base, TOLERANT, EFFECTS)
-    first, final = _exchanged([exponential, both], ranking, further)
+    first, final = exchanged([exponential, both], ranking, further)
     assert first is cubic
-    assert final.composition.names == ("adhesion", "cubic_stiffening")
+    assert final.composition.names == ("cubic_stiffening", "adhesion")
     assert final.bic < both.bic - 10.0
 
 
@@ -256,7 +297,7 @@ def test_what_was_tried_beside_the_others_before_is_not_searched_again():
     tried, long = (fit_candidates(first, [EFFECTS[name]], EXACT)[0] for name in names[:2])
     further = Further(base, EXACT, EFFECTS)
     further.note([tried])
-    assert _exchanged([first, long], ranking, further)[-1] is tried
+    assert exchanged([first, long], ranking, further)[-1] is tried
 
 
 def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it():

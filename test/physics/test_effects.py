@@ -148,3 +148,12 @@ def test_steps_converge(name):
     # Dry friction turns round within a step or two, and is the worst; most others err 0.1 mN.
     assert changes[0] < (0.005 / 3 if FORMS[name].family == "friction" else 0.0005)
     assert changes[-1] < (1e-4 if FORMS[name].family == "friction" else 1e-5) * rms
+
+
+def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_only():
+    effect = EFFECTS["stribeck_friction"]
+    for turn, same in ((1e-5, False), (1e-4, False), (1e-3, True)):
+        found = {"stribeck_velocity": 0.01, "stribeck_transition_velocity": turn}
+        speeds = {each["stribeck_velocity"] for each in effect.near(EXTENT, found)}
+        assert (0.01 in speeds) is same
+        assert min(speeds) < 0.01 < max(speeds)

@@ -102,6 +102,10 @@ class Further:
         found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
         return [fit for each, fit in found if added(fit).name == each.name]
 
+    def is_new(self, fit: Fit, effect: Effect) -> bool:
+        """Whether an effect was not tried yet together with those of a fit, in whatever order."""
+        return frozenset((*fit.composition.names, effect.name)) not in self.tried
+
     def unasked(self, paths: Iterable[Path], final: Fit) -> list[Path]:
         """Return what ``of`` does of paths that were not yet extended, or by half of the families.
 
@@ -110,17 +114,18 @@ class Further:
         paths : iterable of tuple of Fit
             What is to be extended.
         final : Fit
-            What will not come near it is given up.
+            What will not come near it is given up. Where it explains all, others could only do as
+            well: what promises less, or was tried, is passed over.
         """
         found: list[Path] = []
         for path in paths:
-            for promising in (True, False):
+            for promising in (True,) if explained(final) else (True, False):
                 if (path[-1].composition.names, promising) not in self._extended:
-                    found += self.of([path], promising, final.ratio)
+                    found += self.of([path], promising, final)
         return sorted(found, key=lambda path: path[-1].bic)
 
     def of(
-        self, paths: Sequence[Path], promising: bool = True, lowest: float = np.inf
+        self, paths: Sequence[Path], promising: bool = True, final: Fit | None = None
     ) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
 
@@ -134,14 +139,16 @@ class Further:
         promising : bool
             By the families that promise most, or by the others: a promise is made as if nothing
             had been added yet, which beside a strong nonlinear effect says little.
-        lowest : float
-            Residual over noise; what will not come near it is given up.
+        final : Fit, optional
+            A model that is there already: see ``unasked``.
         """
         longer: dict[frozenset[str], Path] = {}
+        again = final is None or not explained(final)
         for path in paths:
             self._extended.add((path[-1].composition.names, promising))
-            lowest = min((each[-1].ratio for each in longer.values()), default=lowest)
-            for fit in ranked(self._followed(path[-1], promising, lowest)):
+            others = [final] if final else [each[-1] for each in longer.values()]
+            lowest = min((fit.ratio for fit in others), default=np.inf)
+            for fit in ranked(self._followed(path[-1], promising, lowest, again)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
@@ -150,12 +157,13 @@ class Further:
                 break
         return sorted(longer.values(), key=lambda path: path[-1].bic)
 
-    def _followed(self, fit: Fit, promising: bool, lowest: float) -> list[Fit]:
+    def _followed(self, fit: Fit, promising: bool, lowest: float, again: bool) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.
 
-        What will not come near the lowest residual of another path is given up.
+        What will not come near the lowest residual of another path is given up; what was tried is
+        tried again, or passed over.
         """
-        order = self._order(fit)
+        order = [each for each in self._order(fit) if again or self.is_new(fit, each)]
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)

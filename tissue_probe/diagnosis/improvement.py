@@ -6,19 +6,17 @@ What does not: fitting one model (``fit``), comparing models (``ranking``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
-from tissue_probe.diagnosis.candidates import SAME, fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import RELATED, SHARE, Further
+from tissue_probe.diagnosis.further import SHARE, Further, Path
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
-    SIMPLER,
     TIE,
     added,
     alike,
@@ -126,7 +124,7 @@ def climb(
         longest = _longest(further, paths, ranking)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = _beside_each(tuple(_exchanged(longest, ranking, further)), ranking, further)
+        best = _beside_each(tuple(exchanged(longest, ranking, further)), ranking, further)
         paths = [best]
     steps = _needed(best, further)
     first = steps[0]
@@ -219,9 +217,7 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
-def _longest(
-    further: Further, paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]
-) -> tuple[Fit, ...]:
+def _longest(further: Further, paths: Sequence[Path], ranking: Sequence[Fit]) -> Path:
     """Return the best path with one effect more.
 
     The second may have been found beside a first that only stands for another: whatever else goes
@@ -229,7 +225,7 @@ def _longest(
     where none leaves noise, they are tried beside other forms of a first, and simpler ones.
     """
     longer = further.of(paths)
-    best = _anew(longer[0], further) if longer else ()
+    best = anew(longer[0], further) if longer else ()
     if len(paths[0]) > 1:
         return best
     best = _better(best, further.of(_turned(best, paths, ranking)), further)
@@ -238,59 +234,34 @@ def _longest(
     best = _better(best, further.of(paths[:1], promising=False), further)
     if best and explained(best[-1]):
         return best
-    others = [*further.reformed(paths), *_simpler(paths, ranking)]
+    others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
     return _better(best, further.of(others), further)
 
 
-def _simpler(paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]) -> list[tuple[Fit, ...]]:
+def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
     """Return paths that begin with what a first effect contains: it may have followed a second."""
-    names = {name for path in paths for name in added(path[0]).simpler}
-    begun = {added(path[0]).name for path in paths}
-    return [(fit,) for fit in ranking if added(fit).name in names - begun]
+    return [(fit,) for fit in ranking if added(fit).name in added(path[0]).simpler]
 
 
-def _beside_each(
-    path: tuple[Fit, ...], ranking: Sequence[Fit], further: Further
-) -> tuple[Fit, ...]:
+def _beside_each(path: Path, ranking: Sequence[Fit], further: Further) -> Path:
     """Try whatever else goes with either of two effects, until nothing does better.
 
     Both may have to give way at once, too. What does as well is noted, and told in the end.
     """
     while len(path) == 2:
-        kin = [_kin(added(each), ranking) for each in path]
+        kin = [kin_of(added(each), ranking) for each in path]
+        if not all(kin):
+            break
         others = further.unasked([(fits[0],) for fits in kin], path[-1])
-        others += _both_exchanged(path[-1], kin, further)
+        others += both_exchanged(path[-1], kin, further)
         found = _better(path, sorted(others, key=lambda each: each[-1].bic), further)
         if found is path:
             break
-        path = tuple(_exchanged(found, ranking, further))
+        path = tuple(exchanged(found, ranking, further))
     return path
 
 
-def _kin(effect: Effect, ranking: Sequence[Fit]) -> list[Fit]:
-    """Return what was found of an effect alone, then of others of its family."""
-    family = [fit for fit in ranking if added(fit).family == effect.family]
-    return sorted(family, key=lambda fit: added(fit).name != effect.name)
-
-
-def _both_exchanged(
-    final: Fit, kin: Sequence[Sequence[Fit]], further: Further
-) -> list[tuple[Fit, ...]]:
-    """Fit kin of one of two effects beside kin of the other, where it does nearly as well alone."""
-    needed = final.cost + SIMPLER if explained(final) else np.inf
-    found: list[tuple[Fit, ...]] = []
-    for (old, *firsts), (_, *seconds) in (kin, kin[::-1]):
-        for first in (fit for fit in firsts if fit.cost < RELATED * old.cost):
-            tried = further.known(first.composition, map(added, seconds))
-            new = [each for each in map(added, seconds) if each not in map(added, tried)]
-            found += [(first, both) for both in further.searched(first, new, needed)]
-    further.note(path[-1] for path in found)
-    return found
-
-
-def _better(
-    path: tuple[Fit, ...], others: Sequence[tuple[Fit, ...]], further: Further
-) -> tuple[Fit, ...]:
+def _better(path: Path, others: Sequence[Path], further: Further) -> Path:
     """Return the best of others, if it is better than a path, its first effect searched anew.
 
     Of two ways to the same effects that end as well, the one stays that was found first.
@@ -302,129 +273,14 @@ def _better(
         same = set(path[-1].composition.names) == set(found[-1].composition.names)
         if path[-1].bic <= found[-1].bic + (TIE if same else 0.0):
             return path
-    return _anew(found, further)
+    return anew(found, further)
 
 
-def _turned(
-    path: tuple[Fit, ...], paths: Sequence[tuple[Fit, ...]], ranking: Sequence[Fit]
-) -> list[tuple[Fit, ...]]:
+def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[Path]:
     """Return the path that begins with the last effect of another, unless it was tried already."""
     tried = {added(each[0]).name for each in paths}
     last = {added(path[-1]).name} - tried if path else set()
     return [(fit,) for fit in ranking if added(fit).name in last]
-
-
-def _anew(path: tuple[Fit, ...], further: Further) -> tuple[Fit, ...]:
-    """Search once more for the first effect, beside the last: it was found while that was missing.
-
-    Another form of it may have done better alone. The last may have been found badly beside it,
-    too, and is then taken as it is found alone. Only where something is left that better values
-    may explain, and the last explains something.
-    """
-    final, first = path[-1], added(path[0])
-    if explained(final) or not significant(path[-2], final):
-        return path
-    for other in _without_first(path, further.instrument):
-        for fit in further.searched(other, [first]):
-            found = refit(fit, final.composition.having(added(fit)), further.instrument)
-            if found is not None and found.bic < path[-1].bic:
-                path = (*path[:-1], found)
-        if explained(path[-1]):
-            break
-    return path
-
-
-def _without_first(path: tuple[Fit, ...], instrument: Instrument) -> Iterator[Fit]:
-    """Yield fits with all but the first effect: from the values of all, then the last alone.
-
-    The second only if it ends elsewhere.
-    """
-    final, first = path[-1], added(path[0])
-    without = refit(final, final.composition.without(first.name), instrument)
-    if without is not None:
-        yield without
-    if len(path) == 2:
-        base = refit(path[0], path[0].composition.without(first.name), instrument)
-        for alone in fit_candidates(base, [added(final)], instrument) if base else ():
-            if without is None or not 1.0 / SAME < alone.cost / without.cost < SAME:
-                yield alone
-
-
-def _exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -> list[Fit]:
-    """Let one of several effects give way to another of its family, or a simpler one, if better.
-
-    It was chosen while the others were missing, which another form of it may have followed. One
-    that was found badly stays if it is the better when it is searched in the same way.
-    """
-    if len(steps) < 2:
-        return list(steps)
-    steps, begun = list(steps), steps[-1]
-    alone = {added(fit).name: fit for fit in ranking}
-    for first, old in ((True, added(steps[0])), (False, added(steps[-1]))):
-        stays = [added(steps[-1] if first else steps[0])] if len(steps) == 2 else []
-        for fit in _in_its_place(old, steps[-1], alone, stays, further):
-            enough = explained(fit) or not explained(steps[-1])
-            margin = SIMPLER if added(fit).name in old.simpler and enough else 0.0
-            if fit.bic - steps[-1].bic < margin:
-                old = added(fit)
-                steps[-1] = fit
-                if first:
-                    steps[0] = alone[old.name]
-    return steps if steps[-1] is begun else list(_anew(tuple(steps), further))
-
-
-def _in_its_place(
-    old: Effect,
-    final: Fit,
-    alone: Mapping[str, Fit],
-    stays: Sequence[Effect],
-    further: Further,
-) -> list[Fit]:
-    """Fit a model with others of its family, or a simpler one, in place of an effect.
-
-    Where all is explained, none that contains it is tried. Beside the effect that stays, if it is
-    one, they are searched from there, and it from them where they are nearly as good alone.
-    """
-    rivals = [
-        effect
-        for effect in map(added, alone.values())
-        if effect.name not in final.composition.names
-        and (effect.family == old.family or effect.name in old.simpler)
-        and not (old.name in effect.simpler and explained(final))
-    ]
-    less = final.composition.without(old.name)
-    without = refit(final, less, further.instrument) if rivals else None
-    if without is None:
-        return []
-    needed = final.cost + SIMPLER if explained(final) else np.inf
-    # Where all is explained, what was given up before would not come near now either.
-    found = further.known(without.composition, rivals) if explained(final) else []
-    others = [each for each in rivals if each not in map(added, found)]
-    found += further.searched(without, others, needed)
-    if stays and old.name in alone:
-        bar = RELATED * alone[old.name].cost
-        near = [alone[each.name] for each in rivals if alone[each.name].cost < bar]
-        found += _from_the_other(stays, near, further, needed)
-    if any(fit.bic < final.bic for fit in found):
-        found = ranked([*found, *further.searched(without, [old], needed)])
-    further.note(found)
-    return found
-
-
-def _from_the_other(
-    stays: Sequence[Effect], alone: Sequence[Fit], further: Further, needed: float
-) -> list[Fit]:
-    """Search for effects beside each of others, and tell the fits as if these had come last.
-
-    Where they are nothing beside it alone, no way may lead to them from there.
-    """
-    found = []
-    for fit in alone:
-        for both in further.searched(fit, stays, needed):
-            last = added(fit)
-            turned = both.composition.without(last.name).plus(last)
-            found.append(refit(both, turned, further.instrument))
-    return [fit for fit in found if fit is not None]
 
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:
@@ -452,12 +308,12 @@ def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
 
 
 def _removes(fit: Fit, better: Fit) -> bool:
-    """Whether a further effect removes most of what exceeds the noise, or leaves noise only.
+    """Whether a further effect removes most of what exceeds the noise, or leaves only noise.
 
     How much noise there is, is estimated: less may be left of what is no noise than it seems.
     """
     excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
-    enough = left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
+    enough = left < (1.0 - SHARE) * excess or (beyond_doubt(better) and not explained(fit))
     return significant(fit, better) and enough
 
 
@@ -471,7 +327,7 @@ def _needed(path: Sequence[Fit], further: Further) -> list[Fit]:
         less = steps[-1].composition.without(added(fit).name)
         without = refit(steps[-1], less, further.instrument)
         if without is not None and fit is not path[0]:
-            without = _anew((path[0], without), further)[-1]
+            without = anew((path[0], without), further)[-1]
         if without is not None and not significant(without, steps[-1]):
             steps = [step for step in steps[:-1] if step is not fit]
             steps = [*steps, without]
