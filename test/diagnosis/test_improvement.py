@@ -13,8 +13,10 @@ from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.exchange import _without_first, anew, both_exchanged, exchanged
 from tissue_probe.diagnosis.further import FOLLOWED, Further
 from tissue_probe.diagnosis.improvement import (
+    _alone,
     _bettered,
     _is_worth,
+    _leads,
     _needed,
     climb,
     climb_by,
@@ -211,6 +213,18 @@ def test_a_third_effect_is_sought_where_the_first_says_something_and_two_leave_m
     assert _is_worth(leaving(5.0), path) is sought
     assert _is_worth(leaving(5.0), path[:1])
     assert not _is_worth(leaving(5.0), [*path, leaving(both)])
+
+
+def test_two_effects_of_which_neither_explains_anything_alone_do_not_stand_for_another():
+    made = challenge(500, "hertz_contact", preload=2e-3)
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    names = ("mains_hum", "cubic_stiffening")
+    hum, cubic = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
+    assert not _leads(base, hum)
+    assert _leads(base, cubic)
+    (both,) = fit_candidates(hum, [EFFECTS["cubic_stiffening"]], EXACT)
+    assert _alone(both, [cubic, hum]) == [cubic, hum]
+    assert _alone(hum, [cubic, hum]) == [hum]
 
 
 def test_an_effect_that_became_superfluous_is_dropped():

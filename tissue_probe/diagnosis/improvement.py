@@ -36,8 +36,9 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 ALIKE = 1.02
 #: Effects on which a second is tried, if there are so many of different families; effects in all.
 BEAM, MOST = 3, 3
-#: A third is sought only where the first alone removes this share of what exceeds the noise: among
-#: the few lines of a steady motion three that alone explain nothing can make up for any.
+#: One of two effects must alone remove this share of what exceeds the noise, and the first for a
+#: third to be sought: among the few lines of a steady motion several that alone explain nothing can
+#: make up for any.
 LEADING = 0.2
 #: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 25.0
@@ -124,8 +125,10 @@ def climb(
         longest = _longest(further, paths, ranking)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        best = _beside_each(tuple(exchanged(longest, ranking, further)), ranking, further)
-        paths = [best]
+        longest = _beside_each(tuple(exchanged(longest, ranking, further)), ranking, further)
+        if not any(_leads(base, fit) for fit in _alone(longest[-1], ranking)):
+            break
+        best, paths = longest, [longest]
     steps = _needed(best, further)
     first = steps[0]
     if len(steps) == 1:
@@ -302,9 +305,17 @@ def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
     """Whether one more effect is sought: no third one for a rest that is no more than noise."""
     if len(path) == 1:
         return True
-    removed = base.ratio**2 - path[0].ratio ** 2
-    leads = removed > LEADING * (base.ratio**2 - 1.0)
-    return len(path) < MOST and path[-1].ratio > EXPLAINED and leads
+    return len(path) < MOST and path[-1].ratio > EXPLAINED and _leads(base, path[0])
+
+
+def _leads(base: Fit, alone: Fit) -> bool:
+    """Whether an effect alone removes a good part of what exceeds the noise."""
+    return base.ratio**2 - alone.ratio**2 > LEADING * (base.ratio**2 - 1.0)
+
+
+def _alone(fit: Fit, ranking: Sequence[Fit]) -> list[Fit]:
+    """Return what was found of each of a model's effects alone."""
+    return [alone for alone in ranking if added(alone).name in fit.composition.names]
 
 
 def _removes(fit: Fit, better: Fit) -> bool:
