@@ -64,3 +64,17 @@ def test_what_will_not_come_near_a_known_rival_is_given_up_unless_it_is_simpler(
         for name in ("cubic_stiffening", "coulomb_friction")
     }
     assert converged == {"cubic_stiffening": [True, False], "coulomb_friction": [True, True]}
+
+
+def test_a_pair_is_found_from_the_one_side_that_leads_to_it():
+    made = challenge(453000, "adhesion", "hunt_crossley", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    names = ("adhesion", "hunt_crossley", "force_gain")
+    adhesion, hunt, gain = (fit_candidates(base, [EFFECTS[n]], TOLERANT)[0] for n in names)
+    assert fit_candidates(hunt, [EFFECTS["adhesion"]], TOLERANT)[0].ratio > 5.0
+    further = Further(base, TOLERANT, EFFECTS)
+    (first, both), *_ = further.towards(hunt, [gain, hunt, adhesion])
+    assert first is adhesion
+    assert both.composition.names == ("adhesion", "hunt_crossley")
+    assert explained(both)
+    assert not further.is_new(hunt, EFFECTS["adhesion"])

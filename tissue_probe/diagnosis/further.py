@@ -102,6 +102,14 @@ class Further:
         found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
         return [fit for each, fit in found if added(fit).name == each.name]
 
+    def towards(self, last: Fit, firsts: Iterable[Fit]) -> list[Path]:
+        """Return paths from each of other effects to one that was found alone, the best first."""
+        effect, allowed = added(last), addable(last.composition, self._library)
+        others = [fit for fit in firsts if added(fit).name in allowed]
+        found = [(fit, both) for fit in others for both in self.searched(fit, [effect], last.cost)]
+        self.note(path[-1] for path in found)
+        return sorted(found, key=lambda path: path[-1].bic)
+
     def is_new(self, fit: Fit, effect: Effect) -> bool:
         """Whether an effect was not tried yet together with those of a fit, in whatever order."""
         return frozenset((*fit.composition.names, effect.name)) not in self.tried

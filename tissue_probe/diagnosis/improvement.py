@@ -119,10 +119,11 @@ def climb(
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
+    leading = [fit for fit in near if _leads(base, fit)]
     paths = [(fit,) for fit in _various(near) if significant(base, fit)][:BEAM]
     best, further = paths[0], Further(base, instrument, library)
     while (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
-        longest = _longest(further, paths, ranking)
+        longest = _longest(further, paths, ranking, leading)
         if not longest or not _removes(best[-1], longest[-1]):
             break
         longest = _beside_each(tuple(exchanged(longest, ranking, further)), ranking, further)
@@ -220,12 +221,15 @@ def climb_by(
     return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
 
 
-def _longest(further: Further, paths: Sequence[Path], ranking: Sequence[Fit]) -> Path:
+def _longest(
+    further: Further, paths: Sequence[Path], ranking: Sequence[Fit], leading: Sequence[Fit]
+) -> Path:
     """Return the best path with one effect more.
 
     The second may have been found beside a first that only stands for another: whatever else goes
     with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
-    where none leaves noise, they are tried beside other forms of a first, and simpler ones.
+    where none leaves noise, they are tried beside other forms of a first, and simpler ones; then
+    the best first beside each that alone leads somewhere: to some pairs a way leads from one only.
     """
     longer = further.of(paths)
     best = anew(longer[0], further) if longer else ()
@@ -238,7 +242,10 @@ def _longest(further: Further, paths: Sequence[Path], ranking: Sequence[Fit]) ->
     if best and explained(best[-1]):
         return best
     others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
-    return _better(best, further.of(others), further)
+    best = _better(best, further.of(others), further)
+    if best and explained(best[-1]):
+        return best
+    return _better(best, further.towards(paths[0][0], leading), further)
 
 
 def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
