@@ -102,7 +102,7 @@ def _in_its_place(
     without = refit(final, less, further.instrument) if rivals else None
     if without is None:
         return []
-    needed = final.cost + SIMPLER if explained(final) else np.inf
+    needed = _needed(final)
     # Where all is explained, what was given up before would not come near now either.
     found = further.known(without.composition, rivals) if explained(final) else []
     others = [each for each in rivals if each not in map(added, found)]
@@ -139,7 +139,7 @@ def _with_last(fit: Fit, effect: Effect, instrument: Instrument) -> Fit | None:
 
 def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -> list[Path]:
     """Fit kin of one of two effects beside kin of the other, where it does nearly as well alone."""
-    needed = final.cost + SIMPLER if explained(final) else np.inf
+    needed = _needed(final)
     found: list[Path] = []
     for (old, *firsts), (_, *seconds) in (kin, kin[::-1]):
         for first in (fit for fit in firsts if fit.cost < RELATED * old.cost):
@@ -147,6 +147,11 @@ def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -
             found += [(first, both) for both in further.searched(first, new, needed)]
     further.note(path[-1] for path in found)
     return found
+
+
+def _needed(final: Fit) -> float:
+    """Return the cost asked of what takes an effect's place: any, where something is left."""
+    return final.cost + SIMPLER if explained(final) else np.inf
 
 
 def kin_of(effect: Effect, ranking: Sequence[Fit]) -> list[Fit]:
