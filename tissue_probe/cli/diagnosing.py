@@ -219,6 +219,12 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
     said = "Unexplained: no effect of the library brings the error down to the noise. "
+    if diagnosis.ladder.harmonic is not None:
+        said = (
+            f"Unexplained: a line at {diagnosis.ladder.harmonic:.4g} Hz, a multiple of the drive's "
+            "frequency, explains more than any effect of the library; whatever is not linear "
+            "leaves such lines. Drive at several frequencies to tell, as by a multisine. "
+        )
     if diagnosis.effects:
         said += f"Nearest: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
     return [said.strip()]

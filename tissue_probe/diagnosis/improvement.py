@@ -14,6 +14,7 @@ from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import SHARE, Further, Path
+from tissue_probe.diagnosis.harmonic import better_harmonic
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
@@ -60,6 +61,8 @@ class Ladder:
         Models that explain the measurement equally well, the last step's first.
     verdict : str
         "adequate", "missing", "ambiguous" or "unexplained".
+    harmonic : float or None
+        Frequency [Hz] of a line that explains more than the effects do, see ``better_harmonic``.
     """
 
     base: Fit
@@ -67,6 +70,7 @@ class Ladder:
     steps: tuple[Fit, ...]
     rivals: tuple[Fit, ...]
     verdict: Verdict
+    harmonic: float | None = None
 
     @property
     def final(self) -> Fit:
@@ -138,10 +142,11 @@ def climb(
         rivals = alike(steps[-1], further.tried.values())
     else:
         rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
-    verdict = "missing" if explained(steps[-1]) else "unexplained"
+    harmonic = better_harmonic(base, steps[-1], instrument) if explained(steps[-1]) else None
+    verdict = "missing" if explained(steps[-1]) and harmonic is None else "unexplained"
     if verdict == "missing" and len(rivals) > 1:
         verdict = "ambiguous"
-    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), verdict)
+    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), verdict, harmonic)
 
 
 def settled(ladder: Ladder, errors: Mapping[tuple[str, ...], float]) -> Ladder:

@@ -47,7 +47,7 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         name="hertz_contact",
         family="stiffening",
         physics="The spring's force is k x0 (x / x0)^n in contact (x0 = 1 mm), and none out of it",
-        parameters=(Parameter(EXPONENT, "1", default=1.5, lower=0.8, upper=3.5),),
+        parameters=(Parameter(EXPONENT, "1", default=1.5, lower=1.0, upper=3.5),),
         force=STIFFNESS * INDENTATION * (_DEPTH ** (EXPONENT - 1) - 1),
         contact=TISSUE_FORCE * lost,
         switches=switches,
@@ -56,8 +56,9 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         near=near,
         forms=forms,
         simpler=("contact_loss",),
-        assumptions="Elastic half space; n is 3/2 for a sphere, 2 for a cone; the damping acts in "
-        "contact",
+        limit=str(EXPONENT),
+        assumptions="Elastic half space; n is 1 for a flat punch, 3/2 for a sphere, 2 for a cone; "
+        "the damping acts in contact",
         reference="Hertz (1881); Johnson, Contact Mechanics (1985), section 4.2; stiffness is the "
         "secant's at 1 mm",
     )
