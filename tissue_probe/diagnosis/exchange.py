@@ -103,8 +103,10 @@ def _in_its_place(
     if without is None:
         return []
     needed = _needed(final)
-    # Where all is explained, what was given up before would not come near now either.
+    # Where all is explained, what was given up before would not come near now either; but what is
+    # simpler, and as good, may have been found badly from its own side.
     found = further.known(without.composition, rivals) if explained(final) else []
+    found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
     found += further.searched(without, others, needed)
     if stays and old.name in alone:

@@ -114,6 +114,11 @@ class Further:
         """Whether an effect was not tried yet together with those of a fit, in whatever order."""
         return frozenset((*fit.composition.names, effect.name)) not in self.tried
 
+    def explains(self, fit: Fit, other: Fit) -> bool:
+        """Whether both fits' effects together were found to explain all, in whatever order."""
+        names = frozenset((*fit.composition.names, *other.composition.names))
+        return names in self.tried and explained(self.tried[names])
+
     def unasked(self, paths: Iterable[Path], final: Fit) -> list[Path]:
         """Return what ``of`` does of paths that were not yet extended, or by half of the families.
 

@@ -23,6 +23,8 @@ from tissue_probe.signals import FloatArray
 HIGHEST = 5
 #: How far a drive's strongest frequency may be from that of its repetition: it is a sine.
 SINE_WITHIN = 0.1
+#: Two frequencies within this share are the same.
+SAME = 2e-3
 
 _Begun = tuple[Problem, FloatArray, list[FloatArray]]
 
@@ -67,6 +69,16 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     frequency = min(begun, key=lambda each: promise(*begun[each]))
     line = search(*begun[frequency])
     return frequency if line is not None and line.bic < final.bic - TIE else None
+
+
+def is_multiple(fit: Fit) -> bool:
+    """Whether a model hums at a multiple of a sine that drives."""
+    frequency = fit.named().get(str(FREQUENCY))
+    sine = _frequency(fit.measurements[0]) if frequency else None
+    if frequency is None or sine is None:
+        return False
+    order = round(frequency / sine)
+    return order > 1 and abs(frequency / (order * sine) - 1.0) < SAME
 
 
 def _frequency(measurement: Measurement) -> float | None:

@@ -13,8 +13,8 @@ from typing import Literal
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import SHARE, Further, Path
-from tissue_probe.diagnosis.harmonic import better_harmonic
+from tissue_probe.diagnosis.further import RELATED, SHARE, Further, Path
+from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
@@ -124,7 +124,7 @@ def climb(
         return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     leading = [fit for fit in near if _leads(base, fit)]
-    paths = [(fit,) for fit in _various(near) if significant(base, fit)][:BEAM]
+    paths = _begun([fit for fit in near if significant(base, fit)])
     best, further = paths[0], Further(base, instrument, library)
     while (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
         longest = _longest(further, paths, ranking, leading)
@@ -269,11 +269,27 @@ def _beside_each(path: Path, ranking: Sequence[Fit], further: Further) -> Path:
             break
         others = further.unasked([(fits[0],) for fits in kin], path[-1])
         others += both_exchanged(path[-1], kin, further)
+        if explained(path[-1]):
+            others += _from_beside(kin, ranking, further)
         found = _better(path, sorted(others, key=lambda each: each[-1].bic), further)
         if found is path:
             break
         path = tuple(exchanged(found, ranking, further))
     return path
+
+
+def _from_beside(
+    kin: Sequence[Sequence[Fit]], ranking: Sequence[Fit], further: Further
+) -> list[Path]:
+    """Return paths to each of two effects from what alone is as good as the other, of any family.
+
+    Found from its own side it may have gone astray.
+    """
+    found: list[Path] = []
+    for (own, *_), (other, *_) in (kin, kin[::-1]):
+        near = [fit for fit in ranking if fit.cost < RELATED * own.cost]
+        found += further.towards(other, [fit for fit in near if not further.explains(fit, other)])
+    return found
 
 
 def _better(path: Path, others: Sequence[Path], further: Further) -> Path:
@@ -296,6 +312,18 @@ def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[P
     tried = {added(each[0]).name for each in paths}
     last = {added(path[-1]).name} - tried if path else set()
     return [(fit,) for fit in ranking if added(fit).name in last]
+
+
+def _begun(ranking: Sequence[Fit]) -> list[Path]:
+    """Return the paths to begin with.
+
+    Those come last, and take no place of others, that begin with a hum at a multiple of the drive's
+    frequency and do not explain all: it makes up for one line of what is not linear, not for that.
+    """
+    various = _various(ranking)
+    lines = [fit for fit in various if not explained(fit) and is_multiple(fit)]
+    others = [fit for fit in various if fit not in lines]
+    return [(fit,) for fit in others[:BEAM] + lines]
 
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:
