@@ -99,6 +99,83 @@ def test_compare_prints_the_error_beside_the_noise_and_where_it_is(run, recorded
     assert (tmp_path / "where.svg").read_text().lstrip().startswith("<?xml")
 
 
+@pytest.fixture(scope="module")
+def relaxing():
+    return make_challenge(12, ("standard_linear_solid",), "msine60", "tolerant", 2e-3)
+
+
+@pytest.mark.parametrize(
+    ("tissue", "own"),
+    [
+        ("maxwell", {"stiffness", "damping"}),
+        ("standard_linear_solid", {"stiffness", "relaxing_stiffness", "relaxation_rate"}),
+        ("generalized_maxwell", {"stiffness", "relaxing_stiffness_1", "relaxing_stiffness_2"}),
+    ],
+)
+def test_every_tissue_of_the_papers_table_is_compared_and_its_model_kept(
+    run, tmp_path, relaxing, tissue, own
+):
+    write_recordings(tmp_path, "data", relaxing, "csv")
+    asked = ("data.csv", *RESTED, "--tissue", tissue)
+    outcome = run("compare", *asked)
+    assert outcome.status == 0, outcome.err
+    names = re.findall(r"^  (\w+) +\S+ \+- ", outcome.out, re.M)
+    assert own <= set(names)
+    assert len(names) == len(set(names))
+    outcome = run("improve", *asked, "--add", "mains_hum")
+    assert outcome.status == 0, outcome.err
+    model = yaml.safe_load((tmp_path / "improved" / "model.yaml").read_text())
+    assert model["tissue"] == tissue
+    assert [each["name"] for each in model["effects"]] == ["mains_hum"]
+    again = run("compare", "data.csv", *RESTED, "--model", "improved/model.yaml")
+    assert again.status == 0, again.err
+
+
+def test_the_branch_of_a_standard_linear_solid_is_what_it_is_as_an_effect(run, tmp_path, relaxing):
+    write_recordings(tmp_path, "data", relaxing, "csv")
+    tissue = run("compare", "data.csv", *RESTED, "--tissue", "standard_linear_solid")
+    effect = run("improve", "data.csv", *RESTED, "--add", "standard_linear_solid")
+    found = [
+        float(re.findall(r"relaxing_stiffness +([\d.]+)", outcome.out)[-1])
+        for outcome in (tissue, effect)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=1e-3)
+    (hidden,) = relaxing.answer.parameters["standard_linear_solid"]["branch_stiffness"]
+    assert found[0] == pytest.approx(hidden, rel=0.05)
+
+
+def test_a_tissue_with_its_own_relaxation_is_not_diagnosed_with_another(run, tmp_path, relaxing):
+    write_recordings(tmp_path, "data", relaxing, "csv")
+    outcome = run(
+        "diagnose", "data.csv", *RESTED, "--tissue", "standard_linear_solid", "--json", "out.json"
+    )
+    assert outcome.status == 0, outcome.err
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert told["verdict"] == "adequate"
+    assert "relaxation" not in {each["family"] for each in told["ranking"]}
+
+
+def test_compare_leaves_out_the_samples_that_diagnose_leaves_out(run, recorded, tmp_path):
+    rows = np.loadtxt(recorded, delimiter=",", skiprows=1)
+    rows[100::200, 2] += 3.0
+    np.savetxt("data.csv", rows, delimiter=",", header="t,u,F", comments="", fmt="%.17g")
+    outcome = run("compare", "data.csv", *RESTED)
+    whole = run("diagnose", "data.csv", *RESTED, "--json", "out.json")
+    assert outcome.status == whole.status == 0
+    assert "note: data.csv" in outcome.out
+    error = float(re.search(r"error +([\d.]+) mN rms", outcome.out)[1])
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert error == pytest.approx(1e3 * told["rmse"]["training"]["base"], rel=1e-3)
+
+
+def test_what_was_asked_for_is_not_said_of_the_library(run, recorded):
+    outcome = run("improve", "data.csv", *RESTED, "--add", "force_lag")
+    assert outcome.status == 0, outcome.err
+    words = said(outcome.out)
+    assert "with force_lag more is left than noise; other effects were not tried" in words
+    assert "no effect of the library" not in words
+
+
 def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):
     outcome = run("improve", "data.csv", *RESTED, "--effects", MINE, "--add", "quadratic_drag")
     assert outcome.status == 0, outcome.err

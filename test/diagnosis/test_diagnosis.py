@@ -11,7 +11,9 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
+from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED, added
+from tissue_probe.diagnosis.separation import suggest
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -94,6 +96,36 @@ def test_what_a_steady_sine_cannot_show_is_listed_and_an_experiment_is_proposed(
     assert not set(NOT_ABSORBED) & set(found.unseen)
     assert found.suggestion.excitation["amplitude"] > 0
     assert found.suggestion.duration >= 2.0
+    assert set(found.suggestion.shows) <= set(found.unseen)
+    assert np.isnan(found.suggestion.separation)
+
+
+def test_calibrations_are_proposed_for_what_no_excitation_shows():
+    """A bias hides behind the tolerance of the contact's zero under every motion."""
+    made = challenge(21, excitation="sine10ss", preload=0.0, rig="tolerant")
+    measured = measurement(made.recording, at_rest=False)
+    found = diagnosis.diagnose(
+        Composition(), [measured], TOLERANT, library(*ABSORBED, "force_bias")
+    )
+    assert "force_bias" in found.unseen
+    assert "force_bias" not in found.suggestion.shows
+    assert "force_lag" in found.suggestion.shows
+    assert "free air, and tare" in found.suggestion.calibration
+
+
+def test_an_experiment_is_proposed_though_the_first_of_those_alike_is_too_faint_to_tell():
+    """Where it is right all others follow it; where another is right it does not."""
+    measured = measurement(challenge(11, "cubic_stiffening").recording)
+    base = fit_base(Composition(), [measured], EXACT)
+    effects = [EFFECTS["mains_hum"], EFFECTS["cubic_stiffening"]]
+    fits = {added(fit).name: fit for fit in fit_candidates(base, effects, EXACT)}
+    hum, cubic = fits["mains_hum"], fits["cubic_stiffening"]
+    names = hum.composition.kernel.values
+    silent = [0.0 if name in ("hum_sine", "hum_cosine") else hum.named()[name] for name in names]
+    faint = replace(hum, values=np.array(silent))
+    advice = suggest([faint, cubic], EXACT, EFFECTS)
+    assert advice.separation > 1.1
+    assert advice.excitation["amplitude"] > 0
 
 
 def test_a_broadband_record_under_preload_could_have_shown_everything():

@@ -154,6 +154,33 @@ def test_what_goes_with_either_of_two_effects_as_well_is_told():
     assert ladder.effects == ("channel_delay", "force_gain")
 
 
+def test_a_hum_at_a_multiple_of_the_sine_takes_no_place_of_another_first_effect():
+    """It explains the most, being one line of what the other two make together."""
+    hidden = ("coulomb_friction", "added_mass")
+    made = challenge(428001, *hidden, excitation="sine10ss", rig="tolerant")
+    names = ("mains_hum", "structural_mode", "force_gain", "force_bias", *hidden)
+    measured = [measurement(made.recording, at_rest=False)]
+    ladder = climb(Composition(), measured, TOLERANT, library(*names))
+    assert ladder.ranking[0].composition.names == ("mains_hum",)
+    assert (ladder.verdict, set(ladder.effects)) == ("missing", set(hidden))
+
+
+def test_what_an_effect_contains_is_searched_again_where_it_was_found_badly():
+    """Beside relaxation contact is lost as it is alone; from contact no way led to relaxation."""
+    hidden = ("generalized_maxwell", "contact_loss")
+    made = challenge(428016, *hidden, excitation="msine60", rig="tolerant")
+    ladder = climbed(made, TOLERANT, library(*hidden, "hertz_contact", "adhesion"))
+    assert (ladder.verdict, set(ladder.effects)) == ("missing", set(hidden))
+
+
+def test_what_alone_is_as_good_as_one_of_two_effects_is_told_beside_the_other():
+    made = challenge(427018, "standard_linear_solid", "tissue_motion")
+    effects = library("force_bias", "force_drift", "standard_linear_solid", "tissue_motion")
+    ladder = climbed(made, effects=effects)
+    assert ladder.verdict == "ambiguous"
+    assert {"standard_linear_solid", "tissue_motion"} in map(set, ladder.alternatives)
+
+
 def test_a_second_effect_that_leaves_noise_beyond_doubt_is_kept():
     """More noise is left than was estimated, of which it could not remove more."""
     hidden = ("encoder_interpolation", "standard_linear_solid")

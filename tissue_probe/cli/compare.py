@@ -46,6 +46,7 @@ def compare(
     position where a force drives; the noise floor is what a right model would leave.
     """
     from tissue_probe.diagnosis.candidates import fit_base
+    from tissue_probe.diagnosis.diagnosis import cleaned
     from tissue_probe.figures.compare import draw_comparison
 
     layout = measured.layout(
@@ -55,11 +56,13 @@ def compare(
     segments = measured.read_measured(files, layout, starts, site, lowpass)
     if model:
         fit = asked.held(model, segments)
+        taken = list(fit.measurements)
         rig = asked.RigName(fit.composition.rig)
     instrument = asked.instrument(rig, known_rig, constant or [])
     if not model:
         begun = asked.composition(rig, tissue)
-        fit = fit_base(begun, asked.measurements(segments, begun.output), instrument)
+        taken = asked.measurements(segments, begun.output)
+        fit = fit_base(begun, cleaned(taken)[0], instrument)
     first = fit.measurements[0]
     _print_errors(fit)
     for test in asked.tests(fit):
@@ -72,7 +75,7 @@ def compare(
     ).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
-        asked.write_answer(json, fit.composition, fit.measurements, instrument)
+        asked.write_answer(json, fit.composition, taken, instrument)
 
 
 def _print_errors(fit) -> None:

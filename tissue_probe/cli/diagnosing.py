@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.localise import Localisation
     from tissue_probe.diagnosis.measurement import Instrument, Measurement
     from tissue_probe.diagnosis.residual_test import ResidualTest
+    from tissue_probe.diagnosis.separation import Suggestion
     from tissue_probe.physics.composition import Composition
     from tissue_probe.quantities import Quantity
 
@@ -89,11 +90,8 @@ Json = Annotated[
 def composition(rig: RigName, tissue: TissueName) -> Composition:
     """Return the model to begin with."""
     from tissue_probe.physics.composition import Composition
-    from tissue_probe.physics.effects import EFFECTS
-    from tissue_probe.physics.tissues import TISSUES
 
-    effects = tuple(EFFECTS[name] for name in TISSUES[tissue.value].effects)
-    return Composition(rig.value, tissue.value, effects)
+    return Composition(rig.value, tissue.value)
 
 
 def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrument:
@@ -181,16 +179,46 @@ def verdict(diagnosis: Diagnosis) -> list[str]:
         "ambiguous": _ambiguous,
         "unexplained": _unexplained,
     }[diagnosis.verdict](diagnosis)
-    suggestion = diagnosis.suggestion
-    if suggestion and suggestion.excitation:
-        settings = ", ".join(f"{name} {value}" for name, value in suggestion.excitation.items())
-        said.append(
-            f"Next experiment: {settings}; {1e3 * suggestion.preload:g} mm preload, "
-            f"{suggestion.duration:g} s from rest."
-        )
-    if suggestion and suggestion.calibration:
-        said.append(f"Calibration that would tell: {suggestion.calibration}.")
+    if diagnosis.suggestion:
+        said += _advice(diagnosis.suggestion)
     return said
+
+
+def _advice(suggestion: Suggestion) -> list[str]:
+    """Say what to record or to calibrate next."""
+    said = []
+    if suggestion.excitation:
+        told = ", ".join(f"{name} {value}" for name, value in settings(suggestion).items())
+        said.append(f"Next experiment: {told}.")
+    if suggestion.shows:
+        said.append(f"It would show {', '.join(suggestion.shows)} if there.")
+    if suggestion.calibration:
+        what = "show others" if suggestion.shows else "tell"
+        said.append(f"Calibration that would {what}: {suggestion.calibration}.")
+    return said
+
+
+#: Units of an excitation's settings.
+UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
+
+
+def settings(suggestion: Suggestion) -> dict[str, str]:
+    """Return the settings of a suggested experiment with their units, by name.
+
+    The amplitude is the coil's way; how many volts the driver needs for it depends on the coil.
+    """
+    told = {
+        name: f"{value}{UNITS.get(name, '')}"
+        for name, value in suggestion.excitation.items()
+        if name not in ("amplitude", "duration")
+    }
+    amplitude = 1e3 * float(str(suggestion.excitation["amplitude"]))
+    return {
+        **told,
+        "amplitude": f"{amplitude:g} mm at the coil",
+        "preload": f"{1e3 * suggestion.preload:g} mm",
+        "duration": f"{suggestion.duration:g} s from rest",
+    }
 
 
 def _adequate(diagnosis: Diagnosis) -> list[str]:
@@ -225,7 +253,12 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
             "frequency, explains more than any effect of the library; whatever is not linear "
             "leaves such lines. Drive at several frequencies to tell, as by a multisine. "
         )
-    if diagnosis.effects:
+    if diagnosis.ladder.asked:
+        said = (
+            f"Unexplained: with {', '.join(diagnosis.effects)} more is left than noise; other "
+            f"effects were not tried. {_fall(diagnosis)}"
+        )
+    elif diagnosis.effects:
         said += f"Nearest: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
     return [said.strip()]
 
@@ -283,12 +316,13 @@ def held(model: Path, segments: Sequence[Segment]) -> Fit:
         If the file is no model, or it cannot be simulated on these measurements.
     """
     from tissue_probe.diagnosis.coloured import whitened
+    from tissue_probe.diagnosis.diagnosis import cleaned
     from tissue_probe.diagnosis.fit import Problem, search
     from tissue_probe.diagnosis.measurement import Instrument
     from tissue_probe.physics.model_file import load
 
     file = load(model)
-    taken = measurements(segments, file.composition.output)
+    taken, _ = cleaned(measurements(segments, file.composition.output))
     rig = Instrument(file.composition.rig, {})
     problem = Problem(file.composition, taken, rig, file.values)
     fit = search(problem, problem.nominal, [begun.mean for begun in problem.begin(problem.nominal)])

@@ -222,18 +222,12 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
         return ()
     if not suggestion.excitation:
         return (ReportExcitation(suggestion.calibration),)
-    names = diagnosis.indistinguishable or diagnosis.unseen
-    settings = {name: f"{value}" for name, value in suggestion.excitation.items()}
-    return (
-        ReportExcitation(
-            f"It would tell {', '.join(names)} apart from what is fitted.",
-            settings={
-                **settings,
-                "preload": f"{1e3 * suggestion.preload:g} mm",
-                "duration": f"{suggestion.duration:g} s from rest",
-            },
-        ),
-    )
+    apart = f"It would tell {', '.join(diagnosis.indistinguishable)} apart."
+    shown = f"It would show {', '.join(suggestion.shows)} if there."
+    found = [ReportExcitation(shown if suggestion.shows else apart, asked.settings(suggestion))]
+    if suggestion.calibration:
+        found.append(ReportExcitation(suggestion.calibration))
+    return tuple(found)
 
 
 def _digest(path: Path) -> str:

@@ -70,10 +70,16 @@ class Output(_Entry):
 class Experiment(_Entry):
     """What to record next."""
 
-    excitation: dict[str, Any] = Field(description="parameters of the driver's excitation, by name")
+    excitation: dict[str, Any] = Field(
+        description="parameters of the driver's excitation, by name; its amplitude as the coil's "
+        "way [m]"
+    )
     preload: float = Field(description="mean displacement of the coil [m]")
     duration: float = Field(description="time to record, from rest [s]")
-    separation: Number = Field(description="residual over noise of the wrong model, predicted")
+    separation: Number = Field(
+        description="residual over noise of the wrong model, predicted; null where there is none"
+    )
+    shows: list[str] = Field(default=[], description="effects of `unseen` that it would show")
     calibration: str = Field(description="what tells where no excitation does")
 
 
@@ -153,6 +159,7 @@ def answer(diagnosis: Diagnosis) -> Answer:
             preload=suggestion.preload,
             duration=suggestion.duration,
             separation=suggestion.separation,
+            shows=list(suggestion.shows),
             calibration=suggestion.calibration,
         ),
         findings=[finding.sentence for finding in diagnosis.findings],

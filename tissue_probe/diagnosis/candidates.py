@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added, explained
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.rigs import admits
+from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.signals import FloatArray
 
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
@@ -50,6 +51,8 @@ def fit_base(
 ) -> Fit:
     """Fit a model from its default values, and from what a first look at the samples tells.
 
+    A tissue that relaxes is fitted from where relaxation beside a Kelvin-Voigt solid ends, too.
+
     Raises
     ------
     ValueError
@@ -57,7 +60,7 @@ def fit_base(
     """
     problem = Problem(composition, measurements, instrument)
     fits = []
-    for guess in first_guesses(measurements):
+    for guess in [*first_guesses(measurements), *_relaxed(composition, measurements, instrument)]:
         values = problem.nominal.copy()
         for index, name in enumerate(problem.kernel.values):
             if name in guess and problem.free[index]:
@@ -70,6 +73,17 @@ def fit_base(
             "no fit: the model diverges from every start; check the units and the force's polarity"
         )
     return whitened(min(found, key=lambda fit: fit.cost), instrument)
+
+
+def _relaxed(
+    composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
+) -> list[dict[str, float]]:
+    """Return what is found of a tissue's own effects when they are searched as candidates are."""
+    own = [EFFECTS[name] for name in TISSUES[composition.tissue].effects]
+    if not own:
+        return []
+    solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)
+    return [fit.named() for fit in fit_candidates(solid, own, instrument)]
 
 
 def refit(

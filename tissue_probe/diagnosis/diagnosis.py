@@ -120,15 +120,9 @@ def diagnose(
     """
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
-    inspected = [_inspected(each) for each in measurements]
-    findings = [finding for each in inspected for finding in each]
-    fatal = next((finding for finding in findings if finding.fatal), None)
-    if fatal:
-        raise ValueError(fatal.sentence)
+    clean, findings = cleaned(measurements)
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    sound = map(_without_spoilt, measurements, inspected)
-    clean = [_finely_read(each) for each in sound]
     validation = [_finely_read(_without_spoilt(each, ())) for each in validation]
     if wanted:
         ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
@@ -158,6 +152,23 @@ def diagnose(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun,
     )  # fmt: skip
+
+
+def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], list[Finding]]:
+    """Inspect measurements, and leave out of the fit what is spoilt; a fine position is smoothed.
+
+    Raises
+    ------
+    ValueError
+        If the samples are such that any fit would be worthless; says why and what to do.
+    """
+    inspected = [_inspected(each) for each in measurements]
+    findings = [finding for each in inspected for finding in each]
+    fatal = next((finding for finding in findings if finding.fatal), None)
+    if fatal:
+        raise ValueError(fatal.sentence)
+    sound = map(_without_spoilt, measurements, inspected)
+    return [_finely_read(each) for each in sound], findings
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:

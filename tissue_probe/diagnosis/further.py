@@ -35,7 +35,7 @@ Path = tuple[Fit, ...]
 
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
     """Return what may stand beside a model's effects: no second form of a law that it has."""
-    taken = {each.family for each in composition.effects if each.family in FORMS}
+    taken = {each.family for each in composition.all_effects if each.family in FORMS}
     return {
         name: effect
         for name, effect in library.items()

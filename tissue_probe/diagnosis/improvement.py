@@ -13,7 +13,7 @@ from typing import Literal
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import RELATED, SHARE, Further, Path
+from tissue_probe.diagnosis.further import RELATED, SHARE, Further, Path, addable
 from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
@@ -63,6 +63,8 @@ class Ladder:
         "adequate", "missing", "ambiguous" or "unexplained".
     harmonic : float or None
         Frequency [Hz] of a line that explains more than the effects do, see ``better_harmonic``.
+    asked : bool
+        Whether the effects were asked for, and no others tried.
     """
 
     base: Fit
@@ -71,6 +73,7 @@ class Ladder:
     rivals: tuple[Fit, ...]
     verdict: Verdict
     harmonic: float | None = None
+    asked: bool = False
 
     @property
     def final(self) -> Fit:
@@ -118,7 +121,8 @@ def climb(
         What may be added.
     """
     base = fit_base(composition, measurements, instrument)
-    ranking = ranked(fit_candidates(base, library.values(), instrument))
+    allowed = addable(composition, library).values()
+    ranking = ranked(fit_candidates(base, allowed, instrument))
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
@@ -223,7 +227,7 @@ def climb_by(
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
-    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict)
+    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict, asked=True)
 
 
 def _longest(

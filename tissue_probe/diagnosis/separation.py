@@ -6,8 +6,8 @@ excitation does. What does not: judging the experiment that was made (``ranking`
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,11 @@ EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
     ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
 )
 AMPLITUDE = 1e-3
+#: Of models that explain equally well, so many are held to be the right one, in their order.
+COMPARED = 3
+#: Residual over noise of the wrong models from which an experiment tells them from the right one,
+#: and from which it needs no calibration besides.
+TOLD, CLEARLY = 1.02, 1.1
 
 #: What tells an effect that hides within the rig's tolerances.
 CALIBRATIONS = {
@@ -58,14 +63,17 @@ class Suggestion:
     Attributes
     ----------
     excitation : mapping
-        As the driver takes it (kind, amplitude [m] at the coil, frequencies); empty where no
-        excitation would help.
+        As the driver takes it (kind, frequencies), but for the amplitude, which is the coil's way
+        [m]; empty where no excitation would help.
     preload : float
         Mean displacement of the coil [m].
     duration : float
         Time to record, from rest [s].
     separation : float
-        Predicted residual of the wrong model over the noise; 1 tells nothing.
+        Predicted residual of the wrong model over the noise; 1 tells nothing, NaN where there is
+        no wrong one.
+    shows : tuple of str
+        Effects that could not be seen, and would be.
     calibration : str
         What would tell where no excitation does.
     """
@@ -74,7 +82,12 @@ class Suggestion:
     preload: float
     duration: float
     separation: float
+    shows: tuple[str, ...] = ()
     calibration: str = ""
+
+
+#: Excitation, preload [m] and duration [s] of an experiment, and how it would come out.
+_Made = tuple[dict[str, object], float, float, Measurement]
 
 
 def suggest(
@@ -96,32 +109,73 @@ def suggest(
     unseen : sequence of str
         Effects that the measurement could not have shown.
     """
-    if len(rivals) < 2 and not unseen:
-        return None
-    names = differing(rivals) if len(rivals) > 1 else rivals[0].composition.names[-1:]
-    helps = [CALIBRATIONS[name] for name in names if name in CALIBRATIONS]
+    if len(rivals) > 1:
+        return _between(rivals, instrument)
+    return _showing(rivals[0], instrument, library, unseen) if unseen else None
+
+
+def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None:
+    """Choose the experiment that the wrong models could not follow if one of the first were right.
+
+    Where each could follow the best, being faint, one of the others may be what is to be found.
+    """
+    helps = _calibrations(differing(rivals))
     if rivals[0].composition.input is FORCE:
         # The experiments are motions of a coil; which forces another drive can make is not known.
-        return Suggestion({}, 0.0, 0.0, np.nan, "; ".join(helps)) if helps else None
-    tried = []
-    for excitation, preload, duration in EXPERIMENTS:
-        if not _is_sampled(excitation, rivals[0].measurements[0].sample_period):
-            continue
-        measurement = _made(rivals[0], excitation, preload, duration)
-        if measurement is None:
-            continue
-        if len(rivals) > 1:
-            apart = min(_misfit(rival, measurement, instrument) for rival in rivals[1:3])
-        else:
-            apart = _shown(rivals[0], measurement, instrument, library, unseen)
-        tried.append((apart, excitation, preload, duration))
-    if not tried:
+        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
+    apart, best = 0.0, None
+    for right in rivals[:COMPARED]:
+        wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
+        for made in _experiments(right):
+            left = min(_misfit(rival, made[-1], instrument) for rival in wrong)
+            if left > apart:
+                apart, best = left, made
+        if apart >= TOLD:
+            break
+    if best is None:
         return None
-    apart, excitation, preload, duration = max(tried, key=lambda each: each[0])
-    told = {**excitation, "amplitude": AMPLITUDE}
-    if len(rivals) > 1 and apart < 1.02:
-        return Suggestion({}, 0.0, 0.0, apart, "; ".join(helps) or "calibrate the rig")
-    return Suggestion(told, preload, duration, apart, "; ".join(helps) if apart < 1.1 else "")
+    if apart < TOLD:
+        return Suggestion({}, 0.0, 0.0, apart, calibration=helps or "calibrate the rig")
+    excitation, preload, duration, _ = best
+    return Suggestion(excitation, preload, duration, apart, (), helps if apart < CLEARLY else "")
+
+
+def _showing(
+    base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
+) -> Suggestion | None:
+    """Choose the experiment that shows most of what could not be seen, and name what it shows."""
+    if base.composition.input is FORCE:
+        helps = _calibrations(unseen)
+        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
+    effects = [library[name] for name in unseen]
+    most, best = (0, 0.0), None
+    for excitation, preload, duration, measurement in _experiments(base):
+        fit = refit(base, base.composition, instrument, [measurement])
+        if fit is None:
+            continue
+        seen = visibilities(fit, effects, instrument, fit.composition)
+        shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
+        if (len(shows), min(seen)) > most:
+            most = len(shows), min(seen)
+            best = Suggestion(excitation, preload, duration, np.nan, shows)
+    if best is None or not best.shows:
+        best = Suggestion({}, 0.0, 0.0, np.nan)
+    helps = _calibrations([name for name in unseen if name not in best.shows])
+    return replace(best, calibration=helps) if best.shows or helps else None
+
+
+def _calibrations(names: Sequence[str]) -> str:
+    """Say what tells effects by calibrating."""
+    return "; ".join(CALIBRATIONS[name] for name in names if name in CALIBRATIONS)
+
+
+def _experiments(right: Fit) -> Iterator[_Made]:
+    """Simulate the experiments that a recorder can follow, with a fitted model."""
+    for excitation, preload, duration in EXPERIMENTS:
+        if _is_sampled(excitation, right.measurements[0].sample_period):
+            measurement = _made(right, excitation, preload, duration)
+            if measurement is not None:
+                yield {**excitation, "amplitude": AMPLITUDE}, preload, duration, measurement
 
 
 def _is_sampled(excitation: Mapping[str, object], period: float) -> bool:
@@ -161,19 +215,3 @@ def _misfit(rival: Fit, measurement: Measurement, instrument: Instrument) -> flo
     """Residual over noise that a rival leaves of another model's simulated measurement."""
     moved = refit(rival, rival.composition, instrument, [measurement])
     return np.inf if moved is None else moved.ratio
-
-
-def _shown(
-    base: Fit,
-    measurement: Measurement,
-    instrument: Instrument,
-    library: Mapping[str, Effect],
-    unseen: Sequence[str],
-) -> float:
-    """How many of the unseen effects an experiment would show, and how clearly the faintest."""
-    fit = refit(base, base.composition, instrument, [measurement])
-    if fit is None:
-        return 0.0
-    effects = [library[name] for name in unseen]
-    seen = np.array(visibilities(fit, effects, instrument, fit.composition))
-    return float(np.sum(seen > SEEN) + 0.5 * np.tanh(np.min(seen) / SEEN))
