@@ -10,8 +10,11 @@ from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
 from tissue_probe.cli import measured
+from tissue_probe.cli.diagnosing import measurements
 from tissue_probe.cli.measured import Starts, layout, read_measured
 from tissue_probe.diagnosis.inspection import inspect
+from tissue_probe.quantities import FORCE
+from tissue_probe.recording.layout import Layout
 
 PERIOD = 5e-4
 
@@ -120,6 +123,68 @@ def test_holes_are_filled_and_it_is_said(csv, options):
     (segment,) = options(path)
     assert np.isfinite(segment.force).all()
     assert "1 missing samples filled in" in segment.notes[0]
+
+
+def test_what_is_filled_in_does_not_count_as_measured(csv, options):
+    path = csv()
+    lines = path.read_text().splitlines()
+    time, position, _ = lines[100].split(",")
+    lines[100] = f"{time},{position},"
+    lines[200:203] = [f"{row.split(',')[0]},,{row.split(',')[2]}" for row in lines[200:203]]
+    path.write_text("\n".join(lines))
+    (segment,) = options(path)
+    assert list(np.flatnonzero(~segment.measured)) == [99, 199, 200, 201]
+    assert segment.position[99] == float(position)
+    (fitted,) = measurements([segment], FORCE)
+    assert not fitted.used[[99, 199, 200, 201]].any()
+    assert np.count_nonzero(fitted.used) == 3996
+    assert "4 missing samples filled in by a cubic spline, and left out" in segment.notes[0]
+
+
+def test_missing_rows_are_filled_in_as_missing_values_are(csv, options):
+    path = csv()
+    (whole,) = options(path)
+    lines = path.read_text().splitlines()
+    lost = [50, 51, 52, *range(200, 3900, 40)]
+    path.write_text("\n".join(line for n, line in enumerate(lines) if n - 1 not in lost))
+    segment = options(path)[1]
+    assert list(np.flatnonzero(~segment.measured)) == lost
+    assert_allclose(segment.force[segment.measured], whole.force[segment.measured])
+    assert_allclose(segment.position, whole.position, atol=2e-7)
+    assert segment.notes == (
+        f"{path}: {len(lost)} missing samples filled in by a cubic spline, and left out of the fit",
+    )
+
+
+def test_longer_runs_of_missing_values_are_cut_out_and_it_is_said(csv, options):
+    path = csv()
+    lines = path.read_text().splitlines()
+    for first, stop in ((501, 511), (2001, 2101)):
+        lines[first:stop] = [f"{row.split(',')[0]},," for row in lines[first:stop]]
+    path.write_text("\n".join(lines))
+    segments = options(path)
+    assert [segment.position.size for segment in segments] == [500, 1490, 1900]
+    (note,) = segments[0].notes
+    assert "110 samples in 2 runs are not known, 100 of them 1 s after the first sample" in note
+
+
+def test_what_remains_between_gaps_is_told(csv, options):
+    path = csv()
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:1001] + lines[1501:1511] + lines[2501:]))
+    note = options(path)[0].notes[1]
+    assert "1 pieces between gaps are too short to be used; 2500 of 2510 samples remain" in note
+
+
+def test_what_is_filled_in_stays_unmeasured_behind_a_low_pass(csv):
+    path = csv()
+    lines = path.read_text().splitlines()
+    lines[104:107] = [f"{row.split(',')[0]},," for row in lines[104:107]]
+    path.write_text("\n".join(lines))
+    every = 8  # of 2 kHz, 2.5 samples a cycle of 100 Hz
+    (segment,) = read_measured([path], Layout(), lowpass=100.0)
+    assert segment.force.size == 4000 // every
+    assert list(np.flatnonzero(~segment.measured)) == [104 // every]
 
 
 def test_nothing_known_is_refused(tmp_path, options):

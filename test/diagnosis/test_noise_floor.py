@@ -44,6 +44,14 @@ def test_five_millinewtons_are_found_to_three_per_cent(specimen, motion, duratio
     assert np.sqrt(np.mean(errors**2)) < 0.03
 
 
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.4])
+def test_samples_that_are_left_out_change_nothing(share):
+    _, _, force, _ = SOFT.measure(chirp(), 4.0)
+    measured = force + 5e-3 * np.random.default_rng(4).standard_normal(force.size)
+    kept = np.flatnonzero(np.random.default_rng(5).random(force.size) >= share)
+    assert noise_floor(measured[kept], numbers=kept) == pytest.approx(5e-3, rel=0.05)
+
+
 def test_outliers_and_impacts_are_passed_over():
     _, _, force, _ = SOFT.measure(sine())
     force[np.random.default_rng(1).integers(0, force.size, 40)] += 1.0

@@ -67,6 +67,46 @@ def test_gaps_split_the_samples_and_count_what_is_missing():
     assert "2 gaps, the longest 0.101 s; split into 3 parts" in note
 
 
+@given(digits=st.integers(4, 9), lost=st.sets(st.integers(1, 998), max_size=20))
+@settings(max_examples=60, deadline=None)
+def test_short_gaps_leave_samples_that_are_not_known(digits, lost):
+    lost = sorted(lost - {n for n in lost if {n - 1, n - 2, n - 3} <= lost})
+    kept = np.delete(np.arange(1000), lost)
+    time = np.round(5.0 + kept * 5e-4, digits)
+    grid = even_grid(time, "x.csv", bridged=3)
+    assert grid.notes == ()
+    (span,) = grid.spans
+    values = grid.values(span, time, sine(time))
+    assert list(np.flatnonzero(np.isnan(values))) == lost
+    assert_array_equal(values[kept], sine(time))
+    assert_allclose(span.times, 5.0 + np.arange(1000) * 5e-4, atol=1e-4)
+
+
+def test_longer_gaps_and_those_behind_which_the_clock_is_out_of_step_still_split():
+    clock = np.arange(1000) * 1e-3
+    clock[700:] += 4e-4
+    time = np.delete(clock, [*range(300, 304), 500, 700])
+    grid = even_grid(time, "x.csv", bridged=3)
+    assert grid.even
+    assert [span.sequence for span in grid.spans] == [0, 304, 701]
+    assert [span.times.size for span in grid.spans] == [300, 396, 299]
+    assert "2 gaps, the longest 0.005 s; split into 3 parts" in grid.notes[0]
+
+
+def test_short_gaps_of_jittering_times_are_not_filled_by_resampling():
+    period, noise = 5e-4, np.random.default_rng(3)
+    time = period * (np.arange(4000) + 0.1 * noise.uniform(-1.0, 1.0, 4000))
+    lost = np.arange(100, 3900, 100)
+    time = np.delete(time, lost)
+    grid = even_grid(time, "x.csv", bridged=3)
+    ((at, values),) = resampled(grid, time, sine(time))
+    unknown = np.isnan(values)
+    away = np.abs(np.subtract.outer(at[unknown] / period, lost))
+    assert (away.min(axis=1) < 1.2).all()
+    assert (away.min(axis=0) < 1.2).all()
+    assert_allclose(values[~unknown], sine(at[~unknown]), atol=1e-4)
+
+
 @pytest.mark.parametrize(
     ("time", "said"),
     [

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.stretches import dwell_blocks, known_stretches
+from tissue_probe.recording.stretches import dwell_blocks, known_stretches, unknown_runs
 from tissue_probe.signals import PalpationSite, Phase, Recording, SampleBlock
 
 PERIOD = 1e-3
@@ -26,6 +26,25 @@ def test_small_holes_are_filled_in():
     assert filled == 4
     assert_allclose(stretch.position, whole.position, atol=1e-9)
     assert_allclose(stretch.force, whole.force, atol=1e-6)
+
+
+def test_what_is_known_beside_a_hole_stays_as_it_was_measured():
+    holed = block()
+    holed.force[100:103] = np.nan
+    rough = holed.position[101] = 5e-4
+    (stretch,), _ = known_stretches(holed)
+    assert stretch.position[101] == rough
+    assert list(np.flatnonzero(~stretch.measured)) == [100, 101, 102]
+
+
+def test_runs_that_no_stretch_holds_are_told():
+    holed = block()
+    for unknown in (slice(0, 2), slice(100, 110), slice(399, 400)):
+        holed.force[unknown] = np.nan
+    stretches, _ = known_stretches(holed)
+    assert unknown_runs(holed, stretches) == [(0, 2), (100, 110), (399, 400)]
+    assert unknown_runs(holed, []) == [(0, 400)]
+    assert unknown_runs(block(), known_stretches(block())[0]) == []
 
 
 def test_large_holes_cut():

@@ -166,7 +166,14 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
             print(f"note: {each.source}: {finding.sentence}")
         rested = each.starts is Starts.at_rest
         found.append(
-            Measurement(each.position, each.force, each.sample_period, rested, output=output)
+            Measurement(
+                each.position,
+                each.force,
+                each.sample_period,
+                rested,
+                used=each.measured,
+                output=output,
+            )
         )
     return found
 

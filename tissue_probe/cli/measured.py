@@ -16,6 +16,7 @@ import typer
 
 if TYPE_CHECKING:
     from tissue_probe.recording.layout import Layout
+    from tissue_probe.recording.stretches import BoolArray, Stretch
     from tissue_probe.signals import FloatArray, SampleBlock
 
 
@@ -143,6 +144,8 @@ class Segment:
         Which file, and which part of it.
     position, force : array, shape (n,)
         Displacement of the coil [m]; load-cell force [N], positive in compression; finite.
+    measured : array of bool, shape (n,)
+        Which samples are as they were measured, and not filled in.
     sample_period : float
         [s].
     starts : Starts
@@ -154,6 +157,7 @@ class Segment:
     source: str
     position: FloatArray
     force: FloatArray
+    measured: BoolArray
     sample_period: float
     starts: Starts
     notes: tuple[str, ...] = ()
@@ -221,15 +225,18 @@ def _segments(
     from tissue_probe.recording.stretches import dwell_blocks, known_stretches
 
     recording, notes = read_any(path, layout)
-    cut = [known_stretches(block) for block in dwell_blocks(recording, site)]
+    blocks = dwell_blocks(recording, site)
+    cut = [known_stretches(block) for block in blocks]
     stretches = [stretch for found, _ in cut for stretch in found]
     if not stretches:
         raise RecordingError(f"{path} has no sample whose position and force are both known")
-    told = [*notes, *_told(path, sum(filled for _, filled in cut), stretches)]
+    known = [found for found, _ in cut]
+    told = [*notes, *_told_unknown(path, blocks, known), *_told_pieces(path, stretches)]
     chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
     segments = []
     for number, piece in enumerate(chosen):
         stretch = lowpassed(piece, lowpass) if lowpass else piece
+        every = round(stretch.sample_period / piece.sample_period)
         rested = starts if piece is stretches[0] or starts != Starts.at_rest else Starts.moving
         part = f", part {number + 1}" if len(chosen) > 1 else ""
         segments.append(
@@ -237,6 +244,7 @@ def _segments(
                 f"{path}{part}",
                 stretch.position,
                 stretch.force,
+                piece.measured[::every],
                 stretch.sample_period,
                 rested,
                 tuple(told) if number == 0 else (),
@@ -249,12 +257,42 @@ def _is_long(block: SampleBlock) -> bool:
     return len(block) >= 200 and len(block) * block.sample_period >= 0.2
 
 
-def _told(path: Path, filled: int, stretches: list[SampleBlock]) -> list[str]:
-    """Say what was filled in, and what was left out."""
+def _told_unknown(
+    path: Path, blocks: Sequence[SampleBlock], known: Sequence[Sequence[Stretch]]
+) -> list[str]:
+    """Say what was filled in, and what is not known for longer."""
+    from tissue_probe.recording.stretches import unknown_runs
+    from tissue_probe.signals import NANOSECONDS
+
     told = []
+    filled = sum(int((~stretch.measured).sum()) for found in known for stretch in found)
     if filled:
-        told.append(f"{path}: {filled} missing samples filled in by a cubic spline")
-    short = sum(not _is_long(stretch) for stretch in stretches)
-    if 0 < short < len(stretches):
-        told.append(f"{path}: {short} pieces between gaps are too short to be used")
+        told.append(
+            f"{path}: {filled} missing samples filled in by a cubic spline, and left out of the fit"
+        )
+    runs = [
+        (stop - first, block.stamps[first])
+        for block, found in zip(blocks, known, strict=True)
+        for first, stop in unknown_runs(block, found)
+    ]
+    if runs:
+        longest, stamp = max(runs, key=lambda run: run[0])
+        begun = (stamp - blocks[0].stamp) / NANOSECONDS
+        told.append(
+            f"{path}: {sum(count for count, _ in runs)} samples in "
+            f"{len(runs)} run{'s' if len(runs) > 1 else ''} are not known, {longest} of them "
+            f"{begun:.4g} s after the first sample; cut out there"
+        )
     return told
+
+
+def _told_pieces(path: Path, stretches: Sequence[Stretch]) -> list[str]:
+    """Say how much was left out with pieces that are too short."""
+    sizes = [len(stretch) for stretch in stretches]
+    kept = [len(stretch) for stretch in stretches if _is_long(stretch)]
+    if not 0 < len(kept) < len(sizes):
+        return []
+    return [
+        f"{path}: {len(sizes) - len(kept)} pieces between gaps are too short to be used; "
+        f"{sum(kept)} of {sum(sizes)} samples remain"
+    ]

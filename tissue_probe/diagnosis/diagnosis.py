@@ -178,7 +178,7 @@ def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument)
         moved = transferred(fit, measurement, instrument)
         if moved is None:
             return float("inf")
-        squares += float(np.sum(moved.residuals[0] ** 2))
+        squares += moved.samples * moved.rmse**2
         count += moved.samples
     return float(np.sqrt(squares / count))
 

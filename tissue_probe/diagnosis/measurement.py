@@ -111,7 +111,8 @@ class Measurement:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
         if not self.noise > 0:
-            floor = noise_floor(self.output_values[self.used], self.input_values[self.used])
+            output, drive = self.output_values[self.used], self.input_values[self.used]
+            floor = noise_floor(output, drive, np.flatnonzero(self.used))
             object.__setattr__(self, "noise", max(floor, 1e-12))
 
     @property
@@ -191,7 +192,7 @@ class Measurement:
             speed=float(np.quantile(rate, 0.99)) + 1e-9,
             force=float(np.std(self.force)) + 1e-9,
             pull=max(-float(np.min(self.force)), 0.0),
-            step=_step(self.position),
+            step=_step(self.position[self.used]),
         )
 
 

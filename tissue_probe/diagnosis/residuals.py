@@ -7,7 +7,10 @@ together. What does not: the single tests (``*_tests``), where in the record the
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import stats
 
 from tissue_probe.diagnosis.drive_tests import drive_correlation, rate_correlation
@@ -16,13 +19,17 @@ from tissue_probe.diagnosis.line_tests import line_tests
 from tissue_probe.diagnosis.memory_tests import ljung_box, whiteness
 from tissue_probe.diagnosis.residual_test import ResidualTest, checked
 from tissue_probe.quantities import FORCE, Quantity, other
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Samples to a window within which the force counts as smooth, and the degree that is smooth.
 SMOOTH_WINDOW, SMOOTH_DEGREE = 12, 7
+#: Windows that tell the noise well enough where each needs a projection of its own.
+ENOUGH_WINDOWS = 10_000
 
 
-def noise_floor(force: FloatArray, position: FloatArray | None = None) -> float:
+def noise_floor(
+    force: FloatArray, position: FloatArray | None = None, numbers: IntArray | None = None
+) -> float:
     """Estimate the standard deviation of the white noise in a force, from the force alone.
 
     Of any other channel likewise, ``position`` being what drives it.
@@ -47,6 +54,8 @@ def noise_floor(force: FloatArray, position: FloatArray | None = None) -> float:
         (125 Hz at 2 kHz) 6e-5 of the amplitude passes for noise, at a 33rd 2e-7.
     position : array, shape (N,), optional
         Where each sample was taken [m].
+    numbers : array of int, shape (N,), optional
+        Which samples these are, where some between them are left out; ascending.
 
     Returns
     -------
@@ -70,24 +79,40 @@ def noise_floor(force: FloatArray, position: FloatArray | None = None) -> float:
             f"the noise of {force.size} samples cannot be estimated; give at least "
             f"{SMOOTH_WINDOW}, all finite"
         )
-    powers = np.vander(np.linspace(-1.0, 1.0, SMOOTH_WINDOW), increasing=True)
-    rough = np.linalg.qr(powers)[0][:, SMOOTH_DEGREE + 1 :]
-    left = [_rough(force, rough)]
+    rough = _roughness(np.arange(force.size) if numbers is None else numbers)
+    left = [rough(force)]
     if position is not None and np.ptp(position) > 0:
         at = (position - np.mean(position)) / np.ptp(position)
-        moved = np.stack([_rough(at**power, rough).ravel() for power in (1, 2, 3)], axis=1)
+        moved = np.stack([rough(at**power).ravel() for power in (1, 2, 3)], axis=1)
         told = moved @ np.linalg.lstsq(moved, left[0].ravel(), rcond=None)[0]
         left.append(left[0] - told.reshape(left[0].shape))
     squares = min(float(np.median(np.sum(each**2, axis=1))) for each in left)
-    variance = squares / stats.chi2.median(rough.shape[1])
+    variance = squares / stats.chi2.median(left[0].shape[1])
     steps = np.diff(np.unique(force))
     step = steps.min() if steps.size else 0.0
     return float(max(np.sqrt(variance), step / np.sqrt(12.0)))
 
 
-def _rough(values: FloatArray, rough: FloatArray) -> FloatArray:
-    """Project every window onto what a polynomial leaves, shape (windows, n - p - 1)."""
-    return np.lib.stride_tricks.sliding_window_view(values, SMOOTH_WINDOW) @ rough
+def _roughness(numbers: IntArray) -> Callable[[FloatArray], FloatArray]:
+    """Return what projects every window onto what a polynomial leaves, (windows, n - p - 1)."""
+    windows = sliding_window_view(numbers, SMOOTH_WINDOW)
+    steps = np.diff(numbers)
+    if steps.min() == steps.max():
+        rough = _left_by_polynomial(windows[0])
+        return lambda values: sliding_window_view(values, SMOOTH_WINDOW) @ rough
+    few = slice(None, None, 1 + len(windows) // ENOUGH_WINDOWS)
+    each = _left_by_polynomial(windows[few])
+    return lambda values: np.einsum(
+        "wn,wnr->wr", sliding_window_view(values, SMOOTH_WINDOW)[few], each
+    )
+
+
+def _left_by_polynomial(times: IntArray) -> FloatArray:
+    """Return an orthonormal basis, (..., n, n - p - 1), of what is no polynomial of times."""
+    first, last = times[..., :1], times[..., -1:]
+    at = (2.0 * times - first - last) / (last - first)
+    powers = at[..., np.newaxis] ** np.arange(SMOOTH_WINDOW)
+    return np.linalg.qr(powers)[0][..., SMOOTH_DEGREE + 1 :]
 
 
 def residual_tests(

@@ -15,10 +15,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock
+from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
 
 GAP = 1.5
 """Steps in time longer than this are gaps, shorter ones jitter [periods]."""
+
+BRIDGED = 3
+"""As many missing samples in a row are filled in; at more a new stretch begins."""
 
 IRREGULAR = 0.05
 """Share of steps in time off by more than half a period that makes a recording no regular one."""
@@ -31,11 +34,16 @@ NEGLIGIBLE = 1e-3
 
 
 class Span(NamedTuple):
-    """Samples without a gap: rows of the file, number of the first sample, even times [s]."""
+    """Samples without a long gap.
+
+    Rows of the file, number of the first sample, even times [s], and at which of them the rows
+    were taken if they are even.
+    """
 
     rows: slice
     sequence: int
     times: FloatArray
+    places: IntArray
 
 
 @dataclass(frozen=True)
@@ -60,11 +68,18 @@ class EvenGrid:
     notes: tuple[str, ...]
 
     def values(self, span: Span, time: FloatArray, column: FloatArray) -> FloatArray:
-        """Return a column sampled at the file's ``time`` [s] at the times of a span."""
-        return column[span.rows] if self.even else interpolate(time, column, span.times)
+        """Return a column sampled at the file's ``time`` [s] at the times of a span.
+
+        NaN where a sample is missing.
+        """
+        if not self.even:
+            return interpolate(time, column, span.times, reach=GAP)
+        values = np.full(span.times.size, np.nan)
+        values[span.places] = column[span.rows]
+        return values
 
 
-def even_grid(time: FloatArray, where: str) -> EvenGrid:
+def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
     """Find the even grid that times lie on, or jitter about.
 
     A step longer than 1.5 periods is a gap. Deviations from even spacing that rounding of the
@@ -76,6 +91,9 @@ def even_grid(time: FloatArray, where: str) -> EvenGrid:
         Time of each sample [s].
     where : str
         What to call the times' file in messages.
+    bridged : int
+        Gaps of up to so many samples, if it goes on in step behind them, do not split: the samples
+        missing there are not known, as others of the file may be.
 
     Raises
     ------
@@ -88,8 +106,7 @@ def even_grid(time: FloatArray, where: str) -> EvenGrid:
     usual = np.quantile(steps, 0.5, method="lower")  # one of the steps, no mean of two
     _refuse_irregular(steps, usual, where)
     inside = steps <= GAP * usual
-    bounds = [0, *(np.flatnonzero(~inside) + 1), time.size]
-    rows = [slice(first, stop) for first, stop in pairwise(bounds)]
+    rows = _parts(inside)
     odd = np.abs(steps / usual - 1.0)[inside] > ODD
     few = 0.0 < odd.mean() < FEW
     period = float(np.mean(steps[inside][~odd])) if few else _period(time, rows)
@@ -101,7 +118,12 @@ def even_grid(time: FloatArray, where: str) -> EvenGrid:
             f"{where}: times deviate by up to {1e3 * jitter:.3g} ms from even spacing; "
             f"resampled by a cubic spline at {1.0 / period:.6g} Hz"
         )
-    gaps = steps[~inside]
+    # Two times are rounded; what is resampled keeps its times, in step or not.
+    off = np.abs(steps - period * np.rint(steps / period))
+    in_step = ~np.array(even) | (off <= 2.0 * max(_rounding(time), NEGLIGIBLE * period))
+    joined = inside | (in_step & (steps <= (bridged + GAP) * period))
+    rows = _parts(joined)
+    gaps = steps[~joined]
     if gaps.size:
         notes.append(
             f"{where}: {gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
@@ -184,6 +206,12 @@ def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
         )
 
 
+def _parts(joined: np.ndarray) -> list[slice]:
+    """Return the rows between steps that do not join two."""
+    bounds = [0, *(np.flatnonzero(~joined) + 1), joined.size + 1]
+    return [slice(first, stop) for first, stop in pairwise(bounds)]
+
+
 def _period(time: FloatArray, rows: list[slice]) -> float:
     """Return the least-squares slope of the times against their numbers, over all parts [s]."""
     numbers = np.concatenate([_centred(np.arange(part.stop - part.start)) for part in rows])
@@ -216,13 +244,18 @@ def _spans(time: FloatArray, rows: list[slice], period: float, even: bool) -> It
     for part in rows:
         own = time[part]
         sequence = max(free, round((own[0] - time[0]) / period))
-        count = own.size if even else int((own[-1] - own[0]) / period + 1e-6) + 1
-        times = own if even else np.minimum(own[0] + period * np.arange(count), own[-1])
-        yield Span(part, sequence, times)
-        free = sequence + count
+        places = np.r_[0, np.cumsum(np.maximum(np.rint(np.diff(own) / period), 1.0))].astype(int)
+        if even:
+            times = np.interp(np.arange(places[-1] + 1), places, own)
+        else:
+            count = int((own[-1] - own[0]) / period + 1e-6) + 1
+            times = np.minimum(own[0] + period * np.arange(count), own[-1])
+        yield Span(part, sequence, times, places)
+        free = sequence + times.size
 
 
 def consecutive(count: int, period: float) -> EvenGrid:
     """Return the grid of samples one after the other, the first at time 0."""
     times = np.arange(count) * period
-    return EvenGrid(period, (Span(slice(0, count), 0, times),), even=True, notes=())
+    whole = Span(slice(0, count), 0, times, np.arange(count))
+    return EvenGrid(period, (whole,), even=True, notes=())

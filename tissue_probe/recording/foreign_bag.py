@@ -12,7 +12,7 @@ import numpy as np
 
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import even_grid, interpolate, sample_blocks
+from tissue_probe.recording.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.open_bag import open_bag
 from tissue_probe.recording.topic_field import (
@@ -62,7 +62,7 @@ def read_foreign_bag(path: Path, layout: Layout) -> tuple[Recording, tuple[str, 
     position_times, u = _ascending(position_times, position.values)
     origin = int(force_times[0])
     f_time, u_time = (_seconds(times, origin) for times in (force_times, position_times))
-    grid = even_grid(f_time, f"{path}, {force.name}")
+    grid = even_grid(f_time, f"{path}, {force.name}", BRIDGED)
     u = u * layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
     f = f * layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
     positions = [interpolate(u_time, u, span.times) for span in grid.spans]

@@ -6,17 +6,31 @@ What does not: judging the samples, which is the diagnosis's affair.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import interpolate
-from tissue_probe.signals import NANOSECONDS, Recording, SampleBlock
+from tissue_probe.recording.even_grid import BRIDGED, interpolate
+from tissue_probe.signals import NANOSECONDS, FloatArray, Recording, SampleBlock
 
-BRIDGED = 3
-"""As many missing samples in a row are filled in; at more a new stretch begins."""
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch(SampleBlock):
+    """Samples without a hole: finite throughout.
+
+    Parameters
+    ----------
+    measured : array of bool, shape (n,)
+        Which of them are as they were measured; what was missing of the others is filled in.
+    """
+
+    measured: BoolArray
 
 
 def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, ...]:
@@ -68,7 +82,7 @@ def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
     return block[first:stop] if first < stop else None
 
 
-def known_stretches(block: SampleBlock) -> tuple[list[SampleBlock], int]:
+def known_stretches(block: SampleBlock) -> tuple[list[Stretch], int]:
     """Cut a block where position or force is not known for more than 3 samples in a row.
 
     Fewer are filled in by a cubic spline; how many is returned beside the stretches, each of
@@ -85,8 +99,16 @@ def known_stretches(block: SampleBlock) -> tuple[list[SampleBlock], int]:
         stretch = block[first:stop]
         missing = ~known[first:stop]
         filled += int(np.count_nonzero(missing))
-        stretches.append(_filled(stretch, missing) if missing.any() else stretch)
+        stretches.append(_filled(stretch, missing))
     return stretches, filled
+
+
+def unknown_runs(block: SampleBlock, stretches: Sequence[SampleBlock]) -> list[tuple[int, int]]:
+    """Return (first, stop) of each run of a block's samples that none of its stretches holds."""
+    held = [(each.sequence - block.sequence, len(each)) for each in stretches]
+    bounds = [0, *(bound for first, count in held for bound in (first, first + count)), len(block)]
+    runs = zip(bounds[::2], bounds[1::2], strict=True)
+    return [(first, stop) for first, stop in runs if first < stop]
 
 
 def _long_enough(known: np.ndarray) -> Iterator[tuple[int, int]]:
@@ -98,12 +120,21 @@ def _long_enough(known: np.ndarray) -> Iterator[tuple[int, int]]:
             yield int(places[first]), int(places[stop - 1]) + 1
 
 
-def _filled(block: SampleBlock, missing: np.ndarray) -> SampleBlock:
-    number = np.arange(len(block), dtype=np.float64)
-    position, force = (
-        interpolate(number, np.where(missing, np.nan, column), number, reach=BRIDGED + 1.5)
-        for column in (block.position, block.force)
+def _filled(block: SampleBlock, missing: BoolArray) -> Stretch:
+    return Stretch(
+        block.stamp,
+        block.sequence,
+        block.sample_period,
+        _bridged(block.position),
+        _bridged(block.force),
+        block.command,
+        measured=~missing,
     )
-    return SampleBlock(
-        block.stamp, block.sequence, block.sample_period, position, force, block.command
-    )
+
+
+def _bridged(column: FloatArray) -> FloatArray:
+    known = np.isfinite(column)
+    if known.all():
+        return column
+    number = np.arange(column.size, dtype=np.float64)
+    return np.where(known, column, interpolate(number, column, number, reach=BRIDGED + 1.5))

@@ -12,7 +12,13 @@ import numpy as np
 
 from tissue_probe.recording.columns import column_names, read_columns, require_columns
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import EvenGrid, consecutive, even_grid, sample_blocks
+from tissue_probe.recording.even_grid import (
+    BRIDGED,
+    EvenGrid,
+    consecutive,
+    even_grid,
+    sample_blocks,
+)
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.units import (
     FORCE_UNITS,
@@ -118,4 +124,4 @@ def _grid(
 ) -> EvenGrid:
     if layout.sample_rate is not None:
         return consecutive(columns["force"].size, 1.0 / layout.sample_rate)
-    return even_grid(columns["time"] * _time_size(names), str(path))
+    return even_grid(columns["time"] * _time_size(names), str(path), BRIDGED)
