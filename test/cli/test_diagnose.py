@@ -83,6 +83,9 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert told["effects"] == [HIDDEN]
     assert told["rmse"]["heldout"]["final"] < 0.3 * told["rmse"]["heldout"]["base"]
     assert "held out [mN]" in outcome.out
+    assert "+- 95 % intervals" in outcome.out
+    (cells,) = re.findall(r"│ stiffness +│(.*)│ N/m", outcome.out)
+    assert len(re.findall(r"\d+(?:\.\d+)? \+-", cells)) == 2  # of the base, and with the effect
     again = run("compare", "data.csv", *RESTED, "--model", "better/model.yaml")
     assert again.status == 0, again.err
     ratio = float(re.search(r"error / noise +([\d.]+)", again.out)[1])
@@ -174,6 +177,24 @@ def test_what_was_asked_for_is_not_said_of_the_library(run, recorded):
     words = said(outcome.out)
     assert "with force_lag more is left than noise; other effects were not tried" in words
     assert "no effect of the library" not in words
+
+
+def test_the_error_over_the_noise_is_the_quotient_of_what_is_printed(run, recorded):
+    told = run("compare", "data.csv", *RESTED).out
+    error, noise = (
+        float(re.search(rf"{name} +([\d.]+) mN", told)[1]) for name in ("error", "noise floor")
+    )
+    ratio = float(re.search(r"  error / noise +([\d.]+)", told)[1])
+    assert ratio == pytest.approx(error / noise, rel=0.01)
+    assert re.search(r"whitened error / noise +[\d.]+, known 1/f noise", told)
+
+
+def test_a_value_at_the_limit_of_its_tolerance_is_marked_and_explained(run, recorded):
+    heavy = ("--constant", "tip_mass=0.06+-0.0001")
+    told = run("compare", "data.csv", *RESTED, *heavy).out
+    assert re.search(r"tip_mass +0\.0596 \+- \S+ kg, at its limit", told)
+    assert not re.search(r"stiffness .*, at its limit", told.replace("load_cell_stiffness", ""))
+    assert "4 standard deviations of the rig's tolerance" in told
 
 
 def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):

@@ -41,6 +41,14 @@ def within(fit, truth, deviations=3.0):
         assert abs(off) < deviations, f"{name} is off by {off:.1f} standard deviations"
 
 
+def test_a_constant_that_ends_at_its_tolerances_limit_is_named():
+    taken = [measurement(challenge(7, "cubic_stiffening", preload=2e-3).recording)]
+    constants = {**PAPER_RIG, "tip_mass": (0.06, 1e-4)}
+    off = fitted(taken, "cubic_stiffening", instrument=replace(TOLERANT, constants=constants))
+    assert "tip_mass" in off.exhausted
+    assert fitted(taken, "cubic_stiffening", instrument=TOLERANT).exhausted == ()
+
+
 @pytest.mark.parametrize(
     ("effect", "seed", "preload", "names"),
     [

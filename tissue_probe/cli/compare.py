@@ -84,14 +84,17 @@ def _print_errors(fit) -> None:
     share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
     if not output.zeroed:
         share += " about its mean"
-    print(f"{asked.title(fit)}:")
-    for name, value in asked.table(fit):
-        print(f"  {name:26s} {value}")
+    print(f"{asked.title(fit)}, values +- 95 % intervals:")
+    for name, value, unit in asked.table(fit):
+        print(f"  {name:26s} {value} {unit}{asked.AT_LIMIT if name in fit.exhausted else ''}")
     print(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
     print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
     print(f"  noise floor                {output.tell(fit.noise, 4)} rms: what noise alone leaves")
+    print(f"  error / noise              {fit.rmse / fit.noise:.3g}")
     noisy = any(m.whitening is not None for m in fit.measurements)
-    beside = ", the noise of the force counted too" if noisy else ""
-    print(f"  error / noise              {fit.ratio:.3g}{beside}")
+    counted = "the noise of the force" if noisy else "known 1/f noise and rounding"
+    print(f"  whitened error / noise     {fit.ratio:.3g}, {counted} counted too")
     if not fit.converged:
         print("  the fit did not settle: take its values for a guess")
+    if fit.exhausted:
+        print(asked.exhaustion([fit]))

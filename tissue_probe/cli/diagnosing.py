@@ -47,6 +47,8 @@ class TissueName(str, Enum):
 TISSUE = ("stiffness", "damping")
 #: Known of a rig beside its constants: rms of the 1/f noise over a recording [N].
 FLICKER = "flicker_noise"
+#: Said of a value that the rig's tolerance lets go no farther.
+AT_LIMIT = ", at its limit"
 
 Rig = Annotated[
     RigName,
@@ -64,9 +66,9 @@ Constants = Annotated[
     typer.Option(
         "--constant",
         metavar="NAME=VALUE[+-SD]",
-        help="A constant of the rig and its standard deviation, SI units, such as "
-        "tip_mass=0.04+-0.001, or what is known of the tissue, such as stiffness=0; may be given "
-        "several times.",
+        help="A constant of the rig and its standard deviation (one; what is printed after +- is a "
+        "95 % interval), SI units, such as tip_mass=0.04+-0.001, or what is known of the tissue, "
+        "such as stiffness=0; may be given several times.",
     ),
 ]
 EffectFiles = Annotated[
@@ -229,9 +231,11 @@ def settings(suggestion: Suggestion) -> dict[str, str]:
 
 
 def _adequate(diagnosis: Diagnosis) -> list[str]:
+    final = diagnosis.ladder.final
     said = [
         "Adequate: nothing is missing that this recording could show; the error is "
-        f"{diagnosis.ladder.final.ratio:.2f} times the noise."
+        f"{final.rmse / final.noise:.2f} times the noise, {final.ratio:.2f} times where known 1/f "
+        "noise and rounding count as noise."
     ]
     return said + _unseen(diagnosis)
 
@@ -286,14 +290,26 @@ def title(fit: Fit) -> str:
     return " + ".join([tissue, *fit.composition.names])
 
 
-def table(fit: Fit) -> list[tuple[str, str]]:
-    """Name every fitted value, with its 95 % interval and unit."""
+def table(fit: Fit) -> list[tuple[str, str, str]]:
+    """Return the name of every fitted value, itself with its 95 % interval, and its unit."""
     deviations, values = fit.deviations(), fit.named()
     fitted = [entry for entry in fit.composition.values if deviations[entry.name] > 0]
     return [
-        (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g} {e.unit}")
-        for e in fitted
+        (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g}", e.unit) for e in fitted
     ]
+
+
+def exhaustion(fits: Sequence[Fit]) -> str:
+    """Say what it means that values are at their limit; empty where none is."""
+    from tissue_probe.diagnosis.fit import FARTHEST
+
+    if not any(fit.exhausted for fit in fits):
+        return ""
+    return (
+        f"At its limit is what lies {FARTHEST:g} standard deviations of the rig's tolerance off, "
+        "where its search ends: something is missing in the model, or the stated tolerance "
+        "(--constant) is too small; its interval says nothing."
+    )
 
 
 def where(fit: Fit) -> Localisation:

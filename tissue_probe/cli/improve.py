@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -11,6 +12,10 @@ from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
+
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.diagnosis import Diagnosis
+    from tissue_probe.diagnosis.fit import Fit
 
 
 def improve(
@@ -47,6 +52,9 @@ def improve(
 ) -> None:
     """Add what is missing, effect by effect, while the error falls.
 
+    The ladder's errors are root mean squares; the whitened one counts 1/f noise and an encoder's
+    rounding as noise, where they are known, and is 1 where nothing is left to explain.
+
     Writes model.yaml, which estimators and the simulated probe take, ladder.png, compare.png of the
     base model and report.html, which works off line.
     """
@@ -66,20 +74,12 @@ def improve(
         add or [],
     )
     ladder = diagnosis.ladder
-    table = Table(title="The ladder", title_justify="left")
-    small, per_small = ladder.base.output.small, ladder.base.output.per_small
-    for name in ("model", f"error [{small}]", f"held out [{small}]", "error / noise"):
-        table.add_column(name, justify="left" if name == "model" else "right")
-    for fit in (ladder.base, *ladder.steps):
-        table.add_row(
-            asked.title(fit),
-            f"{per_small * fit.rmse:.4g}",
-            f"{per_small * diagnosis.heldout(fit):.4g}",
-            f"{fit.ratio:.3g}" + ("" if fit.converged else " (did not settle)"),
-        )
-    Console(markup=False, highlight=False).print(table)  # units stand in square brackets
-    for name, value in asked.table(ladder.final):
-        print(f"  {name:26s} {value}")
+    steps = (ladder.base, *ladder.steps)
+    console = Console(markup=False, highlight=False)  # units stand in square brackets
+    console.print(_errors(diagnosis, steps))
+    console.print(_values(steps))
+    if told := asked.exhaustion(steps):
+        print(told)
     for sentence in asked.verdict(diagnosis):
         print(sentence)
     output.mkdir(parents=True, exist_ok=True)
@@ -87,3 +87,41 @@ def improve(
     print(f"model.yaml, ladder.png, compare.png and report.html are in {output}.")
     if json:
         json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")
+
+
+def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
+    """Return the error of each step beside the noise."""
+    output = diagnosis.ladder.base.output
+    noise = diagnosis.ladder.final.noise
+    table = Table(title=f"The ladder; the noise is {output.tell(noise)}", title_justify="left")
+    names = ("", "model", f"error [{output.small}]", f"held out [{output.small}]")
+    for name in (*names, "held out / noise"):
+        table.add_column(name, justify="left" if name == "model" else "right")
+    for number, fit in enumerate(steps):
+        heldout = diagnosis.heldout(fit)
+        table.add_row(
+            str(number),
+            asked.title(fit) + ("" if fit.converged else " (did not settle)"),
+            f"{output.per_small * fit.rmse:.4g}",
+            f"{output.per_small * heldout:.4g}",
+            f"{heldout / noise:.3g}",
+        )
+    return table
+
+
+def _values(steps: Sequence[Fit]) -> Table:
+    """Return what each step was fitted to, a column a step."""
+    table = Table(title="Values at each step, +- 95 % intervals", title_justify="left")
+    table.add_column("", no_wrap=True)
+    for number in range(len(steps)):
+        table.add_column(str(number), justify="right")
+    table.add_column("unit", no_wrap=True)
+    rows: dict[tuple[str, str], list[str]] = {}
+    for number, fit in enumerate(steps):
+        for name, value, unit in asked.table(fit):
+            row = rows.setdefault((name, unit), [""] * len(steps))
+            row[number] = value + (asked.AT_LIMIT if name in fit.exhausted else "")
+    for (name, unit), row in rows.items():
+        table.add_row(name, *row, unit)
+    table.add_row("whitened / noise", *(f"{fit.ratio:.3g}" for fit in steps), "1")
+    return table

@@ -154,6 +154,7 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
         },
         created=datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         seconds=diagnosis.seconds,
+        exhaustion=asked.exhaustion(steps),
         output=base.output,
     )
 
@@ -210,6 +211,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
             values[entry.name] - 1.96 * deviations[entry.name],
             values[entry.name] + 1.96 * deviations[entry.name],
             "" if entry.unit == "1" else entry.unit,
+            entry.name in fit.exhausted,
         )
         for entry in fit.composition.values
         if deviations[entry.name] > 0 and (only is None or entry.name in only)

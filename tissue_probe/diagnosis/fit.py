@@ -89,6 +89,9 @@ class Fit:
         How slow what is left is, and how far from even over the frequencies (``whiteness``).
     strain : float
         Sum of squared departures from the priors, those of the rig's tolerances and of the starts.
+    exhausted : tuple of str
+        Constants of the rig that ended where the search of them ends, `FARTHEST` standard
+        deviations off.
     """
 
     composition: Composition
@@ -108,6 +111,7 @@ class Fit:
     colour: float
     unevenness: float
     strain: float
+    exhausted: tuple[str, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -588,7 +592,15 @@ def _finish(problem: Problem, point: _Point, converged: bool) -> Fit:
         colour=colour(cosines),
         unevenness=unevenness(cosines),
         strain=point.cost - sum(point.misfits),
+        exhausted=_exhausted(problem, point.values),
     )
+
+
+def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
+    """Name the constants whose tolerances a fit has used up."""
+    farthest = FARTHEST * (1.0 - 1e-9) * problem.deviation
+    ended = np.abs(values - problem.nominal) >= farthest
+    return tuple(problem.kernel.values[index] for index in problem.drawn if ended[index])
 
 
 def _cosines(problem: Problem, point: _Point) -> list[FloatArray]:

@@ -31,6 +31,8 @@ class ReportParameter:
         Estimate and ends of the interval, in ``unit``; NaN ends where it was held fixed.
     unit : str
         In words, as ``N s/m``; empty for a pure number.
+    at_limit : bool
+        Whether the rig's tolerance let it go no farther.
     """
 
     name: str
@@ -39,6 +41,7 @@ class ReportParameter:
     low: float
     high: float
     unit: str
+    at_limit: bool = False
 
 
 @dataclass(frozen=True)
@@ -192,6 +195,8 @@ class Report:
         Date and time of the report.
     seconds : float
         Time that the analysis took [s].
+    exhaustion : str
+        What it means that values are at their limit; empty where none is.
     output : Quantity
         What the models predict, and all errors are of.
     """
@@ -211,6 +216,7 @@ class Report:
     versions: Mapping[str, str] = field(default_factory=dict)
     created: str = ""
     seconds: float = float("nan")
+    exhaustion: str = ""
     output: Quantity = FORCE
 
     def __post_init__(self) -> None:
