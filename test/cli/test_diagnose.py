@@ -197,6 +197,22 @@ def test_a_value_at_the_limit_of_its_tolerance_is_marked_and_explained(run, reco
     assert "4 standard deviations of the rig's tolerance" in told
 
 
+def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(run, recorded, tmp_path):
+    table = np.loadtxt(recorded, delimiter=",", skiprows=1)
+    np.savetxt(
+        "gap.csv", np.delete(table, slice(1000, 1200), axis=0), delimiter=",", header="t,u,F",
+        comments="",
+    )  # fmt: skip
+    named = ("--force-polarity", "compression", *RESTED)
+    told = said(run("compare", "gap.csv", *named).out)
+    assert "gap.csv, part 2 (stretch 2 of 2, that with most of the error)" in told
+    assert re.search(r"the error in it is [\d.]+ mN rms", told)
+    outcome = run("improve", "gap.csv", *named, "--add", HIDDEN, "--output", "better")
+    assert outcome.status == 0, outcome.err
+    page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")
+    assert "Measured and predicted: gap.csv, part 2 (stretch 2 of 2" in page
+
+
 def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):
     outcome = run("improve", "data.csv", *RESTED, "--effects", MINE, "--add", "quadratic_drag")
     assert outcome.status == 0, outcome.err

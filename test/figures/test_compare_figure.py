@@ -70,6 +70,24 @@ def test_the_magnified_panel_shows_a_few_cycles_where_the_error_is_largest():
     assert end - begin == pytest.approx(3.0 / 9.7, abs=0.02)
 
 
+def test_the_magnified_panel_keeps_to_the_time_that_stands_out():
+    slow = 0.1 * (TIME > 1.9)  # in the error as drawn, not in what is left with slow noise out
+    evened = NOISE * np.random.default_rng(0).standard_normal(TIME.size) * np.where(LATE, 6.0, 1.0)
+    found = localise(evened, POSITION, POSITION, PERIOD, NOISE)
+    figure = draw_comparison(TIME, PREDICTED + evened + slow, PREDICTED, found, NOISE)
+    begin, end = panels(figure)[0][1].get_xlim()
+    assert 0.85 < begin < end < 1.45
+
+
+def test_the_error_in_the_title_is_of_the_samples_that_were_used_and_of_the_record_named():
+    found = localise(NOISE * np.ones(TIME.size), POSITION, POSITION, PERIOD, NOISE)
+    measured = PREDICTED + np.where(LATE, 1.0, NOISE)
+    figure = draw_comparison(
+        TIME, measured, PREDICTED, found, NOISE, used=~LATE, name="second of two"
+    )
+    assert figure.get_suptitle().startswith("second of two\nError 5 mN rms")
+
+
 def test_the_region_is_marked_here_and_named_in_the_title():
     figure = draw(LATE)
     _, where = panels(figure)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
+
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.fit import Fit
 
 
 def compare(
@@ -47,7 +51,6 @@ def compare(
     """
     from tissue_probe.diagnosis.candidates import fit_base
     from tissue_probe.diagnosis.diagnosis import cleaned
-    from tissue_probe.figures.compare import draw_comparison
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
@@ -63,22 +66,15 @@ def compare(
         begun = asked.composition(rig, tissue)
         taken = asked.measurements(segments, begun.output)
         fit = fit_base(begun, cleaned(taken)[0], instrument)
-    first = fit.measurements[0]
     _print_errors(fit)
-    for test in asked.tests(fit):
-        if not test.passed and np.isfinite(test.statistic):
-            print(f"- {test.name}: {test.finding}. {test.hint}")
-    where = asked.where(fit)
-    print(f"Here: {where.here.describe()}" if where.here else "The error stands out nowhere.")
-    draw_comparison(
-        first.times, first.output_values, fit.predicted[0], where, first.noise, fit.output
-    ).savefig(output, dpi=100)
+    _print_failures(fit, [segment.source for segment in segments])
+    asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
         asked.write_answer(json, fit.composition, taken, instrument)
 
 
-def _print_errors(fit) -> None:
+def _print_errors(fit: Fit) -> None:
     output = fit.output
     signal = np.concatenate([m.output_values for m in fit.measurements])
     share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
@@ -98,3 +94,17 @@ def _print_errors(fit) -> None:
         print("  the fit did not settle: take its values for a guess")
     if fit.exhausted:
         print(asked.exhaustion([fit]))
+
+
+def _print_failures(fit: Fit, sources: Sequence[str]) -> None:
+    """Print where a model fails, in the measurement that it predicts worst."""
+    if shown := asked.stretch(fit, fit.worst, sources):
+        error = fit.output.tell(fit.error(fit.worst), 4)
+        print(f"What follows, and the picture, is of {shown}; the error in it is {error} rms.")
+    failed = [t for t in asked.tests(fit, fit.worst) if not t.passed and np.isfinite(t.statistic)]
+    where = asked.where(fit, fit.worst)
+    if failed or where.here:
+        print("Where it fails, known 1/f noise taken out:")
+    for test in failed:
+        print(f"- {test.name}: {test.finding}. {test.hint}")
+    print(f"Here: {where.here.describe()}" if where.here else "The error stands out nowhere.")

@@ -16,6 +16,8 @@ import typer
 from tissue_probe.cli.measured import Segment, Starts
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.fit import Fit
     from tissue_probe.diagnosis.localise import Localisation
@@ -312,21 +314,48 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     )
 
 
-def where(fit: Fit) -> Localisation:
-    """Say where in its first measurement a model fails."""
+def where(fit: Fit, index: int) -> Localisation:
+    """Say where in one of its measurements a model fails."""
     from tissue_probe.diagnosis.localise import localise
 
-    first = fit.measurements[0]
-    return localise(fit.evened[0], first.position, fit.tip[0], first.sample_period, first.noise)
+    shown = fit.measurements[index]
+    return localise(
+        fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise
+    )
 
 
-def tests(fit: Fit) -> tuple[ResidualTest, ...]:
-    """Test what a model leaves of its first measurement."""
+def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:
+    """Test what a model leaves of one of its measurements."""
     from tissue_probe.diagnosis.residuals import residual_tests
 
-    first = fit.measurements[0]
+    shown = fit.measurements[index]
     return residual_tests(
-        fit.evened[0], first.input_values, first.sample_period, first.noise, fit.output
+        fit.evened[index], shown.input_values, shown.sample_period, shown.noise, fit.output
+    )
+
+
+def stretch(fit: Fit, index: int, sources: Sequence[str]) -> str:
+    """Say which of several measurements is shown; empty where there is one only."""
+    if len(sources) == 1:
+        return ""
+    number = f"stretch {index + 1} of {len(sources)}, that with most of the error"
+    return f"{Path(sources[index]).name} ({number})"
+
+
+def picture(fit: Fit, index: int, sources: Sequence[str]) -> Figure:
+    """Draw a comparison of one of the measurements with what a model predicts of it."""
+    from tissue_probe.figures.compare import draw_comparison
+
+    shown = fit.measurements[index]
+    return draw_comparison(
+        shown.times,
+        shown.output_values,
+        fit.predicted[index],
+        where(fit, index),
+        shown.noise,
+        fit.output,
+        shown.used,
+        stretch(fit, index, sources),
     )
 
 

@@ -65,8 +65,9 @@ def improve(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    segments = measured.read_measured(files, layout, starts, site, lowpass)
     diagnosis = asked.diagnosis(
-        measured.read_measured(files, layout, starts, site, lowpass),
+        segments,
         measured.read_measured(validate or [], layout, starts, site, lowpass),
         asked.composition(rig, tissue),
         asked.instrument(rig, known_rig, constant or []),
@@ -83,7 +84,8 @@ def improve(
     for sentence in asked.verdict(diagnosis):
         print(sentence)
     output.mkdir(parents=True, exist_ok=True)
-    write(output, diagnosis, files, validate or [], effects or [])
+    sources = [segment.source for segment in segments]
+    write(output, diagnosis, files, sources, validate or [], effects or [])
     print(f"model.yaml, ladder.png, compare.png and report.html are in {output}.")
     if json:
         json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")
@@ -101,7 +103,8 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
         heldout = diagnosis.heldout(fit)
         table.add_row(
             str(number),
-            asked.title(fit) + ("" if fit.converged else " (did not settle)"),
+            asked.title(fit).replace(" + ", "\n+ ")
+            + ("" if fit.converged else " (did not settle)"),
             f"{output.per_small * fit.rmse:.4g}",
             f"{output.per_small * heldout:.4g}",
             f"{heldout / noise:.3g}",

@@ -18,7 +18,6 @@ from tissue_probe.cli import diagnosing as asked
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.ranking import added
-from tissue_probe.figures.compare import draw_comparison
 from tissue_probe.figures.ladder import draw_ladder
 from tissue_probe.physics.model_file import Data, DataFile, save
 from tissue_probe.quantities import FORCE
@@ -57,10 +56,14 @@ def write(
     folder: Path,
     diagnosis: Diagnosis,
     files: Sequence[Path],
+    sources: Sequence[str],
     validation: Sequence[Path],
     effect_files: Sequence[Path],
 ) -> None:
-    """Write model.yaml, ladder.png, compare.png and report.html into a folder."""
+    """Write model.yaml, ladder.png, compare.png and report.html into a folder.
+
+    ``sources`` names what was fitted, a stretch of samples each, in the order of the measurements.
+    """
     ladder = diagnosis.ladder
     final = ladder.final
     data = Data(
@@ -80,35 +83,21 @@ def write(
         final.noise,
         final.output,
     ).savefig(folder / "ladder.png", dpi=100)
-    first = ladder.base.measurements[0]
-    draw_comparison(
-        first.times,
-        first.output_values,
-        ladder.base.predicted[0],
-        asked.where(ladder.base),
-        first.noise,
-        final.output,
-    ).savefig(folder / "compare.png", dpi=100)
+    drawn = asked.picture(ladder.base, ladder.base.worst, sources)
+    drawn.savefig(folder / "compare.png", dpi=100)
     (folder / "report.html").write_text(
-        render(report(diagnosis, files, validation)), encoding="utf-8"
+        render(report(diagnosis, files, sources, validation)), encoding="utf-8"
     )
 
 
-def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Path]) -> Report:
-    """Put a diagnosis into a report."""
+def report(
+    diagnosis: Diagnosis, files: Sequence[Path], sources: Sequence[str], validation: Sequence[Path]
+) -> Report:
+    """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
     ladder = diagnosis.ladder
     base, final = ladder.base, ladder.final
-    first = base.measurements[0]
-    cut = slice(0, DRAWN)
-    signals = ReportSignals(
-        f"{files[0].name} (fitted)",
-        first.times[cut],
-        first.output_values[cut],
-        base.predicted[0][cut],
-        final.predicted[0][cut],
-        asked.where(base),
-        asked.where(final) if final is not base else None,
-    )
+    shown = base.worst
+    signals = _signals(base, final, shown, asked.stretch(base, shown, sources) or files[0].name)
     steps = (base, *ladder.steps)
     return Report(
         title=f"What the model misses: {', '.join(path.name for path in files)}",
@@ -140,8 +129,8 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
         ),
         signals=(signals,),
         findings=tuple(finding.sentence for finding in diagnosis.findings),
-        base_tests=asked.tests(base),
-        final_tests=asked.tests(final) if final is not base else (),
+        base_tests=asked.tests(base, shown),
+        final_tests=asked.tests(final, shown) if final is not base else (),
         excitations=_next(diagnosis),
         sources=(
             *(ReportSource(path.name, "fitted", _digest(path)[:16]) for path in files),
@@ -156,6 +145,20 @@ def report(diagnosis: Diagnosis, files: Sequence[Path], validation: Sequence[Pat
         seconds=diagnosis.seconds,
         exhaustion=asked.exhaustion(steps),
         output=base.output,
+    )
+
+
+def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
+    measurement, cut = base.measurements[shown], slice(0, DRAWN)
+    errors = " to ".join(base.output.tell(fit.error(shown)) for fit in dict.fromkeys((base, final)))
+    return ReportSignals(
+        f"{name}, fitted, error {errors}",
+        measurement.times[cut],
+        measurement.output_values[cut],
+        base.predicted[shown][cut],
+        final.predicted[shown][cut],
+        asked.where(base, shown),
+        asked.where(final, shown) if final is not base else None,
     )
 
 

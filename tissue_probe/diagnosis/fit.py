@@ -128,6 +128,16 @@ class Fit:
         """Root mean square of the residual of what was left out of the fit."""
         return self._rms(self.heldout)
 
+    def error(self, index: int) -> float:
+        """Root mean square of the residual of one measurement."""
+        used = self.residuals[index][self.measurements[index].used]
+        return float(np.sqrt(np.mean(used**2)))
+
+    @property
+    def worst(self) -> int:
+        """Which measurement holds most of the squared residual over the noise."""
+        return int(np.argmax(self.misfits))
+
     @property
     def output(self) -> Quantity:
         """What the model predicts, and its unit."""

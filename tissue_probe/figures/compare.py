@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter, NullFormatter
+from numpy.typing import NDArray
 
 from tissue_probe.diagnosis.localise import Localisation, Profile
 from tissue_probe.quantities import FORCE, Quantity
@@ -37,6 +38,8 @@ def draw_comparison(
     localisation: Localisation,
     noise: float,
     output: Quantity = FORCE,
+    used: NDArray[np.bool_] | None = None,
+    name: str = "",
 ) -> Figure:
     """Draw signal and error over time, whole and magnified, and the error over six quantities.
 
@@ -55,17 +58,24 @@ def draw_comparison(
         Standard deviation of the output's white noise.
     output : Quantity
         What it is.
+    used : array of bool, shape (N,), optional
+        Which samples the error in the title is of; all by default.
+    name : str
+        Which of several records this is.
     """
     figure = Figure(figsize=(12.0, 12.0), layout="constrained")
     rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
-    _draw_signals(figure, rows[:2], time, measured, predicted, noise, output)
+    zoom = _zoom(time, measured, measured - predicted, localisation)
+    _draw_signals(figure, rows[:2], time, measured, predicted, noise, output, zoom)
     panels = rows[2:].subgridspec(2, 3).subplots(sharey=True)
     for axes, profile in zip(panels.flat, localisation.profiles, strict=True):
         _draw_profile(axes, profile, noise, foremost=profile is localisation.here)
     for axes in panels[:, 0]:
-        axes.set_ylabel("rms error / noise")
+        axes.set_ylabel("rms error / noise,\nknown 1/f noise taken out")
     _scale(panels[0, 0], localisation, noise)
-    figure.suptitle(_title(measured, predicted, localisation, noise, output), fontsize=13)
+    used = slice(None) if used is None else used
+    title = _title(measured[used], predicted[used], localisation, noise, output)
+    figure.suptitle(f"{name}\n{title}" if name else title, fontsize=13)
     return figure
 
 
@@ -94,10 +104,10 @@ def _draw_signals(
     predicted: FloatArray,
     noise: float,
     output: Quantity,
+    zoom: slice,
 ) -> None:
     panels = place.subgridspec(2, 2, width_ratios=(2, 1)).subplots(sharex="col", sharey="row")
     residual = measured - predicted
-    zoom = _zoom(measured, residual)
     for column, span in ((panels[:, 0], slice(None)), (panels[:, 1], zoom)):
         shown = {"rasterized": time[span].size > RASTERISED}
         column[0].plot(time[span], output.per_drawn * measured[span], **_MEASURED, **shown)
@@ -113,17 +123,25 @@ def _draw_signals(
         axes.grid(alpha=0.3)
     panels[0, 0].set(ylabel=f"{output.name} [{output.drawn}]", title="Whole record")
     panels[1, 0].set_ylabel(f"error [{output.small}]")
-    panels[0, 1].set_title("Where the error is largest")
+    panels[0, 1].set_title("Magnified: where the error stands out")
     for axes in panels[:, 0]:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + ROOM_FOR_LEGEND * (high - low))
         axes.legend(loc="upper right", ncols=2, fontsize=9)
 
 
-def _zoom(measured: FloatArray, residual: FloatArray) -> slice:
-    """Return a few cycles of the signal around the largest error, or an eighth of the record."""
+def _zoom(
+    time: FloatArray, measured: FloatArray, residual: FloatArray, localisation: Localisation
+) -> slice:
+    """Return a few cycles of the signal around the largest error, or an eighth of the record.
+
+    Where a time stands out the error is sought there: elsewhere it may be slow noise that is known.
+    """
     width = max(2, measured.size // 50)
     energy = np.convolve(residual**2, np.ones(width), mode="same")
+    here = next((p.here for p in localisation.profiles if p.quantity == "time"), None)
+    if here:
+        energy = np.where((time >= here.begin) & (time <= here.end), energy, 0.0)
     centre = int(np.argmax(energy))
     smooth = np.convolve(measured - measured.mean(), np.ones(5) / 5.0, mode="same")
     crossings = np.flatnonzero(np.diff(np.signbit(smooth)))
