@@ -139,7 +139,7 @@ def test_the_branch_of_a_standard_linear_solid_is_what_it_is_as_an_effect(run, t
     tissue = run("compare", "data.csv", *RESTED, "--tissue", "standard_linear_solid")
     effect = run("improve", "data.csv", *RESTED, "--add", "standard_linear_solid")
     found = [
-        float(re.findall(r"relaxing_stiffness +([\d.]+)", outcome.out)[-1])
+        float(re.findall(r"relaxing_stiffness[^\d\n]*([\d.]+)", outcome.out)[-1])
         for outcome in (tissue, effect)
     ]
     assert found[0] == pytest.approx(found[1], rel=1e-3)
