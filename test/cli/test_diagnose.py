@@ -260,6 +260,29 @@ def test_doubtful_measurements_are_compared_with_a_note(run, tmp_path):
     assert "unit" in note
 
 
+AIR = -0.04 * (20 * np.pi) ** 2 * WAVE + NOISE
+
+
+def test_a_tip_that_touches_nothing_is_told_with_the_answer_for_programs(run, tmp_path):
+    (tmp_path / "air.csv").write_text(table(WAVE, AIR))
+    outcome = run("improve", "air.csv", "--add", HIDDEN, "--json", "out.json")
+    assert outcome.status == 0, outcome.err
+    note = [line for line in outcome.out.splitlines() if line.startswith("note: ")][-1]
+    assert "No contact: the tip seems to touch nothing" in note
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert told["findings"][-1] == note.removeprefix("note: ")
+
+
+def test_a_force_that_no_model_follows_is_told(run, tmp_path):
+    quick = 1e-3 * np.sin(2 * np.pi * (1.0 + 7.0 * TIME) * TIME)
+    (tmp_path / "kilo.csv").write_text(table(quick, 1e-3 * (450.0 * quick + NOISE)))
+    outcome = run("compare", "kilo.csv")
+    assert outcome.status == 0, outcome.err
+    (note,) = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
+    assert "cannot follow the force at all" in note
+    assert "--force-unit" in note
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
+from specimen import Specimen, sine
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.measurement import Measurement
 from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED, added
 from tissue_probe.diagnosis.separation import suggest
 from tissue_probe.physics.composition import Composition
@@ -47,6 +49,13 @@ def test_the_right_effect_is_proved_on_a_second_recording():
     wrong = ("coulomb_friction",)
     assert found.validated[wrong] > 10 * NOISE
     assert {(), ("cubic_stiffening",)} <= set(found.validated)
+
+
+def test_what_the_fit_tells_of_the_measurement_joins_the_findings():
+    position, _, _, force = Specimen(stiffness=0.0, damping=0.0).measure(sine())
+    free = Measurement(position, force, 5e-4, at_rest=True)
+    found = diagnosis.diagnose(Composition(), [free], TOLERANT, FEW)
+    assert [finding.name for finding in found.findings] == ["no_contact"]
 
 
 def test_linear_algebra_has_one_thread_while_the_searches_have_theirs():

@@ -66,6 +66,7 @@ def compare(
         begun = asked.composition(rig, tissue)
         taken = asked.measurements(segments, begun.output)
         fit = fit_base(begun, cleaned(taken)[0], instrument)
+    asked.note_fit(fit, fit)
     _print_errors(fit)
     _print_failures(fit, [segment.source for segment in segments])
     asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)

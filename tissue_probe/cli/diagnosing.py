@@ -182,6 +182,14 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
     return found
 
 
+def note_fit(base: Fit, final: Fit) -> None:
+    """Print what a fit tells of the measurements: no contact, wrong units."""
+    from tissue_probe.diagnosis.fit_checks import check_fit
+
+    for finding in check_fit(base, final):
+        print(f"note: {finding.sentence}")
+
+
 def verdict(diagnosis: Diagnosis) -> list[str]:
     """Say the verdict in words, a sentence or more each."""
     said = {
@@ -406,7 +414,9 @@ def diagnosis(
         if name not in library:
             raise ValueError(f"--add {name}: no such effect; known are {', '.join(library)}")
     taken, tried = (measurements(each, model.output) for each in (segments, validation))
-    return diagnose(model, taken, known, library, tried, tuple(add))
+    found = diagnose(model, taken, known, library, tried, tuple(add))
+    note_fit(found.ladder.base, found.ladder.final)
+    return found
 
 
 def write_answer(

@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.coloured import filtered
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
 from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
@@ -50,7 +51,7 @@ class Diagnosis:
     spoilt : tuple of str
         ``adc_saturation``, ``stuck_samples``: what is wrong with samples, which were left out.
     findings : tuple of Finding
-        Of the inspection, on all measurements.
+        Of the inspection, on all measurements, and of the fit.
     indistinguishable : tuple of str
         Effects by which models differ that explain the measurement equally well
         (``ladder.rivals``); empty where one is alone.
@@ -147,6 +148,7 @@ def diagnose(
     rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)
+    findings += check_fit(ladder.base, ladder.final)
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,

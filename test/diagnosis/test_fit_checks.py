@@ -1,0 +1,95 @@
+"""What a fit tells of the measurements' worth: a tip that touches nothing, units that are off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from shaken import PERIOD, TIMES, push, shaken
+from shaken import Specimen as Shaken
+from specimen import Specimen, chirp, sine
+
+from tissue_probe.diagnosis.candidates import fit_base
+from tissue_probe.diagnosis.fit_checks import check_fit
+from tissue_probe.diagnosis.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.quantities import POSITION
+
+NOTHING = Specimen(stiffness=0.0, damping=0.0)
+SOFT = Specimen(stiffness=100.0, damping=1.0)
+RIGID_PROBE = Instrument("rigid_probe", RIGID)
+
+
+def fitted(specimen, motion=None, metre=1.0, newton=1.0, instrument=None):
+    """Fit what a specimen gives, its position and force in units of so many metres and newtons."""
+    position, _, _, force = specimen.measure(motion or sine())
+    seen = Measurement(position / metre, force / newton, 5e-4, at_rest=True)
+    instrument = instrument or Instrument()
+    return fit_base(Composition(instrument.rig), [seen], instrument)
+
+
+def names(fit, final=None):
+    return [finding.name for finding in check_fit(fit, final or fit)]
+
+
+@pytest.mark.parametrize("motion", [sine(), chirp(duration=2.0)], ids=["sine", "chirp"])
+@pytest.mark.parametrize("instrument", [Instrument(), Instrument().exact()])
+def test_a_tip_in_free_air_is_told(motion, instrument):
+    (finding,) = check_fit(*2 * (fitted(NOTHING, motion, instrument=instrument),))
+    assert finding.name == "no_contact"
+    assert not finding.fatal
+    assert finding.sentence.startswith("No contact: the tip seems to touch nothing, stiffness ")
+
+
+@pytest.mark.parametrize("motion", [sine(), sine(60.0), chirp(duration=2.0)])
+def test_a_soft_tissue_is_touched(motion):
+    assert names(fitted(SOFT, motion)) == []
+
+
+@pytest.mark.parametrize("motion", [sine(), chirp(duration=2.0)], ids=["sine", "chirp"])
+def test_a_mass_that_is_not_known_does_not_hide_the_contact(motion):
+    assert names(fitted(Specimen(), motion, instrument=RIGID_PROBE)) == []
+
+
+def test_what_is_known_of_the_tissue_is_no_lack_of_contact():
+    known = Instrument(constants=Instrument().constants | {"stiffness": (0.0, 0.0)})
+    assert names(fitted(NOTHING, instrument=known)) == []
+
+
+@pytest.mark.parametrize(
+    "units",
+    [{"metre": 1e-2}, {"metre": 1e-3}, {"newton": 1e3}, {"newton": 9.80665}, {"newton": 1e-3}],
+    ids=["cm", "mm", "kN", "kgf", "mN"],
+)
+def test_units_that_no_model_follows_are_told(units):
+    fit = fitted(Specimen(), chirp(duration=2.0), **units)
+    (finding,) = check_fit(fit, fit)
+    assert finding.name == "not_followed"
+    for word in ("--position-unit", "--force-unit", "polarity", "in time"):
+        assert word in finding.sentence
+
+
+@pytest.mark.parametrize(
+    "specimen",
+    [Specimen(coulomb=0.3), Specimen(cubic=3e8), Specimen(contact_loss=True)],
+    ids=["friction", "stiffening", "contact lost"],
+)
+@pytest.mark.parametrize("motion", [sine(), chirp(duration=2.0)], ids=["sine", "chirp"])
+def test_an_effect_that_is_missing_is_no_wrong_unit(specimen, motion):
+    fit = fitted(specimen, motion)
+    assert fit.ratio > 5.0
+    assert names(fit) == []
+
+
+def test_what_an_effect_explains_is_no_wrong_unit():
+    right = fitted(Specimen())
+    wrong = fitted(Specimen(), chirp(duration=2.0), newton=9.80665)
+    assert names(wrong, right) == []
+
+
+def test_a_position_that_a_force_drives_may_wander():
+    instrument = Instrument("force_driven", FORCE_DRIVEN)
+    seen = Measurement(shaken(Shaken()), push(TIMES), PERIOD, at_rest=True, output=POSITION)
+    fit = fit_base(Composition("force_driven"), [seen], instrument)
+    assert names(fit) == []
+    assert names(replace(fit, residuals=(seen.position + 0.1 * TIMES**2,))) == []

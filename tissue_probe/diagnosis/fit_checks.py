@@ -1,0 +1,99 @@
+"""Whether what was fitted can be what was measured: contact with a tissue, and units.
+
+What belongs here: what only a fit of the base model tells of the measurements' worth.
+What does not: what the samples alone tell (``inspection``), what the model lacks (``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_probe.diagnosis.finding import Finding
+from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.ranking import explained
+from tissue_probe.quantities import FORCE
+
+#: What is fitted of every tissue.
+TISSUE = ("stiffness", "damping")
+#: Share of the force's rms that no model leaves whose units are right, and where it is much.
+ALL, MUCH = 0.9, 0.5
+#: Standard deviations within which a fitted value is as good as 0.
+CERTAIN = 3.0
+#: Share of the force's changes (rms) that is at most the tissue's where nothing is touched.
+NOTHING = 0.1
+#: Tissues whose force is that of stiffness and damping.
+PLAIN = ("kelvin_voigt", "maxwell")
+
+
+def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
+    """Yield ``not_followed`` or ``no_contact``, where a fit shows it.
+
+    Parameters
+    ----------
+    base : Fit
+        The model asked about.
+    final : Fit
+        The best that came of it: where that explains everything, the units are right.
+    """
+    if _loses(base) and not explained(final):
+        yield Finding(
+            "not_followed",
+            "The model cannot follow the force at all: its error of "
+            f"{FORCE.tell(base.rmse)} is {100 * base.rmse / _size(base):.3g} % of the force's rms. "
+            "Check the units of position and force (--position-unit, --force-unit), their "
+            "polarity, whether both belong together in time, and the rig's constants.",
+        )
+    elif _touches_nothing(base):
+        yield Finding("no_contact", _no_contact(base))
+
+
+def _size(fit: Fit) -> float:
+    return fit.output.size(np.concatenate([m.output_values for m in fit.measurements]))
+
+
+def _loses(fit: Fit) -> bool:
+    """Whether a model leaves what was measured of a force, or much of it and knows no tissue.
+
+    A position that a force drives wanders where nothing holds it: that may be as far off.
+    """
+    if fit.output is not FORCE:
+        return False
+    values, deviations = fit.named(), fit.deviations()
+    guessed = all(deviations[name] > abs(values[name]) for name in TISSUE)
+    return fit.rmse > (MUCH if guessed or not fit.converged else ALL) * _size(fit)
+
+
+def _touches_nothing(fit: Fit) -> bool:
+    """Whether stiffness and damping are as good as 0, and known to be small.
+
+    A mass that is not known may hide a stiffness under a sine: then the deviation is large.
+    """
+    values, deviations = fit.named(), fit.deviations()
+    if fit.composition.effects or fit.composition.tissue not in PLAIN:
+        return False
+    if not all(deviations[name] > 0.0 for name in TISSUE):  # held: it is known
+        return False
+    moved = list(zip(fit.tip, fit.measurements, strict=True))
+    swing = max(float(np.std(tip)) for tip, _ in moved)
+    speed = max(float(np.std(np.gradient(tip, m.sample_period))) for tip, m in moved)
+    force = max(float(np.std(m.force)) for _, m in moved)
+    found = np.array([abs(values[name]) for name in TISSUE])
+    doubt = CERTAIN * np.array([deviations[name] for name in TISSUE])
+    reach = np.array([swing, speed])
+    none = (found < doubt).all() or (found * reach).sum() < fit.noise
+    return bool(none and ((found + doubt) * reach).sum() < NOTHING * force)
+
+
+def _no_contact(fit: Fit) -> str:
+    values, deviations = fit.named(), fit.deviations()
+    k, beta = (
+        f"{name} {values[name]:.3g} +- {1.96 * deviations[name]:.2g} {unit}"
+        for name, unit in zip(TISSUE, ("N/m", "N s/m"), strict=True)
+    )
+    return (
+        f"No contact: the tip seems to touch nothing, {k} and {beta} are nothing beside the force "
+        "that moves the tip. Bring the tip into the tissue and record again; nothing of a tissue "
+        "can be told from this."
+    )
