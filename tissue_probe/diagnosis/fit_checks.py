@@ -18,7 +18,7 @@ from tissue_probe.quantities import FORCE
 #: What is fitted of every tissue.
 TISSUE = ("stiffness", "damping")
 #: Share of the force's rms that no model leaves whose units are right, and where it is much.
-ALL, MUCH = 0.9, 0.5
+ALL, MUCH = 1.0, 0.5
 #: Standard deviations within which a fitted value is as good as 0.
 CERTAIN = 3.0
 #: Share of the force's changes (rms) that is at most the tissue's where nothing is touched.
@@ -62,7 +62,7 @@ def _loses(fit: Fit) -> bool:
         return False
     values, deviations = fit.named(), fit.deviations()
     guessed = all(deviations[name] > abs(values[name]) for name in TISSUE)
-    return fit.rmse > (MUCH if guessed or not fit.converged else ALL) * _size(fit)
+    return fit.rmse > (MUCH if guessed else ALL) * _size(fit)
 
 
 def _touches_nothing(fit: Fit) -> bool:
