@@ -12,6 +12,7 @@ import yaml
 
 from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
+from tissue_probe.diagnosis import fit
 from tissue_probe.diagnosis.answer import Answer
 
 #: The kernels of every effect are compiled where no earlier run has done so.
@@ -211,6 +212,26 @@ def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(run, r
     assert outcome.status == 0, outcome.err
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")
     assert "Measured and predicted: gap.csv, part 2 (stretch 2 of 2" in page
+
+
+def test_a_model_that_fails_on_the_second_recording_is_told(run, recorded, tmp_path):
+    other = make_challenge(12, (HIDDEN,), "sine10", "tolerant", 2e-3)
+    write_recordings(tmp_path, "other", other, "csv")
+    added = ("improve", "data.csv", *RESTED, "--add", HIDDEN, "--validate")
+    told = run(*added, "other.csv").out
+    assert "the model does not carry over" in told
+    assert "the model does not carry over" in (tmp_path / "improved" / "report.html").read_text()
+    assert "carry over" not in run(*added, "data_second.csv").out
+
+
+def test_a_verdict_by_a_fit_that_did_not_settle_says_so(run, recorded, tmp_path, monkeypatch):
+    added = ("improve", "data.csv", *RESTED, "--add", HIDDEN)
+    assert "did not settle" not in run(*added).out
+    monkeypatch.setattr(fit, "MOST_STEPS", 1)
+    told = run(*added).out
+    assert "(did not settle)" in told
+    assert "But the fit of the last model did not settle" in told
+    assert "%. The fit did not settle." in (tmp_path / "improved" / "report.html").read_text()
 
 
 def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):

@@ -49,6 +49,10 @@ def test_the_right_effect_is_proved_on_a_second_recording():
     wrong = ("coulomb_friction",)
     assert found.validated[wrong] > 10 * NOISE
     assert {(), ("cubic_stiffening",)} <= set(found.validated)
+    assert found.validation_noise == pytest.approx(NOISE, rel=0.1)
+    assert found.carries_over
+    known = {**found.validated, ("cubic_stiffening",): 2.0 * NOISE}
+    assert not replace(found, validated=known).carries_over
 
 
 def test_what_the_fit_tells_of_the_measurement_joins_the_findings():
@@ -76,6 +80,7 @@ def test_linear_algebra_has_one_thread_while_the_searches_have_theirs():
 def test_without_a_second_recording_blocks_of_the_first_are_held_out():
     found = diagnose(challenge(11, "cubic_stiffening"))
     assert found.validated == {}
+    assert found.carries_over
     final = found.ladder.final
     assert found.heldout(final) == final.heldout_rmse
     assert 0.95 * NOISE < final.heldout_rmse < 1.1 * NOISE

@@ -198,6 +198,7 @@ def verdict(diagnosis: Diagnosis) -> list[str]:
         "ambiguous": _ambiguous,
         "unexplained": _unexplained,
     }[diagnosis.verdict](diagnosis)
+    said += _caveats(diagnosis)
     if diagnosis.suggestion:
         said += _advice(diagnosis.suggestion)
     return said
@@ -282,6 +283,29 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
     elif diagnosis.effects:
         said += f"Nearest: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
     return [said.strip()]
+
+
+def _caveats(diagnosis: Diagnosis) -> list[str]:
+    """Say what speaks against trusting the last model."""
+    said = []
+    final = diagnosis.ladder.final
+    if not final.converged:
+        said.append(
+            "But the fit of the last model did not settle: take its values, its error and with "
+            "them this verdict for a guess."
+        )
+    if not diagnosis.carries_over:
+        error, noise = (
+            final.output.tell(each)
+            for each in (diagnosis.heldout(final), diagnosis.validation_noise)
+        )
+        said.append(
+            f"But on the second recording the error stays at {error}, where the noise is {noise}: "
+            "the model does not carry over. Either the specimen, the site or the contact is "
+            "another one there, or more is missing than the first recording shows; record again, "
+            "or fit both together."
+        )
+    return said
 
 
 def _fall(diagnosis: Diagnosis) -> str:

@@ -104,7 +104,7 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
         table.add_row(
             str(number),
             asked.title(fit).replace(" + ", "\n+ ")
-            + ("" if fit.converged else " (did not settle)"),
+            + ("" if fit.converged else "\n(did not settle)"),
             f"{output.per_small * fit.rmse:.4g}",
             f"{output.per_small * heldout:.4g}",
             f"{heldout / noise:.3g}",

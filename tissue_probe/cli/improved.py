@@ -34,6 +34,7 @@ from tissue_probe.report.page import render
 
 #: Samples of a record that the report carries; a longer one is shown from its beginning.
 DRAWN = 8000
+UNSETTLED = " The fit did not settle."
 #: What the field writes for the symbols that every model has.
 LETTERS = {
     "tip_position": "x",
@@ -107,7 +108,7 @@ def report(
         steps=tuple(
             ReportStep(
                 _rung(fit, before),
-                _reason(diagnosis, fit, before),
+                _reason(diagnosis, fit, before) + ("" if fit.converged else UNSETTLED),
                 equations(fit),
                 _parameters(fit),
                 fit.rmse,

@@ -5,6 +5,7 @@ What belongs here: the order of the steps. What does not: the steps.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -36,6 +37,8 @@ SPOILT = ("adc_saturation", "stuck_samples")
 DISTURBED = ("spikes",)
 #: How many of the ranking are tried on a second recording.
 VALIDATED = 8
+#: A model does not carry over that leaves this many times what it should on a second recording.
+FAR = 1.5
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,8 @@ class Diagnosis:
         Error [unit of the output] on the validating recordings by the names of a model's effects.
     seconds : float
         Time that it took.
+    validation_noise : float
+        Standard deviation of the output's white noise on the validating recordings; NaN without.
     """
 
     verdict: Verdict
@@ -75,6 +80,13 @@ class Diagnosis:
     suggestion: Suggestion | None
     validated: Mapping[tuple[str, ...], float]
     seconds: float
+    validation_noise: float = math.nan
+
+    @property
+    def carries_over(self) -> bool:
+        """Whether the last model errs on the validating recordings about as on those fitted."""
+        expected = math.hypot(self.validation_noise, self.ladder.final.excess)
+        return not self.heldout(self.ladder.final) > FAR * expected
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -152,7 +164,7 @@ def diagnose(
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
-        validated, time.perf_counter() - begun,
+        validated, time.perf_counter() - begun, _noise(validation),
     )  # fmt: skip
 
 
@@ -183,6 +195,12 @@ def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument)
         squares += moved.samples * moved.rmse**2
         count += moved.samples
     return float(np.sqrt(squares / count))
+
+
+def _noise(measurements: Sequence[Measurement]) -> float:
+    """Return the white noise over all measurements, as `Fit.noise` does; NaN without any."""
+    squares = np.concatenate([np.full(np.sum(m.used), m.noise**2) for m in measurements] or [[]])
+    return math.sqrt(np.mean(squares)) if squares.size else math.nan
 
 
 def transferred(fit: Fit, measurement: Measurement, instrument: Instrument) -> Fit | None:

@@ -169,6 +169,11 @@ class Fit:
         return float(np.sqrt(sum(squares) / self.samples))
 
     @property
+    def excess(self) -> float:
+        """Root mean square of what a residual holds beyond the output's white noise."""
+        return float(np.sqrt(max(self.rmse**2 - self.noise**2, 0.0)))
+
+    @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown.
 
