@@ -79,6 +79,7 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     page = files["report.html"].read_text(encoding="utf-8")
     assert HIDDEN in page
     assert "<math" in page
+    assert "<mtext>cubic&#x000A0;stiffness</mtext><mo>&#x000B7;</mo>" in page
     assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="http', page)
     told = json.loads((tmp_path / "out.json").read_text())
     assert told["effects"] == [HIDDEN]

@@ -12,7 +12,7 @@ from example import equations, example
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.report.contents import Report, ReportStep
+from tissue_probe.report.contents import Report, ReportParameter, ReportStep
 from tissue_probe.report.page import render
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -153,6 +153,38 @@ def test_any_name_is_shown_as_it_is(name):
     step = ReportStep(name, "", (), (), 0.0051, 0.0052)
     parsed = read(render(Report("Title", "adequate", (), 0.005, (step,))))
     assert name in "".join(parsed.text)
+
+
+def test_a_value_at_its_limit_is_marked_and_what_that_means_is_said():
+    report = example()
+    value = replace(report.steps[0].parameters[0], at_limit=True)
+    steps = (replace(report.steps[0], parameters=(value,)), report.steps[1])
+    marked = read(render(replace(report, steps=steps, exhaustion="The tolerance is used up.")))
+    assert marked.words.count("at its limit") == 1
+    assert "The tolerance is used up." in marked.words
+    assert "at its limit" not in read(render(report)).words
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
+def test_no_column_of_a_table_is_cut_in_a_window_of_usual_width(tmp_path):
+    report = example()
+    long = ReportParameter(
+        "yield", r"\text{yield displacement}", -1.168e-4, -1.233e-4, -1.102e-4, "m"
+    )
+    ranking = tuple(replace(each, parameters=(long,) * 3) for each in report.ranking)
+    count = (
+        "<script>document.body.dataset.cut = [...document.querySelectorAll('.wide')].filter("
+        "box => box.querySelector('table') && box.scrollWidth > box.clientWidth).length</script>"
+    )
+    file = tmp_path / "report.html"
+    file.write_text(render(replace(report, ranking=ranking)) + count, encoding="utf-8")
+    command = [CHROMIUM, "--headless=new", "--no-sandbox", "--disable-gpu", "--dump-dom"]
+    command += ["--window-size=1100,800", f"--user-data-dir={tmp_path / 'profile'}"]
+    command += ["--host-resolver-rules=MAP * ~NOTFOUND"]
+    run = subprocess.run(
+        [*command, file.as_uri()], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert 'data-cut="0"' in run.stdout
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")

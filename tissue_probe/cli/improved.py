@@ -175,10 +175,13 @@ def equations(fit: Fit) -> tuple[str, ...]:
 
 
 def _latex(expression: sp.Expr) -> str:
-    """Set an expression with the letters of the field, and words where it has none."""
+    """Set an expression with the letters of the field, and words where it has none.
+
+    Factors have dots between them: a mere space would not part words from words.
+    """
     names = {symbol: LETTERS.get(str(symbol)) or _words(str(symbol))
              for symbol in expression.free_symbols}  # fmt: skip
-    return sp.latex(expression, symbol_names=names, mul_symbol="\\,")
+    return sp.latex(expression, symbol_names=names, mul_symbol="dot")
 
 
 def _words(name: str) -> str:
@@ -186,8 +189,7 @@ def _words(name: str) -> str:
     stem, _, number = name.rpartition("_")
     if not number.isdigit():
         stem, number = name, ""
-    words = "\\ ".join(stem.split("_"))
-    return f"\\mathrm{{{words}}}" + (f"_{{{number}}}" if number else "")
+    return f"\\text{{{stem.replace('_', ' ')}}}" + (f"_{{{number}}}" if number else "")
 
 
 def _rung(fit: Fit, before: Fit | None) -> str:
