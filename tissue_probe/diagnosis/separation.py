@@ -144,9 +144,8 @@ def _showing(
     base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
 ) -> Suggestion | None:
     """Choose the experiment that shows most of what could not be seen, and name what it shows."""
-    if base.composition.input is FORCE:
-        helps = _calibrations(unseen)
-        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
+    if base.composition.input is FORCE:  # another force may show them: see ``_between``
+        return None
     effects = [library[name] for name in unseen]
     most, best = (0, 0.0), None
     for excitation, preload, duration, measurement in _experiments(base):
