@@ -14,6 +14,8 @@ from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.diagnosis import fit
 from tissue_probe.diagnosis.answer import Answer
+from tissue_probe.physics import library
+from tissue_probe.physics.effects import EFFECTS
 
 #: The kernels of every effect are compiled where no earlier run has done so.
 pytestmark = pytest.mark.timeout(900)
@@ -319,6 +321,37 @@ def test_a_force_that_no_model_follows_is_told(run, tmp_path):
 )
 def test_options_that_cannot_be_met_get_one_sentence(fails, recorded, arguments, words):
     assert words in fails("diagnose", *arguments)
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "words"),
+    [
+        ("compare", ("-o", "none/x.png"), "no folder none; make it"),
+        ("compare", ("-o", "x.doc"), "ends in .png, .svg or .pdf"),
+        ("compare", ("--json", "none/x.json"), "no folder none; make it"),
+        ("diagnose", ("--json", "none/x.json"), "no folder none; make it"),
+        ("improve", ("--json", "none/x.json"), "no folder none; make it"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_told_before_anything_is_read(
+    fails, command, option, words
+):
+    assert words in fails(command, "not-there.csv", *option)
+
+
+def test_the_answer_of_compare_holds_the_model_that_it_prints(run, recorded, tmp_path, monkeypatch):
+    monkeypatch.setattr(library, "effects", lambda files=(): {HIDDEN: EFFECTS[HIDDEN]})
+    made = run("improve", "data.csv", *RESTED, "--add", HIDDEN, "--output", "better")
+    assert made.status == 0, made.err
+    held = yaml.safe_load((tmp_path / "better" / "model.yaml").read_text())
+    second = ("compare", "data_second.csv", "--force-polarity", "compression", *RESTED)
+    told = run(*second, "--model", "better/model.yaml", "--json", "out.json")
+    assert told.status == 0, told.err
+    compared = json.loads((tmp_path / "out.json").read_text())["compared"]
+    printed = float(re.search(r"error +([\d.]+) mN", told.out)[1])
+    assert 1e3 * compared["rmse_training"] == pytest.approx(printed, rel=1e-3)
+    stiffness = held["parameters"]["stiffness"]["value"]
+    assert compared["parameters"]["stiffness"]["value"] == pytest.approx(stiffness)
 
 
 def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):

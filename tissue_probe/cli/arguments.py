@@ -7,6 +7,33 @@ from typing import Annotated
 
 import typer
 
+
+def in_a_folder(path: Path | None) -> Path | None:
+    """Return a file that is to be written; checked before an analysis that may take minutes.
+
+    Raises
+    ------
+    ValueError
+        If there is no such folder.
+    """
+    if path and not path.parent.is_dir():
+        raise ValueError(f"{path} cannot be written: there is no folder {path.parent}; make it")
+    return path
+
+
+def picture(path: Path) -> Path:
+    """Return a picture that is to be written.
+
+    Raises
+    ------
+    ValueError
+        If there is no such folder, or its name ends in no kind of picture.
+    """
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise ValueError(f"{path} cannot be drawn: give a name that ends in .png, .svg or .pdf")
+    return in_a_folder(path)
+
+
 Bag = Annotated[
     Path,
     typer.Argument(

@@ -11,6 +11,7 @@ import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
+from tissue_probe.cli.arguments import picture
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.fit import Fit
@@ -41,7 +42,9 @@ def compare(
     json: asked.Json = None,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", callback=picture, help="Picture: .png, .svg or .pdf."
+        ),
     ] = Path("compare.png"),
 ) -> None:
     """Compare a model with measurements, and show where it fails.
@@ -72,7 +75,7 @@ def compare(
     asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
-        asked.write_answer(json, fit.composition, taken, instrument)
+        asked.write_answer(json, fit, taken, instrument)
 
 
 def _print_errors(fit: Fit) -> None:

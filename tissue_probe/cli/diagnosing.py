@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tissue_probe.cli.arguments import in_a_folder
 from tissue_probe.cli.measured import Segment, Starts
 
 if TYPE_CHECKING:
@@ -87,7 +88,9 @@ Validate = Annotated[
 ]
 Json = Annotated[
     Path | None,
-    typer.Option("--json", metavar="FILE", help="Write the answer for programs."),
+    typer.Option(
+        "--json", metavar="FILE", callback=in_a_folder, help="Write the answer for programs."
+    ),
 ]
 
 
@@ -444,12 +447,13 @@ def diagnosis(
 
 
 def write_answer(
-    path: Path, model: Composition, taken: Sequence[Measurement], known: Instrument
+    path: Path, compared: Fit, taken: Sequence[Measurement], known: Instrument
 ) -> None:
-    """Diagnose measurements, and write the answer for programs."""
+    """Diagnose what was measured with the model of a fit, and write the answer for programs."""
     from tissue_probe.diagnosis.answer import answer
     from tissue_probe.diagnosis.diagnosis import diagnose
     from tissue_probe.physics.library import effects
 
-    told = answer(diagnose(model, taken, known, effects()))
+    found = diagnose(compared.composition, taken, known, effects())
+    told = answer(found, compared)
     path.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")

@@ -46,7 +46,11 @@ def improve(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="FOLDER", help="Where model.yaml, pictures and report go."
+            "--output",
+            "-o",
+            metavar="FOLDER",
+            file_okay=False,
+            help="Where model.yaml, pictures and report go.",
         ),
     ] = Path("improved"),
 ) -> None:

@@ -116,10 +116,14 @@ class Answer(_Entry):
     suggested_excitation: Experiment | None
     findings: list[str] = Field(description="what is wrong with the samples, in sentences")
     seconds: float = Field(description="time that the analysis took")
+    compared: Step | None = Field(
+        None,
+        description="the model that compare printed and drew, as it was fitted or held; else null",
+    )
 
 
-def answer(diagnosis: Diagnosis) -> Answer:
-    """Put a diagnosis into the layout for programs."""
+def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
+    """Put a diagnosis, and the model that was compared, into the layout for programs."""
     ladder = diagnosis.ladder
     spoilt = [
         Candidate(
@@ -143,16 +147,7 @@ def answer(diagnosis: Diagnosis) -> Answer:
             heldout=ErrorPair(base=diagnosis.heldout(base), final=diagnosis.heldout(final)),
         ),
         noise_floor=base.noise,
-        ladder=[
-            Step(
-                effects=list(fit.composition.names),
-                parameters=parameters(fit),
-                rmse_training=fit.rmse,
-                rmse_heldout=diagnosis.heldout(fit),
-                converged=fit.converged,
-            )
-            for fit in (base, *ladder.steps)
-        ],
+        ladder=[_step(fit, diagnosis.heldout(fit)) for fit in (base, *ladder.steps)],
         suggested_excitation=suggestion
         and Experiment(
             excitation=dict(suggestion.excitation),
@@ -164,6 +159,17 @@ def answer(diagnosis: Diagnosis) -> Answer:
         ),
         findings=[finding.sentence for finding in diagnosis.findings],
         seconds=diagnosis.seconds,
+        compared=compared and _step(compared, compared.heldout_rmse),
+    )
+
+
+def _step(fit: Fit, heldout: float) -> Step:
+    return Step(
+        effects=list(fit.composition.names),
+        parameters=parameters(fit),
+        rmse_training=fit.rmse,
+        rmse_heldout=heldout,
+        converged=fit.converged,
     )
 
 
