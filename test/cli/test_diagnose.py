@@ -12,6 +12,7 @@ import yaml
 
 from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
+from tissue_probe.cli import improved
 from tissue_probe.diagnosis import fit
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.physics import library
@@ -201,7 +202,9 @@ def test_a_value_at_the_limit_of_its_tolerance_is_marked_and_explained(run, reco
     assert "4 standard deviations of the rig's tolerance" in told
 
 
-def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(run, recorded, tmp_path):
+def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(
+    run, recorded, tmp_path, monkeypatch
+):
     table = np.loadtxt(recorded, delimiter=",", skiprows=1)
     np.savetxt(
         "gap.csv", np.delete(table, slice(1000, 1200), axis=0), delimiter=",", header="t,u,F",
@@ -211,10 +214,12 @@ def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(run, r
     told = said(run("compare", "gap.csv", *named).out)
     assert "gap.csv, part 2 (stretch 2 of 2, that with most of the error)" in told
     assert re.search(r"the error in it is [\d.]+ mN rms", told)
+    monkeypatch.setattr(improved, "DRAWN", 1000)
     outcome = run("improve", "gap.csv", *named, "--add", HIDDEN, "--output", "better")
     assert outcome.status == 0, outcome.err
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")
     assert "Measured and predicted: gap.csv, part 2 (stretch 2 of 2" in page
+    assert "(drawn: the first 0.5 of 1.4 s)" in page
 
 
 def test_a_model_that_fails_on_the_second_recording_is_told(run, recorded, tmp_path):

@@ -152,8 +152,13 @@ def report(
 def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
     measurement, cut = base.measurements[shown], slice(0, DRAWN)
     errors = " to ".join(base.output.tell(fit.error(shown)) for fit in dict.fromkeys((base, final)))
+    drawn = ""
+    if measurement.times.size > DRAWN:
+        drawn = (
+            f" (drawn: the first {measurement.times[DRAWN]:.3g} of {measurement.times[-1]:.3g} s)"
+        )
     return ReportSignals(
-        f"{name}, fitted, error {errors}",
+        f"{name}, fitted, error {errors}{drawn}",
         measurement.times[cut],
         measurement.output_values[cut],
         base.predicted[shown][cut],
