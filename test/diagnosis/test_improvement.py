@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.further import FOLLOWED, Further
 from tissue_probe.diagnosis.improvement import (
     _alone,
     _bettered,
+    _from_beside,
     _is_worth,
     _leads,
     _needed,
@@ -180,6 +181,20 @@ def test_what_alone_is_as_good_as_one_of_two_effects_is_told_beside_the_other():
     ladder = climbed(made, effects=effects)
     assert ladder.verdict == "ambiguous"
     assert {"standard_linear_solid", "tissue_motion"} in map(set, ladder.alternatives)
+
+
+def test_nothing_is_sought_in_the_place_of_what_alone_explains_nothing():
+    """Every effect is as good as that."""
+    measured = measurement(challenge(427018, "standard_linear_solid", "tissue_motion").recording)
+    base = fit_base(Composition(), [measured], EXACT)
+    names = ("force_bias", "tissue_motion", "standard_linear_solid")
+    bias, motion, solid = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
+    (final,) = fit_candidates(bias, [EFFECTS["tissue_motion"]], EXACT)
+    kin, further = [[bias], [motion]], Further(base, EXACT, EFFECTS)
+    further.note([final])
+    found = _from_beside(final, kin, [bias, solid], further)
+    assert found[0][-1].composition.names == ("standard_linear_solid", "tissue_motion")
+    assert _from_beside(final, kin, [solid], further) == []
 
 
 def test_a_second_effect_that_leaves_noise_beyond_doubt_is_kept():

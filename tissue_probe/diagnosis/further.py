@@ -102,11 +102,16 @@ class Further:
         found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
         return [fit for each, fit in found if added(fit).name == each.name]
 
-    def towards(self, last: Fit, firsts: Iterable[Fit]) -> list[Path]:
-        """Return paths from each of other effects to one that was found alone, the best first."""
+    def towards(self, last: Fit, firsts: Iterable[Fit], needed: float | None = None) -> list[Path]:
+        """Return paths from each of other effects to one that was found alone, the best first.
+
+        Searches that will not come near the cost that is needed, that of the one by default, are
+        given up.
+        """
+        bar = last.cost if needed is None else needed
         effect, allowed = added(last), addable(last.composition, self._library)
         others = [fit for fit in firsts if added(fit).name in allowed]
-        found = [(fit, both) for fit in others for both in self.searched(fit, [effect], last.cost)]
+        found = [(fit, both) for fit in others for both in self.searched(fit, [effect], bar)]
         self.note(path[-1] for path in found)
         return sorted(found, key=lambda path: path[-1].bic)
 

@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
+    SIMPLER,
     TIE,
     added,
     alike,
@@ -134,7 +135,8 @@ def climb(
         longest = _longest(further, paths, ranking, leading)
         if not longest or not _removes(best[-1], longest[-1]):
             break
-        longest = _beside_each(tuple(exchanged(longest, ranking, further)), ranking, further)
+        longest = tuple(exchanged(longest, ranking, further))
+        longest = _beside_each(longest, ranking, leading, further)
         if not any(_leads(base, fit) for fit in _alone(longest[-1], ranking)):
             break
         best, paths = longest, [longest]
@@ -262,7 +264,9 @@ def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
     return [(fit,) for fit in ranking if added(fit).name in added(path[0]).simpler]
 
 
-def _beside_each(path: Path, ranking: Sequence[Fit], further: Further) -> Path:
+def _beside_each(
+    path: Path, ranking: Sequence[Fit], leading: Sequence[Fit], further: Further
+) -> Path:
     """Try whatever else goes with either of two effects, until nothing does better.
 
     Both may have to give way at once, too. What does as well is noted, and told in the end.
@@ -274,7 +278,7 @@ def _beside_each(path: Path, ranking: Sequence[Fit], further: Further) -> Path:
         others = further.unasked([(fits[0],) for fits in kin], path[-1])
         others += both_exchanged(path[-1], kin, further)
         if explained(path[-1]):
-            others += _from_beside(kin, ranking, further)
+            others += _from_beside(path[-1], kin, leading, further)
         found = _better(path, sorted(others, key=lambda each: each[-1].bic), further)
         if found is path:
             break
@@ -283,16 +287,18 @@ def _beside_each(path: Path, ranking: Sequence[Fit], further: Further) -> Path:
 
 
 def _from_beside(
-    kin: Sequence[Sequence[Fit]], ranking: Sequence[Fit], further: Further
+    final: Fit, kin: Sequence[Sequence[Fit]], leading: Sequence[Fit], further: Further
 ) -> list[Path]:
     """Return paths to each of two effects from what alone is as good as the other, of any family.
 
-    Found from its own side it may have gone astray.
+    Found from its own side it may have gone astray. Only beside what leads somewhere: what alone
+    explains nothing is as good as any other.
     """
     found: list[Path] = []
     for (own, *_), (other, *_) in (kin, kin[::-1]):
-        near = [fit for fit in ranking if fit.cost < RELATED * own.cost]
-        found += further.towards(other, [fit for fit in near if not further.explains(fit, other)])
+        near = [fit for fit in leading if fit.cost < RELATED * own.cost] if own in leading else []
+        asked = [fit for fit in near if not further.explains(fit, other)]
+        found += further.towards(other, asked, final.cost + SIMPLER)
     return found
 
 
