@@ -25,6 +25,9 @@ AGAIN = 16.0
 EVENTS = 6
 # Steps of regula falsi at the most; a condition of two parts may have a kink at the switch.
 LOCATING = 30
+# A tangent of which less is left is forgotten: processors take a hundred times as long to compute
+# with numbers as small as decay ends in (subnormal ones).
+FORGOTTEN = 1e-100
 # A matrix is squared so many times: the norm's root is then its fastest eigenvalue, or a little
 # more.
 SQUARINGS = 7
@@ -41,6 +44,12 @@ def _to_stage(z, part, f, weight, total, z1):
         for j in range(z.size):
             total[j] += weight * f[j]
             z1[j] = z[j] + part * f[j]
+
+
+@njit(error_model="numpy")
+def _forget(T):
+    for j in range(T.size):
+        T[j] = 0.0 if abs(T[j]) < FORGOTTEN else T[j]
 
 
 @njit(error_model="numpy", fastmath={"contract"})
@@ -247,6 +256,7 @@ def _run(
                     break
             z, z1 = z1, z
             T, T1 = T1, T
+        _forget(T)
         for i in range(n):
             if not abs(z[i]) < 1e6:
                 answer[sample + 1 :] = np.nan
