@@ -303,8 +303,8 @@ class _Proposals:
             best = fit
         return best
 
-    def _around(self, best: Fit, bar: Bar) -> Iterator[Fit]:
-        """Search again from the most promising of the values near those found."""
+    def _around(self, best: Fit, bar: Bar) -> list[Fit]:
+        """Search again from the two most promising of the values near those found."""
         proposals = []
         reach = extent(best, best.named(), self.effect)
         for proposal in self.effect.near(reach, best.named()):
@@ -312,7 +312,7 @@ class _Proposals:
             values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
             proposals.append((self._promise(values, best.starts), values))
         proposals.sort(key=lambda proposal: proposal[0])
-        for _, values in proposals[:2]:
-            fit = search(self.problem, values, best.starts, bar)
-            if fit is not None:
-                yield fit
+        near = [values for _, values in proposals[:2]]
+        with ThreadPoolExecutor(THREADS) as pool:
+            fits = pool.map(lambda values: search(self.problem, values, best.starts, bar), near)
+            return [fit for fit in fits if fit is not None]

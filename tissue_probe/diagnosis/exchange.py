@@ -89,7 +89,8 @@ def _in_its_place(
     """Fit a model with others of its family, or a simpler one, in place of an effect.
 
     Where all is explained, none that contains it is tried. Beside the effect that stays, if it is
-    one, they are searched from there, and it from them where they are nearly as good alone.
+    one, they are searched from there, and it from them where they are nearly as good alone: where
+    they are nothing beside it alone, no way may lead to them from there.
     """
     rivals = [
         effect
@@ -108,30 +109,18 @@ def _in_its_place(
     found = further.known(without.composition, rivals) if explained(final) else []
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
-    found += further.searched(without, others, needed)
+    pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
     if stays and old.name in alone:
         bar = RELATED * alone[old.name].cost
         near = [alone[each.name] for each in rivals if alone[each.name].cost < bar]
-        found += _from_the_other(stays, near, further, needed)
+        pairs += [(fit, stays) for fit in near]
+    for fit, both in further.longer(pairs, needed):
+        told = both if fit is without else _with_last(both, added(fit), further.instrument)
+        found += [told] if told is not None else []
     if any(fit.bic < final.bic for fit in found):
         found = ranked([*found, *further.searched(without, [old], needed)])
     further.note(found)
     return found
-
-
-def _from_the_other(
-    stays: Sequence[Effect], alone: Sequence[Fit], further: Further, needed: float
-) -> list[Fit]:
-    """Search for effects beside each of others, and tell the fits as if these had come last.
-
-    Where they are nothing beside it alone, no way may lead to them from there.
-    """
-    found = [
-        _with_last(both, added(fit), further.instrument)
-        for fit in alone
-        for both in further.searched(fit, stays, needed)
-    ]
-    return [fit for fit in found if fit is not None]
 
 
 def _with_last(fit: Fit, effect: Effect, instrument: Instrument) -> Fit | None:
@@ -141,12 +130,12 @@ def _with_last(fit: Fit, effect: Effect, instrument: Instrument) -> Fit | None:
 
 def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -> list[Path]:
     """Fit kin of one of two effects beside kin of the other, where it does nearly as well alone."""
-    needed = _needed(final)
-    found: list[Path] = []
+    pairs: list[tuple[Fit, Sequence[Effect]]] = []
     for (old, *firsts), (_, *seconds) in (kin, kin[::-1]):
         for first in (fit for fit in firsts if fit.cost < RELATED * old.cost):
             new = [each for each in map(added, seconds) if further.is_new(first, each)]
-            found += [(first, both) for both in further.searched(first, new, needed)]
+            pairs += [(first, new)] if new else []
+    found = further.longer(pairs, _needed(final))
     further.note(path[-1] for path in found)
     return found
 

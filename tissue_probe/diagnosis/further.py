@@ -7,10 +7,11 @@ effects are worth in the end (``improvement``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import fit_candidates
+from tissue_probe.diagnosis.candidates import THREADS, fit_candidates
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, ranked
@@ -89,6 +90,14 @@ class Further:
         whole = [self._library[effect.name] for effect in effects]
         return fit_candidates(fit, whole, self.instrument, needed)
 
+    def longer(
+        self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float = np.inf
+    ) -> list[Path]:
+        """Return what ``searched`` finds beside each of several models, two of them at a time."""
+        with ThreadPoolExecutor(THREADS) as pool:
+            searches = [(fit, pool.submit(self.searched, fit, each, needed)) for fit, each in pairs]
+            return [(fit, both) for fit, search in searches for both in search.result()]
+
     def note(self, fits: Iterable[Fit]) -> None:
         """Keep fits among those that were tried."""
         for fit in fits:
@@ -111,7 +120,7 @@ class Further:
         bar = last.cost if needed is None else needed
         effect, allowed = added(last), addable(last.composition, self._library)
         others = [fit for fit in firsts if added(fit).name in allowed]
-        found = [(fit, both) for fit in others for both in self.searched(fit, [effect], bar)]
+        found = self.longer([(fit, [effect]) for fit in others], bar)
         self.note(path[-1] for path in found)
         return sorted(found, key=lambda path: path[-1].bic)
 

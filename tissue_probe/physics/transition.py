@@ -15,8 +15,8 @@ from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F
 
 # Terms of the Taylor series; a step is halved until what its terms are of is below LARGEST.
 ORDER, LARGEST, HALVINGS = 11, 0.5, 12
-# A start of which less is left is forgotten: processors take a hundred times as long to compute with
-# numbers as small as decay ends in (subnormal ones).
+# A start of which less is left is forgotten: processors take a hundred times as long to compute
+# with numbers as small as decay ends in (subnormal ones).
 FORGOTTEN = 1e-100
 # Of an index without sign Numba does not ask whether it counts from the end: in half the time.
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
