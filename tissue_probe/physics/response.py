@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tissue_probe.physics import machine_code
+from tissue_probe.physics.interpolation import cubics, later
 from tissue_probe.physics.machine_code import MachineCode
 from tissue_probe.physics.rounding import smoothed
 
@@ -166,32 +166,23 @@ def course(kernel: Kernel, measured: FloatArray, period: float, values: FloatArr
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
         return _as_measured(true.tobytes(), period)
-    times = np.arange(true.size) * period
     if rounded:
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
-        kernel.position(times, true, values, changed)
+        kernel.position(np.arange(true.size) * period, true, values, changed)
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
-        changes[row] = _cubics(times, change)
-    pieces = _cubics(times, true)
-    return Course(pieces, period, changes, np.array(kernel.course_columns, dtype=np.int64))
+        changes[row] = cubics(change, period)
+    columns = np.array(kernel.course_columns, dtype=np.int64)
+    return Course(cubics(true, period), period, changes, columns)
 
 
 @lru_cache(maxsize=16)
 def _as_measured(position: bytes, period: float) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
-    true = np.frombuffer(position)
-    pieces = _cubics(np.arange(true.size) * period, true)
-    return Course(pieces, period, np.zeros((0, 4, true.size - 1)), np.zeros(0, dtype=np.int64))
-
-
-def _cubics(times: FloatArray, values: FloatArray) -> FloatArray:
-    """Coefficients of a cubic spline; NaN where parameters have led beyond all bounds."""
-    if not np.isfinite(values).all():
-        return np.full((4, values.size - 1), np.nan)
-    return np.ascontiguousarray(CubicSpline(times, values).c)
+    pieces = cubics(np.frombuffer(position), period)
+    return Course(pieces, period, np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64))
 
 
 def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:
@@ -248,16 +239,10 @@ def _late(
 
     ``late`` is -1 where it is the input that is late.
     """
-    if not (np.isfinite(answer).all() and np.isfinite(sensitivity).all()):
-        return Response(np.full_like(answer, np.nan), sensitivity)
-    times = np.arange(answer.size) * coil.sample_period
-    wanted = times - kernel.late * values[kernel.delay]
-    at = np.clip(wanted, 0.0, times[-1])
-    spline = CubicSpline(times, answer)
-    later = CubicSpline(times, sensitivity)(at)
-    moved = -kernel.late * spline(at, 1) * (at == wanted)
-    later[:, len(kernel.states) + kernel.delay] = moved
-    return Response(spline(at), later)
+    signals = np.column_stack([answer, sensitivity])
+    read, rate = later(signals, coil.sample_period, kernel.late * values[kernel.delay])
+    read[:, 1 + len(kernel.states) + kernel.delay] = -kernel.late * rate
+    return Response(read[:, 0], read[:, 1:])
 
 
 def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
