@@ -14,7 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import THREADS, fit_candidates
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
-from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, ranked
+from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -182,7 +182,8 @@ class Further:
                 self.note([fit])
             if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
                 break
-        return sorted(longer.values(), key=lambda path: path[-1].bic)
+        order = preferred(path[-1] for path in longer.values())
+        return sorted(longer.values(), key=lambda path: order.index(path[-1]))
 
     def _followed(self, fit: Fit, promising: bool, lowest: float, again: bool) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.

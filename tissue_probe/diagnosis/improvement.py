@@ -26,6 +26,7 @@ from tissue_probe.diagnosis.ranking import (
     differing,
     doubtful,
     explained,
+    preferred,
     ranked,
     significant,
     ties,
@@ -311,8 +312,9 @@ def _better(path: Path, others: Sequence[Path], further: Further) -> Path:
         return path
     found = others[0]
     if path:
-        same = set(path[-1].composition.names) == set(found[-1].composition.names)
-        if path[-1].bic <= found[-1].bic + (TIE if same else 0.0):
+        final, other = path[-1], found[-1]
+        same = set(final.composition.names) == set(other.composition.names)
+        if preferred([final, other])[0] is final or (same and final.bic <= other.bic + TIE):
             return path
     return anew(found, further)
 

@@ -86,8 +86,8 @@ def doubtful(fit: Fit) -> bool:
     return fit.rounding > ROUNDING * fit.noise and excess > BEYOND_DOUBT * (EXPLAINED - 1.0)
 
 
-def ranked(fits: Sequence[Fit]) -> list[Fit]:
-    """Order fits with one effect more by BIC, a simpler effect before one that contains it.
+def preferred(fits: Iterable[Fit]) -> list[Fit]:
+    """Order fits by BIC.
 
     Where the coarse steps of an encoder explain all and the best does not, they come first: they
     are there to be seen, and what smooths the force instead (a lag) may do better by a criterion
@@ -95,7 +95,18 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
     """
     order = sorted(fits, key=lambda fit: fit.bic)
     if order and not explained(order[0]):
-        order.sort(key=lambda fit: not (added(fit).rounded != 0 and explained(fit)))
+        order.sort(key=lambda fit: not (_is_coarse(fit) and explained(fit)))
+    return order
+
+
+def _is_coarse(fit: Fit) -> bool:
+    """Whether a model reads an encoder in coarse steps."""
+    return any(effect.rounded != 0 for effect in fit.composition.effects)
+
+
+def ranked(fits: Sequence[Fit]) -> list[Fit]:
+    """Order fits with one effect more as preferred, a simpler effect before one that contains it."""
+    order = preferred(fits)
     for fit in list(order):
         for name in added(fit).simpler:
             simpler = next((each for each in order if added(each).name == name), None)
