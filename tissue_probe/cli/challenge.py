@@ -32,7 +32,10 @@ def make(
         int, typer.Option(metavar="NUMBER", min=1, max=9999, help="Of recordings.")
     ] = 20,
     seed: Annotated[
-        int, typer.Option(metavar="NUMBER", min=0, help="The same seed makes the same recordings.")
+        int,
+        typer.Option(
+            metavar="NUMBER", min=0, help="With all else alike, makes the same recordings again."
+        ),
     ] = 0,
     rig: Annotated[
         str, typer.Option(metavar="RIG", help="exact, or tolerant: off within its tolerances.")

@@ -107,7 +107,10 @@ class Answer(_Entry):
         description="what each model adds that explains the recording equally well; none if one"
     )
     unseen: list[str] = Field(description="effects that this excitation could not have shown")
-    effects: list[str] = Field(description="what improve would add, in order")
+    effects: list[str] = Field(
+        description="what improve would add, in order; before them what spoilt the samples, which "
+        "no model undoes: adc_saturation, stuck_samples"
+    )
     rmse: Rmse
     noise_floor: Number = Field(
         description="standard deviation of the output's white noise [output.unit]"

@@ -105,7 +105,7 @@ def _is_coarse(fit: Fit) -> bool:
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:
-    """Order fits with one effect more as preferred, a simpler effect before one that contains it."""
+    """Order fits with one effect more, a simpler effect before one that contains it."""
     order = preferred(fits)
     for fit in list(order):
         for name in added(fit).simpler:
