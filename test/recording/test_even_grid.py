@@ -82,6 +82,18 @@ def test_short_gaps_leave_samples_that_are_not_known(digits, lost):
     assert_allclose(span.times, 5.0 + np.arange(1000) * 5e-4, atol=1e-4)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_many_missing_samples_are_no_irregular_sampling(share):
+    kept = np.random.default_rng(4).uniform(size=4000) >= share
+    kept[:2] = True
+    time = np.arange(4000)[kept] * 5e-4
+    grid = even_grid(time, "x.csv", bridged=20)
+    (span,) = grid.spans
+    assert_allclose(grid.period, 5e-4, rtol=1e-9)
+    known = np.isfinite(grid.values(span, time, sine(time)))
+    assert_array_equal(known, kept[: known.size])
+
+
 def test_longer_gaps_and_those_behind_which_the_clock_is_out_of_step_still_split():
     clock = np.arange(1000) * 1e-3
     clock[700:] += 4e-4

@@ -26,6 +26,10 @@ BRIDGED = 3
 IRREGULAR = 0.05
 """Share of steps in time off by more than half a period that makes a recording no regular one."""
 
+WHOLE = 0.1
+"""Steps as near as this to several whole periods are none of these: samples are missing [periods].
+"""
+
 ODD, FEW = 0.02, 0.01
 """Steps off by more than so many periods do not count in the period where they are so few."""
 
@@ -99,7 +103,7 @@ def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
     ------
     RecordingError
         If there are fewer than two times, one is not known or not later than the one before, or
-        more than 5 % of the steps are off by more than half a period.
+        more than 5 % of the steps are off by more than half a period, and no whole number of them.
     """
     _check(time, where)
     steps = np.diff(time)
@@ -197,7 +201,10 @@ def _check(time: FloatArray, where: str) -> None:
 
 
 def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
-    off = np.mean(np.abs(steps / usual - 1.0) > 0.5)
+    """Refuse times that follow no rate; where samples are missing they still do."""
+    periods = steps / usual
+    in_step = (periods > 1.5) & (np.abs(periods - np.rint(periods)) < WHOLE)
+    off = np.mean((np.abs(periods - 1.0) > 0.5) & ~in_step)
     if off > IRREGULAR:
         raise RecordingError(
             f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
