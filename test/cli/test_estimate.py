@@ -138,7 +138,11 @@ def test_what_cannot_be_done_is_said_in_one_line(fails, csv, tmp_path, arguments
         ("none.mcap", None, "none.mcap: No such file or directory"),
         ("empty.mcap", "", "empty.mcap is empty: nothing was recorded"),
         ("text.mcap", "t,u,F\n0,0,0\n", "text.mcap is not an MCAP file"),
-        ("measured.txt", "t,u,F\n0,0,0\n", "measured.txt is not an MCAP file"),
+        (
+            "measured.txt",
+            "t,u,F\n0,0,0\n",
+            "(nor another bag of ROS, nor a table: those end in .csv, .parquet or .mat)",
+        ),
     ],
 )
 def test_a_file_that_is_no_measurement_is_named_with_what_is_wrong(

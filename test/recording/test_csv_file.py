@@ -94,7 +94,8 @@ def test_a_sample_period_stands_for_the_times(csv):
     [
         ("", "no column u, F, t; its columns are none: it is empty"),
         ("t,u\n0,1\n", "no column F; its columns are t, u"),
-        ("t;u;F\n0;1;2\n", "no column u, F, t; its columns are t;u;F"),
+        ("t;u;F\n0;1;2\n", "separates its cells by semicolons; write it with commas"),
+        ("t\tu\tF\n0\t1\t2\n", "separates its cells by tabs; write it with commas"),
         ("t,u,F\n", "no rows"),
         ("t,u,F\n0,1,2\n", "has one row"),
         ("t,u,F\n0,1,2\n1,1,two\n", "line 3: column F is 'two'"),

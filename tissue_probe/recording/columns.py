@@ -88,9 +88,20 @@ def require_columns(path: Path, names: Sequence[str], available: Sequence[str]) 
 def _csv_names(path: Path) -> list[str]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return [name.strip() for name in next(csv.reader(file), [])]
+            return _header(path, csv.reader(file))
     except (UnicodeDecodeError, csv.Error) as error:
         raise RecordingError(f"{path} is not a CSV file in UTF-8: {error}") from error
+
+
+def _header(path: Path, rows: Iterator[list[str]]) -> list[str]:
+    names = [name.strip() for name in next(rows, [])]
+    for other, called in ((";", "semicolons"), ("\t", "tabs")):
+        if len(names) == 1 and other in names[0]:
+            raise RecordingError(
+                f"{path} separates its cells by {called}; write it with commas, and numbers with "
+                "decimal points"
+            )
+    return names
 
 
 def _csv(path: Path, names: Sequence[str]) -> list[FloatArray]:
@@ -102,7 +113,7 @@ def _csv(path: Path, names: Sequence[str]) -> list[FloatArray]:
 
 
 def _numbers(path: Path, rows: Iterator[list[str]], names: Sequence[str]) -> list[FloatArray]:
-    header = [name.strip() for name in next(rows, [])]
+    header = _header(path, rows)
     require_columns(path, names, header)
     places = [header.index(name) for name in names]
     numbers = [

@@ -63,4 +63,7 @@ def _open_folder(path: Path) -> Bag:
 def _what_is_wrong(path: Path, head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    return "is not an MCAP file (nor another bag of ROS); give what the recorder wrote"
+    return (
+        "is not an MCAP file (nor another bag of ROS, nor a table: those end in .csv, .parquet or "
+        ".mat); give what the recorder wrote"
+    )
