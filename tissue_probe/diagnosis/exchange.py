@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from tissue_probe.diagnosis.candidates import SAME, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import RELATED, Further, Path
@@ -29,6 +27,8 @@ def anew(path: Path, further: Further) -> Path:
     if explained(final) or not significant(path[-2], final):
         return path
     for other in _without_first(path, further.instrument):
+        if further.has_settled(other, first):
+            continue
         for fit in further.searched(other, [first]):
             found = refit(fit, final.composition.having(added(fit)), further.instrument)
             if found is not None and found.bic < path[-1].bic:
@@ -141,8 +141,8 @@ def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -
 
 
 def _needed(final: Fit) -> float:
-    """Return the cost asked of what takes an effect's place: any, where something is left."""
-    return final.cost + SIMPLER if explained(final) else np.inf
+    """Return the cost asked of what takes an effect's place."""
+    return final.cost + SIMPLER
 
 
 def kin_of(effect: Effect, ranking: Sequence[Fit]) -> list[Fit]:

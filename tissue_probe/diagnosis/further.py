@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import THREADS, fit_candidates
+from tissue_probe.diagnosis.candidates import SAME, THREADS, fit_candidates
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, preferred, ranked
@@ -66,6 +66,7 @@ class Further:
         self._base, self.instrument, self._library = base, instrument, library
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
         self._extended: set[tuple[tuple[str, ...], bool]] = set()
+        self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
 
@@ -111,15 +112,18 @@ class Further:
         found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
         return [fit for each, fit in found if added(fit).name == each.name]
 
-    def towards(self, last: Fit, firsts: Iterable[Fit], needed: float | None = None) -> list[Path]:
+    def towards(self, last: Fit, firsts: Iterable[Fit], needed: float) -> list[Path]:
         """Return paths from each of other effects to one that was found alone, the best first.
 
-        Searches that will not come near the cost that is needed, that of the one by default, are
-        given up.
+        Searches that will not come near the cost that is needed, or that of the one, are given up.
         """
-        bar = last.cost if needed is None else needed
+        bar = min(needed, last.cost)
         effect, allowed = added(last), addable(last.composition, self._library)
-        others = [fit for fit in firsts if added(fit).name in allowed]
+        others = [
+            fit
+            for fit in firsts
+            if added(fit).name in allowed and not self.has_settled(fit, effect)
+        ]
         found = self.longer([(fit, [effect]) for fit in others], bar)
         self.note(path[-1] for path in found)
         return sorted(found, key=lambda path: path[-1].bic)
@@ -127,6 +131,11 @@ class Further:
     def is_new(self, fit: Fit, effect: Effect) -> bool:
         """Whether an effect was not tried yet together with those of a fit, in whatever order."""
         return frozenset((*fit.composition.names, effect.name)) not in self.tried
+
+    def has_settled(self, fit: Fit, effect: Effect) -> bool:
+        """Whether a search for an effect beside this fit, or one as good, has led somewhere."""
+        begun = self._settled.get((*fit.composition.names, effect.name), np.inf)
+        return 1.0 / SAME < fit.cost / begun < SAME
 
     def explains(self, fit: Fit, other: Fit) -> bool:
         """Whether both fits' effects together were found to explain all, in whatever order."""
@@ -180,6 +189,8 @@ class Further:
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
                 self.note([fit])
+                if fit.converged:
+                    self._settled[fit.composition.names] = path[-1].cost
             if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
                 break
         order = preferred(path[-1] for path in longer.values())

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
@@ -257,7 +259,8 @@ def _longest(
     best = _better(best, further.of(others), further)
     if best and explained(best[-1]):
         return best
-    return _better(best, further.towards(paths[0][0], leading), further)
+    needed = best[-1].cost if best else np.inf
+    return _better(best, further.towards(paths[0][0], leading, needed), further)
 
 
 def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
