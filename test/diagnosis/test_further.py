@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
@@ -67,14 +68,41 @@ def test_what_will_not_come_near_a_known_rival_is_given_up_unless_it_is_simpler(
 
 
 def test_a_pair_is_found_from_the_one_side_that_leads_to_it():
-    made = challenge(453000, "adhesion", "hunt_crossley", rig="tolerant")
-    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    made = challenge(453148, "adhesion", "hunt_crossley")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
     names = ("adhesion", "hunt_crossley", "force_gain")
-    adhesion, hunt, gain = (fit_candidates(base, [EFFECTS[n]], TOLERANT)[0] for n in names)
-    assert fit_candidates(hunt, [EFFECTS["adhesion"]], TOLERANT)[0].ratio > 5.0
-    further = Further(base, TOLERANT, EFFECTS)
-    (first, both), *_ = further.towards(hunt, [gain, hunt, adhesion])
+    adhesion, hunt, gain = (fit_candidates(base, [EFFECTS[n]], EXACT)[0] for n in names)
+    assert fit_candidates(hunt, [EFFECTS["adhesion"]], EXACT)[0].ratio > 5.0
+    further = Further(base, EXACT, EFFECTS)
+    (first, both), *_ = further.towards(hunt, [gain, hunt, adhesion], np.inf)
     assert first is adhesion
     assert both.composition.names == ("adhesion", "hunt_crossley")
     assert explained(both)
     assert not further.is_new(hunt, EFFECTS["adhesion"])
+
+
+def test_a_search_that_has_settled_is_not_made_again_from_the_same_fit():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    names = ("load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    cell, coulomb = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
+    further, friction = Further(base, EXACT, library(*names)), EFFECTS["coulomb_friction"]
+    assert not further.has_settled(cell, friction)
+    assert len(further.towards(coulomb, [cell], np.inf)) == 1
+    assert len(further.of([(cell,)])) == 1
+    assert further.has_settled(cell, friction)
+    assert not further.has_settled(replace(cell, cost=1.01 * cell.cost), friction)
+    assert further.towards(coulomb, [cell], np.inf) == []
+
+
+def test_a_pair_of_which_coarse_steps_explain_the_rest_comes_before_what_smooths_the_force():
+    """A lag and a mode leave less by the criterion, and do not explain all."""
+    hidden = ("cubic_stiffening", "encoder_quantization")
+    made = challenge(333015, *hidden, excitation="sine10ss")
+    base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], EXACT)
+    names = (*hidden, "force_lag", "structural_mode")
+    firsts = [(fit_candidates(base, [EFFECTS[n]], EXACT)[0],) for n in ("force_lag", hidden[0])]
+    best, *others = Further(base, EXACT, library(*names)).of(firsts)
+    assert set(best[-1].composition.names) == set(hidden)
+    assert explained(best[-1])
+    assert min(path[-1].bic for path in others) < best[-1].bic

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
@@ -352,9 +353,21 @@ def test_what_was_tried_beside_the_others_before_is_not_searched_again():
     ranking = [fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names]
     first = ranking[-1]
     tried, long = (fit_candidates(first, [EFFECTS[name]], EXACT)[0] for name in names[:2])
-    further = Further(base, EXACT, EFFECTS)
-    further.note([tried])
-    assert exchanged([first, long], ranking, further)[-1] is tried
+    asked = []
+
+    class Listening(Further):
+        def searched(self, fit, effects, needed=np.inf):
+            asked.extend((fit.composition.names, effect.name) for effect in effects)
+            return super().searched(fit, effects, needed)
+
+    for known in ([], [tried]):
+        further = Listening(base, EXACT, EFFECTS)
+        further.note(known)
+        asked.clear()
+        final = exchanged([first, long], ranking, further)[-1]
+        assert set(final.composition.names) == set(tried.composition.names)
+        assert final.cost == pytest.approx(tried.cost, rel=1e-4)
+        assert ((first.composition.names, "coulomb_friction") in asked) is not bool(known)
 
 
 def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it():

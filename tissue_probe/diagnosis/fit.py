@@ -35,6 +35,9 @@ HOPELESS = 1.5
 LEAST_EXCESS = 0.04
 #: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
 KEPT = 0.4
+#: Share to which damping falls after a step; and after one that follows a refused one: it falls
+#: faster with each, since in a valley what was refused will be again.
+EASE, CAREFUL = 0.1, 0.7
 BLOCKS = 8
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
 #: motion that goes on of its prior. Where the model lacks an effect, its residual would else
@@ -551,21 +554,21 @@ def search(
 
 
 def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
-    damping, settled, gain = 1e-3, False, np.inf
+    damping, ease, settled, gain = 1e-3, EASE, False, np.inf
     for _ in range(MOST_STEPS):
         values, starts, promised = _solve(problem, point, damping)
         if bar.out_of_reach(point.cost, max(gain, KEPT * (point.cost - promised))):
             break
         trial = _point(problem, values, starts)
         if trial is None or trial.cost > point.cost:
-            damping = max(damping, 1e-7) * 8.0
+            damping, ease = max(damping, 1e-7) * 8.0, CAREFUL
             if damping > 1e6:
                 settled = True
                 break
             continue
         gain = point.cost - trial.cost
         settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
-        point, damping = trial, damping * 0.1
+        point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
     bar.cost = min(bar.cost, point.cost)
