@@ -11,7 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rclpy
 from mcap.reader import make_reader
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
 from rosbags.highlevel import AnyReader
 from std_srvs.srv import SetBool
 
@@ -120,6 +124,33 @@ def test_parameters_excitation_and_phantom_are_in_the_recording(recorded):
     assert parameters["excitation.amplitude"] == 0.85
     assert recorded_phantom(recording).background_stiffness == 450.0
     assert node_parameters(recording, "estimator", "ukf")["load_cell_stiffness"] == 9700.0
+
+
+def test_a_node_that_cannot_be_asked_yet_is_asked_when_it_can(session, bag):
+    """Its name is known before its services are, on a busy machine by seconds."""
+    running = session(recorder(bag))
+    context = running.node.context
+    late = rclpy.create_node(
+        "late", namespace="/probe", context=context, start_parameter_services=False
+    )
+    late.declare_parameter("gain", 1.0)
+    running.wait_until(
+        lambda: running.node.count_clients("/probe/late/list_parameters") > 0, "a client of it"
+    )
+    services = ParameterService(late)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(late)
+
+    def recorded_gain() -> str | None:
+        executor.spin_once(timeout_sec=0.0)
+        return summarize(bag).metadata.get("/probe/late", {}).get("gain")
+
+    running.wait_until(lambda: recorded_gain() == "1.0", "the first value in the recording")
+    late.set_parameters([Parameter("gain", value=2.0)])
+    running.wait_until(lambda: recorded_gain() == "2.0", "the second value in the recording")
+    executor.shutdown()
+    del services
+    late.destroy_node()
 
 
 def test_the_per_sample_repeats_are_left_out_unless_asked_for(recorded, session, bag):

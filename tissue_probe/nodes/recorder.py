@@ -20,7 +20,7 @@ from tissue_probe.nodes.diagnostics import OK, STALE, WARN, Diagnostics, Health,
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.remote_parameters import fetch_parameters
+from tissue_probe.nodes.remote_parameters import RemoteParameters
 from tissue_probe.recording.definitions import message_definition, share_folders
 from tissue_probe.recording.writer import McapWriter
 from tissue_probe.settings import setting
@@ -68,13 +68,13 @@ class Recorder(Node):
             set() if settings.per_sample else {self.resolve_topic_name(name) for name in PER_SAMPLE}
         )
         self._known_topics: set[str] = set()
-        self._known_nodes: set[str] = set()
         self.messages = 0
         self._rate = Rate()
         self._growth = Rate()
         self._failed = False
         self._writer = McapWriter(self._path, {})
         self._inbox = Inbox(self)
+        self._remote_parameters = RemoteParameters(self, self._write_parameters)
         self.create_subscription(
             ParameterEvent, "/parameter_events", self._on_parameter_event, QoSProfile(depth=100)
         )
@@ -104,11 +104,13 @@ class Recorder(Node):
         for topic, types in self.get_topic_names_and_types():
             if topic not in self._known_topics and topic not in self._left_out:
                 self._add(topic, types)
-        for name, namespace in self.get_node_names_and_namespaces():
-            full_name = f"{namespace.rstrip('/')}/{name}"
-            if full_name not in self._known_nodes and not name.startswith("_"):
-                self._known_nodes.add(full_name)
-                fetch_parameters(self, full_name, partial(self._write_parameters, full_name))
+        self._remote_parameters.follow(
+            {
+                f"{namespace.rstrip('/')}/{name}"
+                for name, namespace in self.get_node_names_and_namespaces()
+                if not name.startswith("_")
+            }
+        )
 
     def _add(self, topic: str, types: Sequence[str]) -> None:
         """Record a topic from now on, unless it is hidden or nobody publishes it."""
@@ -133,8 +135,7 @@ class Recorder(Node):
         self._writer.write(channel, received or sent, sent, data)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
-        # Asked once, however many parameters change together.
-        self._known_nodes.discard(event.node)
+        self._remote_parameters.ask_again(event.node)
 
     def _write_parameters(self, node_name: str, values: dict[str, object]) -> None:
         self._writer.add_metadata(
