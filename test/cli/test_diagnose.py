@@ -16,7 +16,9 @@ from tissue_probe.cli import improved
 from tissue_probe.diagnosis import fit
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.physics import library
+from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.model_file import save
 
 #: The kernels of every effect are compiled where no earlier run has done so.
 pytestmark = pytest.mark.timeout(900)
@@ -357,6 +359,78 @@ def test_the_answer_of_compare_holds_the_model_that_it_prints(run, recorded, tmp
     assert 1e3 * compared["rmse_training"] == pytest.approx(printed, rel=1e-3)
     stiffness = held["parameters"]["stiffness"]["value"]
     assert compared["parameters"]["stiffness"]["value"] == pytest.approx(stiffness)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Let a few effects be the library: every other would be compiled beside the hidden one."""
+    names = (HIDDEN, "coulomb_friction", "force_bias")
+    monkeypatch.setattr(library, "effects", lambda files=(): {n: EFFECTS[n] for n in names})
+
+
+def test_an_improved_model_is_fitted_again_to_the_second_recording(run, recorded, tmp_path, few):
+    assert run("improve", "data.csv", *RESTED, "--add", HIDDEN).status == 0
+    begun = ("--model", "improved/model.yaml", *RESTED)
+    outcome = run("improve", "data_second.csv", *begun, "--json", "out.json", "-o", "again")
+    assert outcome.status == 0, outcome.err
+    assert "Adequate: nothing is missing" in said(outcome.out)
+    told = Answer.model_validate_json((tmp_path / "out.json").read_text())
+    assert told.verdict == "adequate"
+    assert [step.effects for step in told.ladder] == [[HIDDEN]]
+    assert told.effects == []
+    assert HIDDEN not in {each.effect for each in told.ranking}
+    first, second = (
+        yaml.safe_load((tmp_path / folder / "model.yaml").read_text())
+        for folder in ("improved", "again")
+    )
+    assert second["effects"] == first["effects"]
+    old, new = (each["parameters"]["stiffness"] for each in (first, second))
+    assert new["value"] != old["value"]
+    assert new["value"] == pytest.approx(old["value"], rel=0.05)
+    assert f"Kelvin-Voigt + {HIDDEN}" in (tmp_path / "again" / "report.html").read_text()
+    again = run("diagnose", "data_second.csv", *begun, "--json", "out.json")
+    assert again.status == 0, again.err
+    assert json.loads((tmp_path / "out.json").read_text())["verdict"] == "adequate"
+
+
+def test_what_a_model_misses_is_sought_beside_its_effects(run, recorded, tmp_path, few):
+    assert run("improve", "data.csv", *RESTED, "--add", "coulomb_friction").status == 0
+    begun = ("--model", "improved/model.yaml", "--json", "out.json", *RESTED)
+    outcome = run("diagnose", "data.csv", *begun)
+    assert outcome.status == 0, outcome.err
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert told["effects"] == [HIDDEN]
+    assert told["ladder"][-1]["effects"] == ["coulomb_friction", HIDDEN]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--rig", "rigid_probe"), "--rig rigid_probe contradicts --model improved/model.yaml"),
+        (("--tissue", "maxwell"), "is of a kelvin_voigt; leave out one of them"),
+        (("--add", HIDDEN), f"--add {HIDDEN}: the model has it already"),
+    ],
+)
+def test_what_contradicts_a_model_gets_one_sentence(
+    run, fails, recorded, tmp_path, arguments, words
+):
+    model = Composition(effects=(EFFECTS[HIDDEN],))
+    values = {entry.name: entry.default for entry in model.values}
+    (tmp_path / "improved").mkdir()
+    save(tmp_path / "improved" / "model.yaml", model, values, {})
+    assert words in fails("improve", "data.csv", "--model", "improved/model.yaml", *arguments)
+
+
+def test_a_model_with_an_effect_of_ones_own_is_fitted_again(run, recorded, tmp_path):
+    mine = ("--effects", MINE)
+    assert run("improve", "data.csv", *RESTED, *mine, "--add", "quadratic_drag").status == 0
+    begun = ("--model", "improved/model.yaml", *RESTED, "--add", HIDDEN, "-o", "again")
+    for given in ((), mine):  # the model names the file itself
+        outcome = run("improve", "data.csv", *begun, *given)
+        assert outcome.status == 0, outcome.err
+        model = yaml.safe_load((tmp_path / "again" / "model.yaml").read_text())
+        assert [each["name"] for each in model["effects"]] == ["quadratic_drag", HIDDEN]
+        assert model["effects"][0]["file"].endswith("my_effect.py")
 
 
 def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):

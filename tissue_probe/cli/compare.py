@@ -31,8 +31,8 @@ def compare(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
-    rig: asked.Rig = asked.RigName.compliant_probe,
-    tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
+    rig: asked.Rig = None,
+    tissue: asked.TissueOption = None,
     known_rig: asked.KnownRig = False,
     constant: asked.Constants = None,
     model: Annotated[
@@ -59,16 +59,15 @@ def compare(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    begun = asked.begun(model, rig, tissue, [])
+    composition = begun.composition
+    instrument = asked.instrument(composition.rig, known_rig, constant or [])
     segments = measured.read_measured(files, layout, starts, site, lowpass)
+    taken = asked.measurements(segments, composition.output)
     if model:
-        fit = asked.held(model, segments)
-        taken = list(fit.measurements)
-        rig = asked.RigName(fit.composition.rig)
-    instrument = asked.instrument(rig, known_rig, constant or [])
-    if not model:
-        begun = asked.composition(rig, tissue)
-        taken = asked.measurements(segments, begun.output)
-        fit = fit_base(begun, cleaned(taken)[0], instrument)
+        fit = asked.held(begun, taken)
+    else:
+        fit = fit_base(composition, cleaned(taken)[0], instrument)
     asked.note_fit(fit, fit)
     _print_errors(fit)
     _print_failures(fit, [segment.source for segment in segments])

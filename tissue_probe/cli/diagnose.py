@@ -25,8 +25,9 @@ def diagnose(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
-    rig: asked.Rig = asked.RigName.compliant_probe,
-    tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
+    rig: asked.Rig = None,
+    tissue: asked.TissueOption = None,
+    model: asked.ModelOption = None,
     known_rig: asked.KnownRig = False,
     constant: asked.Constants = None,
     effects: asked.EffectFiles = None,
@@ -44,12 +45,12 @@ def diagnose(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    begun = asked.begun(model, rig, tissue, effects or [])
     diagnosis = asked.diagnosis(
         measured.read_measured(files, layout, starts, site, lowpass),
         measured.read_measured(validate or [], layout, starts, site, lowpass),
-        asked.composition(rig, tissue),
-        asked.instrument(rig, known_rig, constant or []),
-        effects or [],
+        begun,
+        asked.instrument(begun.composition.rig, known_rig, constant or []),
     )
     told = answer(diagnosis)
     table = Table(title="The model with one effect more, the best first", title_justify="left")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.measurement import Instrument, Measurement
     from tissue_probe.diagnosis.residual_test import ResidualTest
     from tissue_probe.diagnosis.separation import Suggestion
-    from tissue_probe.physics.composition import Composition
+    from tissue_probe.physics.model_file import FittedModel
     from tissue_probe.quantities import Quantity
 
 
@@ -54,13 +54,27 @@ FLICKER = "flicker_noise"
 AT_LIMIT = ", at its limit"
 
 Rig = Annotated[
-    RigName,
+    RigName | None,
     typer.Option(
         help="How the instrument couples to the tissue; in force_driven the force is the input, "
-        "and the position is predicted."
+        "and the position is predicted.",
+        show_default=RigName.compliant_probe.value,
     ),
 ]
-TissueOption = Annotated[TissueName, typer.Option("--tissue", help="The model to begin with.")]
+TissueOption = Annotated[
+    TissueName | None,
+    typer.Option(
+        "--tissue", help="The model to begin with.", show_default=TissueName.kelvin_voigt.value
+    ),
+]
+ModelOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--model",
+        metavar="FILE",
+        help="Begin with this model.yaml, in place of rig and tissue: its values are fitted again.",
+    ),
+]
 KnownRig = Annotated[
     bool, typer.Option("--known-rig", help="Take the rig's constants as exactly known.")
 ]
@@ -94,14 +108,50 @@ Json = Annotated[
 ]
 
 
-def composition(rig: RigName, tissue: TissueName) -> Composition:
-    """Return the model to begin with."""
+def begun(
+    file: Path | None,
+    rig: RigName | None,
+    tissue: TissueName | None,
+    effect_files: Sequence[Path],
+) -> FittedModel:
+    """Return the model to begin with: that of a file, or of a rig and a tissue without numbers.
+
+    Parameters
+    ----------
+    file : Path or None
+        A model.yaml.
+    rig, tissue
+        As asked for; without a file the paper's where they are not.
+    effect_files : sequence of Path
+        Python files with effects of the user's own.
+
+    Raises
+    ------
+    ValueError
+        If the file is no model, or of another rig or tissue than is asked for.
+    """
     from tissue_probe.physics.composition import Composition
+    from tissue_probe.physics.model_file import FittedModel, load
 
-    return Composition(rig.value, tissue.value)
+    if file is None:
+        plain = Composition(
+            (rig or RigName.compliant_probe).value, (tissue or TissueName.kelvin_voigt).value
+        )
+        return FittedModel(plain, {}, {}, effect_files=tuple(effect_files))
+    model = load(file, effect_files)
+    for option, asked, own in (
+        ("--rig", rig, model.composition.rig),
+        ("--tissue", tissue, model.composition.tissue),
+    ):
+        if asked and asked.value != own:
+            raise ValueError(
+                f"{option} {asked.value} contradicts --model {file}, which is of a {own}; leave "
+                f"out one of them"
+            )
+    return model
 
 
-def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrument:
+def instrument(rig: str, known: bool, constants: Sequence[str]) -> Instrument:
     """Return the rig's constants, those of the paper unless others are given.
 
     Raises
@@ -112,14 +162,14 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
     from tissue_probe.diagnosis.measurement import KNOWN, Instrument
     from tissue_probe.physics.composition import Composition
 
-    values = dict(KNOWN[rig.value])
+    values = dict(KNOWN[rig])
     flicker_noise = None
     for text in constants:
         name, _, number = text.partition("=")
         value, _, deviation = number.partition("+-")
         if name not in (*values, *TISSUE, FLICKER):
             raise ValueError(
-                f"--constant {text}: {name} is no constant of {rig.value}; "
+                f"--constant {text}: {name} is no constant of {rig}; "
                 f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
             )
         try:
@@ -135,13 +185,13 @@ def instrument(rig: RigName, known: bool, constants: Sequence[str]) -> Instrumen
             if not 0.0 <= flicker_noise < float("inf"):
                 raise ValueError(f"--constant {text}: give its rms in newtons, 0 or more")
             continue
-        (entry,) = Composition(rig.value).entries([name])
+        (entry,) = Composition(rig).entries([name])
         if not entry.lower <= values[name][0] <= entry.upper:
             raise ValueError(
-                f"--constant {text}: {name} of {rig.value} lies from {entry.lower:g} to "
+                f"--constant {text}: {name} of {rig} lies from {entry.lower:g} to "
                 f"{entry.upper:g} {entry.unit}; give one that does"
             )
-    chosen = Instrument(rig.value, values, flicker_noise)
+    chosen = Instrument(rig, values, flicker_noise)
     return chosen.exact() if known else chosen
 
 
@@ -394,36 +444,34 @@ def picture(fit: Fit, index: int, sources: Sequence[str]) -> Figure:
     )
 
 
-def held(model: Path, segments: Sequence[Segment]) -> Fit:
+def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
     """Return a model file's model on what was read: only the state at the start is fitted.
 
     Raises
     ------
     ValueError
-        If the file is no model, or it cannot be simulated on these measurements.
+        If it cannot be simulated on these measurements.
     """
     from tissue_probe.diagnosis.coloured import whitened
     from tissue_probe.diagnosis.diagnosis import cleaned
     from tissue_probe.diagnosis.fit import Problem, search
     from tissue_probe.diagnosis.measurement import Instrument
-    from tissue_probe.physics.model_file import load
 
-    file = load(model)
-    taken, _ = cleaned(measurements(segments, file.composition.output))
-    rig = Instrument(file.composition.rig, {})
-    problem = Problem(file.composition, taken, rig, file.values)
+    rig = Instrument(model.composition.rig, {})
+    problem = Problem(model.composition, cleaned(taken)[0], rig, model.values)
     fit = search(problem, problem.nominal, [begun.mean for begun in problem.begin(problem.nominal)])
     if fit is None:
-        raise ValueError(f"{model} diverges on these measurements; was it fitted to other units?")
-    return whitened(fit, rig, file.values)
+        raise ValueError(
+            "--model: it diverges on these measurements; was it fitted to other units?"
+        )
+    return whitened(fit, rig, model.values)
 
 
 def diagnosis(
     segments: Sequence[Segment],
     validation: Sequence[Segment],
-    model: Composition,
+    model: FittedModel,
     known: Instrument,
-    effect_files: Sequence[Path],
     add: Sequence[str] = (),
 ) -> Diagnosis:
     """Diagnose what was read, with effects of the library and of the user's files.
@@ -431,17 +479,20 @@ def diagnosis(
     Raises
     ------
     ValueError
-        If the samples are worthless, or an effect is not known.
+        If the samples are worthless, or an effect is not known, or in the model already.
     """
     from tissue_probe.diagnosis.diagnosis import diagnose
     from tissue_probe.physics.library import effects
 
-    library = effects(effect_files)
+    composition = model.composition
+    library = effects(model.effect_files)
     for name in add:
         if name not in library:
             raise ValueError(f"--add {name}: no such effect; known are {', '.join(library)}")
-    taken, tried = (measurements(each, model.output) for each in (segments, validation))
-    found = diagnose(model, taken, known, library, tried, tuple(add))
+        if name in composition.names:
+            raise ValueError(f"--add {name}: the model has it already; leave it out")
+    taken, tried = (measurements(each, composition.output) for each in (segments, validation))
+    found = diagnose(composition, taken, known, library, tried, tuple(add), model.values)
     note_fit(found.ladder.base, found.ladder.final)
     return found
 

@@ -36,8 +36,9 @@ def improve(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
-    rig: asked.Rig = asked.RigName.compliant_probe,
-    tissue: asked.TissueOption = asked.TissueName.kelvin_voigt,
+    rig: asked.Rig = None,
+    tissue: asked.TissueOption = None,
+    model: asked.ModelOption = None,
     known_rig: asked.KnownRig = False,
     constant: asked.Constants = None,
     effects: asked.EffectFiles = None,
@@ -69,13 +70,13 @@ def improve(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    begun = asked.begun(model, rig, tissue, effects or [])
     segments = measured.read_measured(files, layout, starts, site, lowpass)
     diagnosis = asked.diagnosis(
         segments,
         measured.read_measured(validate or [], layout, starts, site, lowpass),
-        asked.composition(rig, tissue),
-        asked.instrument(rig, known_rig, constant or []),
-        effects or [],
+        begun,
+        asked.instrument(begun.composition.rig, known_rig, constant or []),
         add or [],
     )
     ladder = diagnosis.ladder
@@ -89,7 +90,7 @@ def improve(
         print(sentence)
     output.mkdir(parents=True, exist_ok=True)
     sources = [segment.source for segment in segments]
-    write(output, diagnosis, files, sources, validate or [], effects or [])
+    write(output, diagnosis, files, sources, validate or [], begun.effect_files)
     print(f"model.yaml, ladder.png, compare.png and report.html are in {output}.")
     if json:
         json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")

@@ -47,11 +47,26 @@ THREADS = 2
 
 
 def fit_base(
-    composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    begin_at: Mapping[str, float] | None = None,
 ) -> Fit:
     """Fit a model from its default values, and from what a first look at the samples tells.
 
     A tissue that relaxes is fitted from where relaxation beside a Kelvin-Voigt solid ends, too.
+
+    Parameters
+    ----------
+    composition : Composition
+        The model.
+    measurements : sequence of Measurement
+        All of one specimen.
+    instrument : Instrument
+        What is known of the rig.
+    begin_at : mapping of str to float, optional
+        Values found before, maybe on another specimen: the search begins there, and there with what
+        a first look tells.
 
     Raises
     ------
@@ -59,12 +74,18 @@ def fit_base(
         If no start leads to a fit.
     """
     problem = Problem(composition, measurements, instrument)
+    guesses = first_guesses(measurements)
+    if begin_at:
+        guesses = [dict(begin_at), *({**begin_at, **guess} for guess in guesses)]
+    else:
+        guesses += _relaxed(composition, measurements, instrument)
     fits = []
-    for guess in [*first_guesses(measurements), *_relaxed(composition, measurements, instrument)]:
+    for guess in guesses:
         values = problem.nominal.copy()
         for index, name in enumerate(problem.kernel.values):
             if name in guess and problem.free[index]:
                 values[index] = guess[name]
+        values = np.clip(values, problem.lower, problem.upper)
         starts = [begun.mean for begun in problem.begin(values)]
         fits.append(search(problem, values, starts))
     found = [fit for fit in fits if fit is not None]

@@ -107,6 +107,7 @@ def diagnose(
     library: Mapping[str, Effect],
     validation: Sequence[Measurement] = (),
     wanted: Sequence[str] = (),
+    begin_at: Mapping[str, float] | None = None,
 ) -> Diagnosis:
     """Say what a model misses.
 
@@ -124,6 +125,8 @@ def diagnose(
         Other recordings of the same specimen, on which models are tried and not fitted.
     wanted : sequence of str
         Effects to be added in this order, whether they are missing or not.
+    begin_at : mapping of str to float, optional
+        Values of the model, found before, at which the search for it begins.
 
     Raises
     ------
@@ -138,10 +141,11 @@ def diagnose(
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     validation = [_finely_read(_without_spoilt(each, ())) for each in validation]
     if wanted:
-        ladder = climb_by(composition, clean, instrument, [library[name] for name in wanted])
+        effects = [library[name] for name in wanted]
+        ladder = climb_by(composition, clean, instrument, effects, begin_at)
     else:
-        coloured = _coloured(composition, clean, instrument, library)
-        ladder = climb(composition, coloured, instrument, library)
+        coloured = _coloured(composition, clean, instrument, library, begin_at)
+        ladder = climb(composition, coloured, instrument, library, begin_at)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition)
@@ -261,11 +265,12 @@ def _coloured(
     measurements: Sequence[Measurement],
     instrument: Instrument,
     library: Mapping[str, Effect],
+    begin_at: Mapping[str, float] | None,
 ) -> Sequence[Measurement]:
     """Filter noise of a force that drives by the best model of one effect: it has the colour."""
     if composition.input is not FORCE:
         return measurements
-    base = fit_base(composition, measurements, instrument)
+    base = fit_base(composition, measurements, instrument, begin_at)
     if all(measurement.whitening is None for measurement in base.measurements):
         return measurements
     ranking = ranked(fit_candidates(base, library.values(), instrument))

@@ -110,6 +110,7 @@ def climb(
     measurements: Sequence[Measurement],
     instrument: Instrument,
     library: Mapping[str, Effect],
+    begin_at: Mapping[str, float] | None = None,
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
@@ -123,8 +124,10 @@ def climb(
         What is known of the rig.
     library : mapping of str to Effect
         What may be added.
+    begin_at : mapping of str to float, optional
+        Values at which the search for the model itself begins, see ``fit_base``.
     """
-    base = fit_base(composition, measurements, instrument)
+    base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library).values()
     ranking = ranked(fit_candidates(base, allowed, instrument))
     if not ranking or not significant(base, ranking[0]):
@@ -212,15 +215,16 @@ def climb_by(
     measurements: Sequence[Measurement],
     instrument: Instrument,
     wanted: Sequence[Effect],
+    begin_at: Mapping[str, float] | None = None,
 ) -> Ladder:
-    """Fit a model, and add the effects that are asked for, one by one.
+    """Fit a model, and add the effects that are asked for, one by one; else as ``climb``.
 
     Raises
     ------
     ValueError
         If one of them cannot be fitted.
     """
-    base = fit_base(composition, measurements, instrument)
+    base = fit_base(composition, measurements, instrument, begin_at)
     steps: list[Fit] = []
     for effect in wanted:
         found = fit_candidates([base, *steps][-1], [effect], instrument)

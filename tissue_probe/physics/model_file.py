@@ -121,12 +121,15 @@ class FittedModel:
         Constants and parameters by name (SI), and the standard deviations of their errors.
     data : Data or None
         What they came from, where that is told.
+    effect_files : tuple of Path
+        Python files with effects of the user's own: those that it needs, and those given beside it.
     """
 
     composition: Composition
     values: dict[str, float]
     deviations: dict[str, float]
     data: Data | None = None
+    effect_files: tuple[Path, ...] = ()
 
 
 def save(
@@ -212,8 +215,11 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         raise ModelFileError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
     file = _validated(path, content)
     own = [path.parent / entry.file for entry in file.effects if entry.file]
+    # One file may be named in both places, by different ways to it.
+    given = {Path(each).resolve(): Path(each) for each in (*effect_files, *own)}
+    own_files = tuple(given.values())
     try:
-        library = effects([*dict.fromkeys(own), *effect_files])
+        library = effects(own_files)
     except EffectError as error:
         raise ModelFileError(f"{path}: {error}") from None
     chosen = tuple(_effect(path, entry, library) for entry in file.effects)
@@ -225,6 +231,7 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         {name: quantity.value for name, quantity in quantities.items()},
         {name: quantity.deviation for name, quantity in quantities.items()},
         file.data,
+        own_files,
     )
 
 
