@@ -433,6 +433,28 @@ def test_a_model_with_an_effect_of_ones_own_is_fitted_again(run, recorded, tmp_p
         assert model["effects"][0]["file"].endswith("my_effect.py")
 
 
+def test_compare_knows_effects_of_ones_own(run, recorded, tmp_path, monkeypatch):
+    (mine,) = library.load_effects(MINE)
+    asked = []
+
+    def mine_alone(files=()):
+        asked.extend(files)
+        return {mine.name: mine}
+
+    assert run("improve", "data.csv", *RESTED, "--effects", MINE, "--add", mine.name).status == 0
+    monkeypatch.setattr(library, "effects", mine_alone)
+    written = ("--json", "out.json", *RESTED)
+    outcome = run("compare", "data.csv", "--effects", MINE, *written)
+    assert outcome.status == 0, outcome.err
+    told = Answer.model_validate_json((tmp_path / "out.json").read_text())
+    assert [each.effect for each in told.ranking] == [mine.name]
+    outcome = run("compare", "data.csv", "--model", "improved/model.yaml", *written)
+    assert outcome.status == 0, outcome.err
+    told = Answer.model_validate_json((tmp_path / "out.json").read_text())
+    assert told.compared.effects == told.ladder[0].effects == [mine.name]
+    assert [Path(each).resolve() for each in asked] == [MINE, MINE]  # the model names it, too
+
+
 def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):
     told = fails("improve", "data.csv", "--add", "magic")
     assert "--add magic: no such effect" in told

@@ -39,6 +39,7 @@ def compare(
         Path | None,
         typer.Option(metavar="FILE", help="Compare this model.yaml, its values held."),
     ] = None,
+    effects: asked.EffectFiles = None,
     json: asked.Json = None,
     output: Annotated[
         Path,
@@ -59,7 +60,7 @@ def compare(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
-    begun = asked.begun(model, rig, tissue, [])
+    begun = asked.begun(model, rig, tissue, effects or [])
     composition = begun.composition
     instrument = asked.instrument(composition.rig, known_rig, constant or [])
     segments = measured.read_measured(files, layout, starts, site, lowpass)
@@ -74,7 +75,7 @@ def compare(
     asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
-        asked.write_answer(json, fit, taken, instrument)
+        asked.write_answer(json, fit, begun, taken, instrument)
 
 
 def _print_errors(fit: Fit) -> None:

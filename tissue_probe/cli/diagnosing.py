@@ -498,13 +498,18 @@ def diagnosis(
 
 
 def write_answer(
-    path: Path, compared: Fit, taken: Sequence[Measurement], known: Instrument
+    path: Path,
+    compared: Fit,
+    model: FittedModel,
+    taken: Sequence[Measurement],
+    known: Instrument,
 ) -> None:
     """Diagnose what was measured with the model of a fit, and write the answer for programs."""
     from tissue_probe.diagnosis.answer import answer
     from tissue_probe.diagnosis.diagnosis import diagnose
     from tissue_probe.physics.library import effects
 
-    found = diagnose(compared.composition, taken, known, effects())
+    library = effects(model.effect_files)
+    found = diagnose(model.composition, taken, known, library, begin_at=model.values)
     told = answer(found, compared)
     path.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
