@@ -455,6 +455,48 @@ def test_compare_knows_effects_of_ones_own(run, recorded, tmp_path, monkeypatch)
     assert [Path(each).resolve() for each in asked] == [MINE, MINE]  # the model names it, too
 
 
+@pytest.fixture
+def hiding(monkeypatch):
+    """Let the library be what a steady sine cannot show."""
+    names = ("force_lag", "added_mass")
+    monkeypatch.setattr(library, "effects", lambda files=(): {n: EFFECTS[n] for n in names})
+
+
+def pasted(out):
+    """Return the command line that was printed, and the notes below it."""
+    lines = out.splitlines()
+    (begin,) = [n for n, line in enumerate(lines) if line.startswith("The next experiment's comm")]
+    return lines[begin + 1], said(" ".join(lines[begin + 2 :]))
+
+
+def test_the_next_experiment_can_be_pasted_with_the_volts_of_the_recording(
+    run, bag, tmp_path, hiding
+):
+    bag()
+    outcome = run("diagnose", "run.mcap", "--site", "3", "--json", "out.json")
+    assert outcome.status == 0, outcome.err
+    line, notes = pasted(outcome.out)
+    assert line.startswith("ros2 run tissue_probe driver --ros-args -r __ns:=/probe -p excitation.")
+    assert "-p excitation.amplitude:=0.8" in line
+    assert "the coil went 1.18 mm for each volt" in notes
+    told = json.loads((tmp_path / "out.json").read_text())["suggested_excitation"]
+    assert told["command"] == line
+    assert said(" ".join(f"- {note}" for note in told["command_notes"])) == notes
+
+
+def test_the_report_has_the_next_experiments_command_line(run, csv, tmp_path, hiding):
+    csv()
+    named = ("--force-polarity", "compression")
+    outcome = run("improve", "measured.csv", *named)
+    assert outcome.status == 0, outcome.err
+    line, notes = pasted(outcome.out)
+    assert line.endswith("-p excitation.amplitude:=0.85")
+    assert "set excitation.amplitude so that the coil moves by about 1 mm" in notes
+    page = (tmp_path / "improved" / "report.html").read_text(encoding="utf-8")
+    assert f"<pre>{line}</pre>" in page
+    assert "set excitation.amplitude so that the coil moves by about 1 mm" in page
+
+
 def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):
     told = fails("improve", "data.csv", "--add", "magic")
     assert "--add magic: no such effect" in told

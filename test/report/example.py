@@ -112,6 +112,7 @@ def example() -> Report:
                 "A sweep would tell cubic from exponential stiffening.",
                 "ros2 param set /probe/driver excitation.kind chirp",
                 {"start": "1 Hz", "stop": "60 Hz"},
+                ("Let the tip just touch.",),
             ),
         ),
         sources=(ReportSource("run.mcap", "fitted", "2.0 s at 2 kHz, compression positive"),),

@@ -67,7 +67,6 @@ def diagnose(
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         table.add_row(each.effect, each.family, *errors, gain)
     Console(markup=False, highlight=False).print(table)  # units stand in square brackets
-    for sentence in asked.verdict(diagnosis):
-        print(sentence)
+    asked.tell(diagnosis)
     if json:
         json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")

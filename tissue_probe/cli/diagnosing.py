@@ -210,6 +210,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
     ValueError
         If the samples are such that any fit would be worthless.
     """
+    from tissue_probe.diagnosis.driver_command import coil_gain
     from tissue_probe.diagnosis.inspection import inspect
     from tissue_probe.diagnosis.measurement import Measurement
 
@@ -230,6 +231,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
                 rested,
                 used=each.measured,
                 output=output,
+                coil_gain=coil_gain(each.position, each.command),
             )
         )
     return found
@@ -241,6 +243,16 @@ def note_fit(base: Fit, final: Fit) -> None:
 
     for finding in check_fit(base, final):
         print(f"note: {finding.sentence}")
+
+
+def tell(diagnosis: Diagnosis) -> None:
+    """Print the verdict, and what runs the next experiment: a line that can be pasted."""
+    for sentence in verdict(diagnosis):
+        print(sentence)
+    if diagnosis.command:
+        print("The next experiment's command line:", diagnosis.command.line, sep="\n")
+        for note in diagnosis.command.notes:
+            print(f"- {note}")
 
 
 def verdict(diagnosis: Diagnosis) -> list[str]:
@@ -278,7 +290,7 @@ UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 def settings(suggestion: Suggestion) -> dict[str, str]:
     """Return the settings of a suggested experiment with their units, by name.
 
-    The amplitude is the coil's way; how many volts the driver needs for it depends on the coil.
+    The amplitude is the coil's way; the volts that it takes are in ``Diagnosis.command``.
     """
     told = {
         name: f"{value}{UNITS.get(name, '')}"

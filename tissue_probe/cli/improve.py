@@ -86,8 +86,7 @@ def improve(
     console.print(_values(steps))
     if told := asked.exhaustion(steps):
         print(told)
-    for sentence in asked.verdict(diagnosis):
-        print(sentence)
+    asked.tell(diagnosis)
     output.mkdir(parents=True, exist_ok=True)
     sources = [segment.source for segment in segments]
     write(output, diagnosis, files, sources, validate or [], begun.effect_files)

@@ -237,7 +237,15 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
         return (ReportExcitation(suggestion.calibration),)
     apart = f"It would tell {', '.join(diagnosis.indistinguishable)} apart."
     shown = f"It would show {', '.join(suggestion.shows)} if there."
-    found = [ReportExcitation(shown if suggestion.shows else apart, asked.settings(suggestion))]
+    command = diagnosis.command
+    found = [
+        ReportExcitation(
+            shown if suggestion.shows else apart,
+            command.line,
+            asked.settings(suggestion),
+            command.notes,
+        )
+    ]
     if suggestion.calibration:
         found.append(ReportExcitation(suggestion.calibration))
     return tuple(found)

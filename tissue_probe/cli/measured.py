@@ -144,6 +144,8 @@ class Segment:
         Which file, and which part of it.
     position, force : array, shape (n,)
         Displacement of the coil [m]; load-cell force [N], positive in compression; finite.
+    command : array, shape (n,)
+        Voltage commanded to the coil [V]; NaN where it is not known.
     measured : array of bool, shape (n,)
         Which samples are as they were measured, and not filled in.
     sample_period : float
@@ -157,6 +159,7 @@ class Segment:
     source: str
     position: FloatArray
     force: FloatArray
+    command: FloatArray
     measured: BoolArray
     sample_period: float
     starts: Starts
@@ -244,6 +247,7 @@ def _segments(
                 f"{path}{part}",
                 stretch.position,
                 stretch.force,
+                stretch.command,
                 piece.measured[::every],
                 stretch.sample_period,
                 rested,

@@ -81,6 +81,10 @@ class Experiment(_Entry):
     )
     shows: list[str] = Field(default=[], description="effects of `unseen` that it would show")
     calibration: str = Field(description="what tells where no excitation does")
+    command: str = Field("", description="command line that runs the excitation on the driver")
+    command_notes: list[str] = Field(
+        [], description="what to do before, and where the amplitude [V] comes from, in sentences"
+    )
 
 
 class Step(_Entry):
@@ -135,7 +139,6 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         )
         for name in diagnosis.spoilt
     ]  # fmt: skip
-    suggestion = diagnosis.suggestion
     base, final = ladder.base, ladder.final
     return Answer(
         verdict=diagnosis.verdict,
@@ -151,18 +154,24 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         ),
         noise_floor=base.noise,
         ladder=[_step(fit, diagnosis.heldout(fit)) for fit in (base, *ladder.steps)],
-        suggested_excitation=suggestion
-        and Experiment(
-            excitation=dict(suggestion.excitation),
-            preload=suggestion.preload,
-            duration=suggestion.duration,
-            separation=suggestion.separation,
-            shows=list(suggestion.shows),
-            calibration=suggestion.calibration,
-        ),
+        suggested_excitation=_experiment(diagnosis),
         findings=[finding.sentence for finding in diagnosis.findings],
         seconds=diagnosis.seconds,
         compared=compared and _step(compared, compared.heldout_rmse),
+    )
+
+
+def _experiment(diagnosis: Diagnosis) -> Experiment | None:
+    suggestion, command = diagnosis.suggestion, diagnosis.command
+    return suggestion and Experiment(
+        excitation=dict(suggestion.excitation),
+        preload=suggestion.preload,
+        duration=suggestion.duration,
+        separation=suggestion.separation,
+        shows=list(suggestion.shows),
+        calibration=suggestion.calibration,
+        command=command.line if command else "",
+        command_notes=list(command.notes) if command else [],
     )
 
 

@@ -15,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.coloured import filtered
+from tissue_probe.diagnosis.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.finding import Finding
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.fit_checks import check_fit
@@ -69,6 +70,8 @@ class Diagnosis:
         Time that it took.
     validation_noise : float
         Standard deviation of the output's white noise on the validating recordings; NaN without.
+    command : DriverCommand or None
+        What runs the suggested experiment.
     """
 
     verdict: Verdict
@@ -81,6 +84,7 @@ class Diagnosis:
     validated: Mapping[tuple[str, ...], float]
     seconds: float
     validation_noise: float = math.nan
+    command: DriverCommand | None = None
 
     @property
     def carries_over(self) -> bool:
@@ -169,6 +173,7 @@ def diagnose(
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
+        suggestion and driver_command(suggestion, _coil_gain(clean)),
     )  # fmt: skip
 
 
@@ -205,6 +210,12 @@ def _noise(measurements: Sequence[Measurement]) -> float:
     """Return the white noise over all measurements, as `Fit.noise` does; NaN without any."""
     squares = np.concatenate([np.full(np.sum(m.used), m.noise**2) for m in measurements] or [[]])
     return math.sqrt(np.mean(squares)) if squares.size else math.nan
+
+
+def _coil_gain(measurements: Sequence[Measurement]) -> float:
+    """Return the first gain of the coil that is known [m/V]; NaN where none is."""
+    gains = (measurement.coil_gain for measurement in measurements)
+    return next(filter(math.isfinite, gains), math.nan)
 
 
 def transferred(fit: Fit, measurement: Measurement, instrument: Instrument) -> Fit | None:

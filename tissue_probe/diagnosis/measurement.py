@@ -95,6 +95,8 @@ class Measurement:
         Filter that makes the output's noise white and of variance 1, where that is not white.
     misread : array, shape (n,), optional
         Of a position that was smoothed: one of the errors that it may still have [m].
+    coil_gain : float
+        Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     """
 
     position: FloatArray
@@ -106,6 +108,7 @@ class Measurement:
     output: Quantity = FORCE
     whitening: FloatArray | None = None
     misread: FloatArray | None = None
+    coil_gain: float = np.nan
 
     def __post_init__(self) -> None:
         if self.used is None:

@@ -132,8 +132,8 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
                 apart, best = left, made
         if apart >= TOLD:
             break
-    if best is None:
-        return None
+    if best is None:  # the samples come too slowly for any
+        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
     if apart < TOLD:
         return Suggestion({}, 0.0, 0.0, apart, calibration=helps or "calibrate the rig")
     excitation, preload, duration, _ = best

@@ -135,11 +135,14 @@ class ReportExcitation:
         The command line that runs it; empty for a calibration done by hand.
     settings : mapping of str to str
         Its settings with units.
+    notes : tuple of str
+        What to know of the command, in sentences.
     """
 
     reason: str
     command: str = ""
     settings: Mapping[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
