@@ -241,7 +241,28 @@ def test_a_verdict_by_a_fit_that_did_not_settle_says_so(run, recorded, tmp_path,
     told = run(*added).out
     assert "(did not settle)" in told
     assert "But the fit of the last model did not settle" in told
-    assert "%. The fit did not settle." in (tmp_path / "improved" / "report.html").read_text()
+    page = (tmp_path / "improved" / "report.html").read_text()
+    assert "%. The fit did not settle." in page
+    assert f"<b>{HIDDEN}</b> (gave up or did not settle)" in page
+    assert "the numbers are a guess, no result" in page
+    model = yaml.safe_load((tmp_path / "improved" / "model.yaml").read_text())
+    assert model["data"]["converged"] is False
+    told = run("compare", "data.csv", *RESTED, "--model", "improved/model.yaml").out
+    assert "note: improved/model.yaml: the search for its values did not settle" in told
+
+
+def test_searches_that_did_not_settle_are_marked_in_the_ranking(
+    run, recorded, tmp_path, few, monkeypatch
+):
+    asked = ("diagnose", "data.csv", *RESTED, "--json", "out.json")
+    monkeypatch.setattr(fit, "MOST_STEPS", 3)
+    told = run(*asked).out
+    ranking = json.loads((tmp_path / "out.json").read_text())["ranking"]
+    unsettled = {each["effect"] for each in ranking if not each["converged"]}
+    marked = set(re.findall(r"│ \* (\w+)", told))
+    assert unsettled
+    assert marked - {"none"} == unsettled
+    assert "* gave up or did not settle: " in told
 
 
 def test_an_effect_of_ones_own_can_be_added(run, recorded, tmp_path):

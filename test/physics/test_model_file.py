@@ -76,6 +76,22 @@ def test_the_data_are_told_with_their_checksum(tmp_path):
     assert loaded.deviations["damping"] == 0.0
 
 
+def test_a_fit_that_did_not_settle_is_known_by_its_file_and_an_old_file_settled(tmp_path):
+    path = tmp_path / "model.yaml"
+    data = Data.of([], noise=5e-3, rmse_training=5e-3, rmse_heldout=5e-3, converged=False)
+    save(path, CUBIC, VALUES, {}, data)
+    content = yaml.safe_load(path.read_text())
+    assert content["data"]["converged"] is False
+    assert not load(path).data.converged
+    del content["data"]["converged"]
+    path.write_text(yaml.safe_dump(content))
+    assert load(path).data.converged
+    content["data"]["converged"] = "perhaps"
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(ModelFileError, match=r"data\.converged is 'perhaps': give true or false"):
+        load(path)
+
+
 def test_an_effect_of_a_users_own_is_found_again_beside_the_file(tmp_path):
     own = tmp_path / "effects" / "drag.py"
     own.parent.mkdir()

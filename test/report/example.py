@@ -86,7 +86,9 @@ def example() -> Report:
             14195.0,
             indistinguishable=False,
         ),
-        ReportCandidate("coulomb_friction", "friction", "dry friction", 0.98 * errors[0], -3.2),
+        ReportCandidate(
+            "coulomb_friction", "friction", "dry friction", 0.98 * errors[0], -3.2, settled=False
+        ),
     )
     return Report(
         title="What the model of specimen 7 was missing",

@@ -57,6 +57,14 @@ def reader(page):
     return read(page)
 
 
+def test_an_effect_whose_search_did_not_settle_is_marked_and_the_mark_explained(reader):
+    assert "coulomb_friction (gave up or did not settle)" in reader.words
+    assert reader.words.count("(gave up or did not settle)") == 1
+    assert "the numbers are a guess, no result" in reader.words
+    settled = replace(example(), ranking=example().ranking[:2])
+    assert "did not settle" not in read(render(settled)).words
+
+
 def test_the_page_says_all_that_was_given(reader):
     report = example()
     expected = [report.title, *report.summary, *report.findings, report.created]
@@ -66,7 +74,8 @@ def test_the_page_says_all_that_was_given(reader):
     expected += [each.description for each in report.ranking]
     expected += [test.finding for test in (*report.base_tests, *report.final_tests)]
     expected += [test.hint for test in report.base_tests]
-    expected += [report.excitations[0].reason, report.excitations[0].command]
+    (excitation,) = report.excitations
+    expected += [excitation.reason, excitation.command, *excitation.notes]
     expected += [report.sources[0].name, report.sources[0].description]
     expected += [f"{name} {version}" for name, version in report.versions.items()]
     expected += [report.signals[0].base_localisation.here.describe()]

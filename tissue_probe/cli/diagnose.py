@@ -9,6 +9,11 @@ from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
 
 SHOWN = 8
+#: What the mark before a name means.
+UNSETTLED = (
+    "* gave up or did not settle: the search came not near the best, or ran out of steps; the "
+    "numbers are a guess, no result."
+)
 
 
 def diagnose(
@@ -59,14 +64,22 @@ def diagnose(
     for name in ("effect", "family", f"error [{small}]", f"held out [{small}]", "BIC gain"):
         table.add_column(name, justify="left" if name in ("effect", "family") else "right")
     errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]
-    table.add_row("none", "", *errors, "")
-    for each in told.ranking[:SHOWN]:
+    table.add_row(_marked("none", base.converged), "", *errors, "")
+    shown = told.ranking[:SHOWN]
+    for each in shown:
         errors = [
             "" if e is None else f"{per_small * e:.4g}" for e in (each.rmse, each.heldout_rmse)
         ]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
-        table.add_row(each.effect, each.family, *errors, gain)
+        table.add_row(_marked(each.effect, each.converged), each.family, *errors, gain)
     Console(markup=False, highlight=False).print(table)  # units stand in square brackets
+    if not (base.converged and all(each.converged for each in shown)):
+        print(UNSETTLED)
     asked.tell(diagnosis)
     if json:
         json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+
+
+def _marked(name: str, settled: bool) -> str:
+    """Return a name with a mark before it, which no narrow window cuts off."""
+    return name if settled else f"* {name}"

@@ -146,8 +146,10 @@ def begun(
         if asked and asked.value != own:
             raise ValueError(
                 f"{option} {asked.value} contradicts --model {file}, which is of a {own}; leave "
-                f"out one of them"
+                "out one of them"
             )
+    if model.data and not model.data.converged:
+        print(f"note: {file}: the search for its values did not settle; take them for a guess")
     return model
 
 

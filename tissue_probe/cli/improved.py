@@ -73,6 +73,7 @@ def write(
         noise=final.noise,
         rmse_training=final.rmse,
         rmse_heldout=diagnosis.heldout(final),
+        converged=final.converged,
     )
     values, deviations = final.named(), final.deviations()
     save(folder / "model.yaml", final.composition, values, deviations, data, effect_files)
@@ -125,6 +126,7 @@ def report(
                 base.bic - fit.bic,
                 _parameters(fit, {entry.name for entry in added(fit).parameters}),
                 added(fit).name in diagnosis.indistinguishable,
+                fit.converged,
             )
             for fit in ladder.ranking
         ),

@@ -43,7 +43,10 @@ class Candidate(_Entry):
     rmse: Number = Field(description="error on the data it was fitted to [output.unit]")
     gain: Number = Field(description="fall of the Bayesian information criterion")
     parameters: dict[str, ParameterValue]
-    converged: bool = Field(description="whether the fit settled")
+    converged: bool = Field(
+        description="whether the search settled; else it gave up, far from the best, or ran out of "
+        "steps, and its numbers are a guess"
+    )
 
 
 class ErrorPair(_Entry):

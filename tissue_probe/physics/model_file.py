@@ -68,10 +68,15 @@ class Data(_Entry):
     noise: float = setting(..., "", "standard deviation of the output's white noise", gt=0.0)
     rmse_training: float = setting(..., "", "error on what was fitted", ge=0.0)
     rmse_heldout: float = setting(..., "", "error on what was not", ge=0.0)
+    converged: bool = setting(True, "", "whether the search for the numbers settled")
 
     @staticmethod
     def of(
-        files: Iterable[str | Path], noise: float, rmse_training: float, rmse_heldout: float
+        files: Iterable[str | Path],
+        noise: float,
+        rmse_training: float,
+        rmse_heldout: float,
+        converged: bool = True,
     ) -> Data:
         """Describe a fit of today to files, whose bytes are read.
 
@@ -81,6 +86,8 @@ class Data(_Entry):
             What the model was fitted to.
         noise, rmse_training, rmse_heldout : float
             White noise of the output, and the fit's errors.
+        converged : bool
+            Whether the search for the numbers settled.
         """
         told = tuple(
             DataFile(
@@ -94,6 +101,7 @@ class Data(_Entry):
             noise=noise,
             rmse_training=rmse_training,
             rmse_heldout=rmse_heldout,
+            converged=converged,
         )
 
 
@@ -344,6 +352,7 @@ _WANTED = {
     "effects": "a list of effects, each with a name",
     "files": "a list of files, each with name and sha256",
     "date": "a day such as 2026-11-20",
+    "converged": "true or false",
 }
 
 

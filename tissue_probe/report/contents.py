@@ -87,6 +87,8 @@ class ReportCandidate:
         Its own, as fitted.
     indistinguishable : bool
         Whether it is one of those that this data cannot tell apart.
+    settled : bool
+        Whether the search for it settled; else its numbers are a guess.
     """
 
     effect: str
@@ -96,6 +98,7 @@ class ReportCandidate:
     gain: float
     parameters: tuple[ReportParameter, ...] = ()
     indistinguishable: bool = False
+    settled: bool = True
 
 
 @dataclass(frozen=True)
