@@ -1,4 +1,4 @@
-"""What a fit tells of the measurements' worth: a tip that touches nothing, units that are off."""
+"""What a fit tells of the measurements' worth: a tip that touches nothing, or a stop; units."""
 
 from __future__ import annotations
 
@@ -79,6 +79,40 @@ def test_an_effect_that_is_missing_is_no_wrong_unit(specimen, motion):
     fit = fitted(specimen, motion)
     assert fit.ratio > 5.0
     assert names(fit) == []
+
+
+@pytest.mark.parametrize("motion", [sine(), chirp(duration=2.0)], ids=["sine", "chirp"])
+@pytest.mark.parametrize("instrument", [Instrument(), Instrument().exact()])
+def test_a_rigid_stop_under_the_probe_is_no_tissue(motion, instrument):
+    fit = fitted(Specimen(stiffness=1e6, damping=10.0), motion, instrument=instrument)
+    (finding,) = check_fit(fit, fit)
+    assert finding.name == "no_tissue"
+    assert "the tip hardly moves" in finding.sentence
+    for word in ("rigid stop", "--force-unit", "load_cell_stiffness", "--rig rigid_probe"):
+        assert word in finding.sentence
+
+
+def test_a_force_in_millinewtons_is_no_tissue_of_a_rigid_probe():
+    fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=RIGID_PROBE)
+    (finding,) = check_fit(fit, fit)
+    assert finding.name == "no_tissue"
+    for word in ("N/m is suspicious", "--force-unit", "--force-polarity", "rigid stop"):
+        assert word in finding.sentence
+
+
+def test_a_stiff_tissue_is_one():
+    assert names(fitted(Specimen(stiffness=5000.0, damping=30.0))) == []
+
+
+def test_a_stiffness_that_is_known_may_be_any():
+    known = Instrument("rigid_probe", RIGID | {"stiffness": (8e5, 0.0)})
+    fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=known)
+    assert "no_tissue" not in names(fit)
+
+
+def test_a_stiffness_is_suspicious_only_if_an_effect_leaves_it_so():
+    stiff = fitted(Specimen(stiffness=1e6, damping=10.0))
+    assert names(stiff, fitted(Specimen())) == []
 
 
 def test_what_an_effect_explains_is_no_wrong_unit():

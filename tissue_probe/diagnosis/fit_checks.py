@@ -1,4 +1,4 @@
-"""Whether what was fitted can be what was measured: contact with a tissue, and units.
+"""Whether what was fitted can be what was measured: contact with a tissue, its softness, units.
 
 What belongs here: what only a fit of the base model tells of the measurements' worth.
 What does not: what the samples alone tell (``inspection``), what the model lacks (``ranking``).
@@ -25,17 +25,21 @@ CERTAIN = 3.0
 NOTHING = 0.1
 #: Tissues whose force is that of stiffness and damping.
 PLAIN = ("kelvin_voigt", "maxwell")
+#: Stiffness of no soft tissue [N/m]; and of none that a probe's load cell can feel, in multiples of
+#: its own: the tip then hardly moves.
+STIFFEST, BEYOND_CELL = 1e5, 5.0
 
 
 def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
-    """Yield ``not_followed`` or ``no_contact``, where a fit shows it.
+    """Yield ``not_followed``, ``no_tissue`` or ``no_contact``, where a fit shows it.
 
     Parameters
     ----------
     base : Fit
         The model asked about.
     final : Fit
-        The best that came of it: where that explains everything, the units are right.
+        The best that came of it: where that explains everything, the units are right; and a
+        stiffness is suspicious only if it is so in both.
     """
     if _loses(base) and not explained(final):
         yield Finding(
@@ -45,6 +49,8 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
             "Check the units of position and force (--position-unit, --force-unit), their "
             "polarity, whether both belong together in time, and the rig's constants.",
         )
+    elif _is_too_stiff(base) and _is_too_stiff(final):
+        yield Finding("no_tissue", _no_tissue(final))
     elif _touches_nothing(base):
         yield Finding("no_contact", _no_contact(base))
 
@@ -63,6 +69,42 @@ def _loses(fit: Fit) -> bool:
     values, deviations = fit.named(), fit.deviations()
     guessed = all(deviations[name] > abs(values[name]) for name in TISSUE)
     return fit.rmse > (MUCH if guessed else ALL) * _size(fit)
+
+
+def _is_too_stiff(fit: Fit) -> bool:
+    """Whether a fitted stiffness, not one that is held, is known to be that of no soft tissue.
+
+    The spring of a Maxwell fluid may be as stiff as it likes: what it is in series with gives way.
+    """
+    stiffness, deviation = fit.named()["stiffness"], fit.deviations()["stiffness"]
+    if not deviation > 0.0 or fit.composition.tissue == "maxwell":
+        return False
+    if stiffness > BEYOND_CELL * _cell(fit):
+        return True
+    return stiffness > max(STIFFEST, CERTAIN * deviation)
+
+
+def _cell(fit: Fit) -> float:
+    """Stiffness of the load cell [N/m]; infinite where the rig has no spring."""
+    return fit.named().get("load_cell_stiffness", np.inf)
+
+
+def _no_tissue(fit: Fit) -> str:
+    stiffness, cell = fit.named()["stiffness"], _cell(fit)
+    if np.isfinite(cell):
+        return (
+            f"No soft tissue: a stiffness of {stiffness:.3g} N/m is {stiffness / cell:.3g} times "
+            f"the load cell's {cell:.4g} N/m, so that the tip hardly moves and nothing is told of "
+            "what it presses on. Look whether it presses on a rigid stop; check the units "
+            "(--position-unit, --force-unit), the load cell (--constant load_cell_stiffness), and "
+            "whether the position is that of the tip (--rig rigid_probe)."
+        )
+    return (
+        f"No soft tissue: a stiffness of {stiffness:.3g} N/m is suspicious. Check the units "
+        "(--position-unit, --force-unit) and the polarity (--force-polarity), look whether the "
+        "tip presses on a rigid stop, and whether the rig is the right one (--rig); a stiffness "
+        "that is known is held by --constant stiffness=VALUE."
+    )
 
 
 def _touches_nothing(fit: Fit) -> bool:
