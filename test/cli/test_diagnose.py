@@ -76,10 +76,11 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     )  # fmt: skip
     assert outcome.status == 0, outcome.err
     files = {path.name: path for path in (tmp_path / "better").iterdir()}
-    assert set(files) == {"model.yaml", "ladder.png", "compare.png", "report.html"}
+    pictures = {"story.png", "ladder.png", "compare.png"}
+    assert set(files) == {"model.yaml", "report.html", *pictures}
     model = yaml.safe_load(files["model.yaml"].read_text())
     assert [each["name"] for each in model["effects"]] == [HIDDEN]
-    for name in ("ladder.png", "compare.png"):
+    for name in pictures:
         assert files[name].read_bytes().startswith(b"\x89PNG")
     page = files["report.html"].read_text(encoding="utf-8")
     assert HIDDEN in page

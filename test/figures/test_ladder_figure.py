@@ -5,7 +5,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from tissue_probe.figures.ladder import draw_ladder
+from tissue_probe.figures.ladder import Rungs, draw_ladder, wrapped
 
 MODELS = ("Kelvin-Voigt", "+ cubic_stiffening", "+ coulomb_friction")
 TRAINING, HELDOUT, NOISE = (0.043, 0.012, 0.00503), (0.048, 0.0131, 0.0052), 5e-3
@@ -16,7 +16,7 @@ def lines(axes):
 
 
 def test_errors_stand_in_millinewtons_over_the_names_of_the_steps():
-    (axes,) = draw_ladder(MODELS, TRAINING, HELDOUT, NOISE).axes
+    (axes,) = draw_ladder(Rungs(MODELS, TRAINING, HELDOUT, NOISE)).axes
     drawn = lines(axes)
     np.testing.assert_allclose(drawn["fitted data"], 1e3 * np.array(TRAINING))
     np.testing.assert_allclose(drawn["held-out data"], 1e3 * np.array(HELDOUT))
@@ -27,19 +27,19 @@ def test_errors_stand_in_millinewtons_over_the_names_of_the_steps():
 
 
 def test_the_noise_is_a_line_within_the_axes():
-    (axes,) = draw_ladder(MODELS, TRAINING, HELDOUT, NOISE).axes
+    (axes,) = draw_ladder(Rungs(MODELS, TRAINING, HELDOUT, NOISE)).axes
     assert set(lines(axes)["noise, 5 mN"]) == {5.0}
     low, high = axes.get_ylim()
     assert low < 5.0 < 48.0 < high
 
 
 def test_each_step_tells_its_distance_to_the_noise():
-    (axes,) = draw_ladder(MODELS, TRAINING, HELDOUT, NOISE).axes
+    (axes,) = draw_ladder(Rungs(MODELS, TRAINING, HELDOUT, NOISE)).axes
     assert [text.get_text() for text in axes.texts] == ["9.6×", "2.62×", "1.04×"]
 
 
 def test_without_held_out_data_the_fitted_datas_error_is_told():
-    (axes,) = draw_ladder(MODELS[:1], TRAINING[:1], [np.nan], NOISE).axes
+    (axes,) = draw_ladder(Rungs(MODELS[:1], TRAINING[:1], [np.nan], NOISE)).axes
     assert [text.get_text() for text in axes.texts] == ["8.6×"]
 
 
@@ -48,10 +48,29 @@ def test_without_held_out_data_the_fitted_datas_error_is_told():
 def test_any_number_of_steps_can_be_drawn(count, kind):
     names = [f"+ exponential_stiffening_{n}" for n in range(count)]
     errors = np.geomspace(0.1, 5e-3, count)
-    draw_ladder(names, errors, errors, NOISE).savefig(BytesIO(), format=kind)
+    draw_ladder(Rungs(names, errors, errors, NOISE)).savefig(BytesIO(), format=kind)
 
 
 @pytest.mark.parametrize(("names", "errors"), [((), ()), (MODELS, (0.1,))])
 def test_steps_without_their_errors_are_refused(names, errors):
     with pytest.raises(ValueError, match="one of each for every step"):
-        draw_ladder(names, errors, errors, NOISE)
+        Rungs(names, errors, errors, NOISE)
+
+
+def test_an_error_is_told_off_the_mark_of_the_other_data():
+    (axes,) = draw_ladder(Rungs(MODELS[:2], (0.04, 0.02), (0.05, 0.01), NOISE)).axes
+    above, below = axes.texts
+    assert above.get_va() == "bottom"
+    assert below.get_va() == "top"
+
+
+@pytest.mark.parametrize(
+    ("room", "lines"),
+    [
+        (30, ["+ load_cell_stiffness_error"]),
+        (14, ["+ load_cell_", "stiffness_", "error"]),
+        (6, ["+", "load_", "cell_", "stiffness_", "error"]),
+    ],
+)
+def test_a_long_name_is_broken_at_its_underscores(room, lines):
+    assert wrapped("+ load_cell_stiffness_error", room).split("\n") == lines

@@ -60,8 +60,8 @@ def improve(
     The ladder's errors are root mean squares; the whitened one counts 1/f noise and an encoder's
     rounding as noise, where they are known, and is 1 where nothing is left to explain.
 
-    Writes model.yaml, which estimators and the simulated probe take, ladder.png, compare.png of the
-    base model and report.html, which works off line.
+    Writes model.yaml, which estimators and the simulated probe take, story.png with all on one
+    page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
     from tissue_probe.cli.improved import write
     from tissue_probe.diagnosis.answer import answer
@@ -90,7 +90,7 @@ def improve(
     output.mkdir(parents=True, exist_ok=True)
     sources = [segment.source for segment in segments]
     write(output, diagnosis, files, sources, validate or [], begun.effect_files)
-    print(f"model.yaml, ladder.png, compare.png and report.html are in {output}.")
+    print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
     if json:
         json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")
 

@@ -13,12 +13,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 import sympy as sp
+from matplotlib.figure import Figure
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.ranking import added
-from tissue_probe.figures.ladder import draw_ladder
+from tissue_probe.figures.compare import Comparison
+from tissue_probe.figures.ladder import Rungs, draw_ladder
+from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.model_file import Data, DataFile, save
 from tissue_probe.quantities import FORCE
 from tissue_probe.report.contents import (
@@ -61,7 +64,7 @@ def write(
     validation: Sequence[Path],
     effect_files: Sequence[Path],
 ) -> None:
-    """Write model.yaml, ladder.png, compare.png and report.html into a folder.
+    """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder.
 
     ``sources`` names what was fitted, a stretch of samples each, in the order of the measurements.
     """
@@ -77,19 +80,55 @@ def write(
     )
     values, deviations = final.named(), final.deviations()
     save(folder / "model.yaml", final.composition, values, deviations, data, effect_files)
-    steps = (ladder.base, *ladder.steps)
-    draw_ladder(
-        [_rung(fit, before) for fit, before in zip(steps, (None, *steps), strict=False)],
-        [fit.rmse for fit in steps],
-        [diagnosis.heldout(fit) for fit in steps],
-        final.noise,
-        final.output,
-    ).savefig(folder / "ladder.png", dpi=100)
+    draw_ladder(_rungs(diagnosis)).savefig(folder / "ladder.png", dpi=100)
+    _story(diagnosis, sources).savefig(folder / "story.png", dpi=100)
     drawn = asked.picture(ladder.base, ladder.base.worst, sources)
     drawn.savefig(folder / "compare.png", dpi=100)
     (folder / "report.html").write_text(
         render(report(diagnosis, files, sources, validation)), encoding="utf-8"
     )
+
+
+def _rungs(diagnosis: Diagnosis) -> Rungs:
+    ladder = diagnosis.ladder
+    steps = (ladder.base, *ladder.steps)
+    return Rungs(
+        [_rung(fit, before) for fit, before in zip(steps, (None, *steps), strict=False)],
+        [fit.rmse for fit in steps],
+        [diagnosis.heldout(fit) for fit in steps],
+        ladder.final.noise,
+        ladder.final.output,
+    )
+
+
+def _story(diagnosis: Diagnosis, sources: Sequence[str]) -> Figure:
+    """Draw the diagnosis on one page; of several stretches what the base predicts worst.
+
+    What was asked for was not chosen among others: there is no ranking.
+    """
+    ladder = diagnosis.ladder
+    base, shown = ladder.base, ladder.base.worst
+    measurement = base.measurements[shown]
+    compared = Comparison(
+        measurement.times,
+        measurement.output_values,
+        base.predicted[shown],
+        asked.where(base, shown),
+        measurement.noise,
+        base.output,
+    )
+    ranking = [
+        Candidate(
+            added(fit).name,
+            diagnosis.heldout(fit),
+            added(fit).name in diagnosis.effects,
+            added(fit).name in diagnosis.indistinguishable,
+        )
+        for fit in (() if ladder.asked else ladder.ranking)
+    ]
+    verdict, *_ = asked.verdict(diagnosis)[0].split(". ")
+    name = asked.stretch(base, shown, sources)
+    return draw_story(verdict.rstrip("."), compared, ranking, _rungs(diagnosis), name)
 
 
 def report(

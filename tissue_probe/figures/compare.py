@@ -6,9 +6,13 @@ What belongs here: how a comparison looks on one page. What does not: where the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import LogFormatter, NullFormatter
 from numpy.typing import NDArray
 
@@ -29,6 +33,37 @@ _RESIDUAL = {"color": _VERMILION, "linewidth": 0.8, "label": "measured − predi
 _NOISE = {"color": "0.25", "alpha": 0.35, "linewidth": 0.0, "zorder": 3.0}
 _HERE = {"facecolor": _ORANGE, "alpha": 0.3, "linewidth": 0.0, "zorder": 0.0}
 _PHASES = {-180.0: "out", -90.0: "going in", 0.0: "deepest", 90.0: "coming out", 180.0: "out"}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What is measured and what a model predicts of it.
+
+    Parameters
+    ----------
+    time : array, shape (N,)
+        Times of the samples [s].
+    measured, predicted : array, shape (N,)
+        The output [its SI unit].
+    localisation : Localisation
+        Where the residual lies.
+    noise : float
+        Standard deviation of the output's white noise.
+    output : Quantity
+        What it is.
+    """
+
+    time: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+    localisation: Localisation
+    noise: float
+    output: Quantity = FORCE
+
+    @property
+    def residual(self) -> FloatArray:
+        """Measured minus predicted, shape (N,)."""
+        return self.measured - self.predicted
 
 
 def draw_comparison(
@@ -65,14 +100,16 @@ def draw_comparison(
     """
     figure = Figure(figsize=(12.0, 12.0), layout="constrained")
     rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
-    zoom = _zoom(time, measured, measured - predicted, localisation)
-    _draw_signals(figure, rows[:2], time, measured, predicted, noise, output, zoom)
+    shown = Comparison(time, measured, predicted, localisation, noise, output)
+    _draw_signals(figure, rows[:2], shown)
     panels = rows[2:].subgridspec(2, 3).subplots(sharey=True)
     for axes, profile in zip(panels.flat, localisation.profiles, strict=True):
-        _draw_profile(axes, profile, noise, foremost=profile is localisation.here)
+        draw_profile(axes, profile, noise)
+        bold = "bold" if profile is localisation.here else None
+        axes.set_title(describe_axis(profile), fontsize=11, fontweight=bold)
     for axes in panels[:, 0]:
         axes.set_ylabel("rms error / noise,\nknown 1/f noise taken out")
-    _scale(panels[0, 0], localisation, noise)
+    scale_profiles(panels[0, 0], localisation.profiles, noise)
     used = slice(None) if used is None else used
     title = _title(measured[used], predicted[used], localisation, noise, output)
     figure.suptitle(f"{name}\n{title}" if name else title, fontsize=13)
@@ -96,50 +133,66 @@ def _title(
     return f"{first}\nWhere most: {here.describe()}" if here else f"{first}\nNo region stands out"
 
 
-def _draw_signals(
-    figure: Figure,
-    place: object,
-    time: FloatArray,
-    measured: FloatArray,
-    predicted: FloatArray,
-    noise: float,
-    output: Quantity,
-    zoom: slice,
-) -> None:
+def _draw_signals(figure: Figure, place: SubplotSpec, shown: Comparison) -> None:
     panels = place.subgridspec(2, 2, width_ratios=(2, 1)).subplots(sharex="col", sharey="row")
-    residual = measured - predicted
-    for column, span in ((panels[:, 0], slice(None)), (panels[:, 1], zoom)):
-        shown = {"rasterized": time[span].size > RASTERISED}
-        column[0].plot(time[span], output.per_drawn * measured[span], **_MEASURED, **shown)
-        column[0].plot(time[span], output.per_drawn * predicted[span], **_PREDICTED, **shown)
-        column[1].plot(time[span], output.per_small * residual[span], **_RESIDUAL, **shown)
-        twice = 2.0 * output.per_small * noise
-        column[1].axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE)
-        column[1].set_xlim(time[span][0], time[span][-1])
-        column[1].set_xlabel("time [s]")
+    magnified = zoom(shown)
+    draw_stretch(panels[:, 0], shown, slice(None))
+    draw_stretch(panels[:, 1], shown, magnified)
     for axes in panels[:, 0]:
-        axes.axvspan(time[zoom][0], time[zoom][-1], color="0.9", zorder=0.0)
-    for axes in panels.flat:
-        axes.grid(alpha=0.3)
-    panels[0, 0].set(ylabel=f"{output.name} [{output.drawn}]", title="Whole record")
-    panels[1, 0].set_ylabel(f"error [{output.small}]")
+        begin, end = shown.time[magnified][[0, -1]]
+        axes.axvspan(begin, end, color="0.9", zorder=0.0)
+        add_legend(axes)
+    for axes in panels[:, 1]:
+        axes.set_ylabel("")
+    panels[0, 0].set_title("Whole record")
     panels[0, 1].set_title("Magnified: where the error stands out")
-    for axes in panels[:, 0]:
-        low, high = axes.get_ylim()
-        axes.set_ylim(low, high + ROOM_FOR_LEGEND * (high - low))
-        axes.legend(loc="upper right", ncols=2, fontsize=9)
 
 
-def _zoom(
-    time: FloatArray, measured: FloatArray, residual: FloatArray, localisation: Localisation
-) -> slice:
+def draw_stretch(panels: Sequence[Axes], shown: Comparison, span: slice) -> None:
+    """Draw a stretch of both signals, and below it their difference beside the noise.
+
+    Parameters
+    ----------
+    panels : sequence of Axes
+        The upper and the lower one.
+    shown : Comparison
+        The whole record.
+    span : slice
+        Which samples of it.
+    """
+    above, below = panels
+    time, output = shown.time[span], shown.output
+    style = {"rasterized": time.size > RASTERISED}
+    above.plot(time, output.per_drawn * shown.measured[span], **_MEASURED, **style)
+    above.plot(time, output.per_drawn * shown.predicted[span], **_PREDICTED, **style)
+    below.plot(time, output.per_small * shown.residual[span], **_RESIDUAL, **style)
+    twice = 2.0 * output.per_small * shown.noise
+    below.axhspan(-twice, twice, label="± 2 sd of the noise", **_NOISE)
+    above.set_ylabel(f"{output.name} [{output.drawn}]")
+    below.set_ylabel(f"error [{output.small}]")
+    for axes in panels:
+        axes.set_xlim(time[0], time[-1])
+        axes.grid(alpha=0.3)
+    below.set_xlabel("time [s]")
+
+
+def add_legend(axes: Axes, room: float = ROOM_FOR_LEGEND) -> None:
+    """Add a legend, and room for it above what is drawn, as a share of the axis."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + room * (high - low))
+    axes.legend(loc="upper right", ncols=2, fontsize=9)
+
+
+def zoom(shown: Comparison) -> slice:
     """Return a few cycles of the signal around the largest error, or an eighth of the record.
 
     Where a time stands out the error is sought there: elsewhere it may be slow noise that is known.
     """
+    time, measured = shown.time, shown.measured
     width = max(2, measured.size // 50)
-    energy = np.convolve(residual**2, np.ones(width), mode="same")
-    here = next((p.here for p in localisation.profiles if p.quantity == "time"), None)
+    energy = np.convolve(shown.residual**2, np.ones(width), mode="same")
+    profiles = shown.localisation.profiles
+    here = next((p.here for p in profiles if p.quantity == "time"), None)
     if here:
         energy = np.where((time >= here.begin) & (time <= here.end), energy, 0.0)
     centre = int(np.argmax(energy))
@@ -159,13 +212,22 @@ def _ratio(profile: Profile, noise: float) -> FloatArray:
     return np.sqrt(np.where(profile.expected < FEW * noise**2, np.nan, profile.excess))
 
 
-def _draw_profile(axes: Axes, profile: Profile, noise: float, foremost: bool) -> None:
+def draw_profile(axes: Axes, profile: Profile, noise: float) -> None:
+    """Draw the rms error over one quantity as a multiple of the noise, its region marked.
+
+    Parameters
+    ----------
+    axes : Axes
+        Empty ones; their vertical scale is `scale_profiles`'s to set.
+    profile : Profile
+        The error over the quantity.
+    noise : float
+        Standard deviation of the output's white noise.
+    """
     ratio = _ratio(profile, noise)
     axes.stairs(ratio, profile.edges, baseline=0.0, fill=True, color=_BLUE)
-    axes.axhline(1.0, color="black", linestyle="--", linewidth=1.2)
+    axes.axhline(1.0, color="black", linestyle=":", linewidth=1.6)
     axes.set_xlim(profile.edges[0], profile.edges[-1])
-    unit = f" [{profile.unit}]" if profile.unit else ""
-    axes.set_title(f"{profile.quantity}{unit}", fontsize=11, fontweight=_weight(foremost))
     axes.grid(alpha=0.3)
     if profile.quantity == "frequency":
         axes.set_xscale("log")
@@ -174,15 +236,17 @@ def _draw_profile(axes: Axes, profile: Profile, noise: float, foremost: bool) ->
     if profile.quantity == "phase":
         ticks = [f"{phase:g}°\n{name}" for phase, name in _PHASES.items()]
         axes.set_xticks(list(_PHASES), ticks)
-        axes.set_title("phase of the cycle", fontsize=11, fontweight=_weight(foremost))
     if profile.labels:
         middles = 0.5 * (profile.edges[:-1] + profile.edges[1:])
         axes.set_xticks(middles, profile.labels)
     _mark(axes, profile)
 
 
-def _weight(foremost: bool) -> str | None:
-    return "bold" if foremost else None
+def describe_axis(profile: Profile) -> str:
+    """Return what a profile's axis shows, with its unit."""
+    if profile.quantity == "phase":
+        return "phase of the cycle"
+    return f"{profile.quantity} [{profile.unit}]" if profile.unit else profile.quantity
 
 
 def _mark(axes: Axes, profile: Profile) -> None:
@@ -214,9 +278,19 @@ def _mark(axes: Axes, profile: Profile) -> None:
     )
 
 
-def _scale(axes: Axes, localisation: Localisation, noise: float) -> None:
-    """Leave room for the marks; take a logarithmic axis where the error spans much."""
-    ratios = np.concatenate([_ratio(profile, noise) for profile in localisation.profiles])
+def scale_profiles(axes: Axes, profiles: Sequence[Profile], noise: float) -> None:
+    """Leave room for the marks; take a logarithmic axis where the error spans much.
+
+    Parameters
+    ----------
+    axes : Axes
+        Those of the profiles, or one of several that share the axis.
+    profiles : sequence of Profile
+        All that are drawn there.
+    noise : float
+        Standard deviation of the output's white noise.
+    """
+    ratios = np.concatenate([_ratio(profile, noise) for profile in profiles])
     ratios = ratios[np.isfinite(ratios) & (ratios > 0.0)]
     if ratios.size and ratios.max() > 10.0:
         axes.set_yscale("log")

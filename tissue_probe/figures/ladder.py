@@ -6,7 +6,9 @@ What belongs here: how the ladder looks. What does not: which effect is added wh
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +20,10 @@ from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
 STEP_WIDTH = 2.0  # inches
-LONG = 20  # characters
+CHARACTER = 0.09  # inches that one takes below the axis, at most
+RATIO_WIDTH = 0.7  # inches that an error's multiple takes beside its mark
+NARROW = 10  # characters: names that have less room than this are turned
+APART = 0.9  # quotient of two errors from which on their marks lie on one another
 
 # Okabe and Ito's colours, told apart by every eye; marks and dashes tell them apart in grey.
 _TRAINING = {
@@ -33,14 +38,9 @@ _HELDOUT = {"color": "#0072B2", "marker": "o", "linestyle": "-", "markersize": 9
 _NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
 
 
-def draw_ladder(
-    models: Sequence[str],
-    training: Sequence[float],
-    heldout: Sequence[float],
-    noise: float,
-    output: Quantity = FORCE,
-) -> Figure:
-    """Draw the rms error of each model on the data it was fitted to, and on data held out.
+@dataclass(frozen=True)
+class Rungs:
+    """The models of a ladder, and how far each is from the measurement.
 
     Parameters
     ----------
@@ -58,59 +58,123 @@ def draw_ladder(
     ValueError
         If the sequences are empty or differ in length.
     """
-    if not models or not len(models) == len(training) == len(heldout):
-        raise ValueError(
-            f"{len(models)} models with {len(training)} training and {len(heldout)} held-out "
-            "errors; give one of each for every step"
-        )
-    steps = np.arange(len(models))
-    errors = {
-        "fitted data": (output.per_small * np.asarray(training, dtype=np.float64), _TRAINING),
-        "held-out data": (output.per_small * np.asarray(heldout, dtype=np.float64), _HELDOUT),
-    }
-    floor = output.per_small * noise
-    figure = Figure(figsize=(max(6.0, min(12.0, STEP_WIDTH * (len(models) + 1))), 5.0))
-    figure.set_layout_engine("constrained")
-    axes = figure.subplots()
-    for label, (values, style) in errors.items():
-        axes.plot(steps, values, label=label, linewidth=2.0, **style)
+
+    models: Sequence[str]
+    training: Sequence[float]
+    heldout: Sequence[float]
+    noise: float
+    output: Quantity = FORCE
+
+    def __post_init__(self) -> None:
+        if not self.models or not len(self.models) == len(self.training) == len(self.heldout):
+            raise ValueError(
+                f"{len(self.models)} models with {len(self.training)} training and "
+                f"{len(self.heldout)} held-out errors; give one of each for every step"
+            )
+
+
+def draw_ladder(rungs: Rungs) -> Figure:
+    """Draw the rms error of each model on the data it was fitted to, and on data held out.
+
+    Parameters
+    ----------
+    rungs : Rungs
+        The ladder.
+    """
+    width = max(6.0, min(12.0, STEP_WIDTH * (len(rungs.models) + 1)))
+    figure = Figure(figsize=(width, 5.0), layout="constrained")
+    draw_rungs(figure.subplots(), rungs, width)
+    return figure
+
+
+def draw_rungs(axes: Axes, rungs: Rungs, width: float) -> None:
+    """Draw a ladder into axes.
+
+    Parameters
+    ----------
+    axes : Axes
+        Empty ones.
+    rungs : Rungs
+        The ladder.
+    width : float
+        How wide the axes will be [inches], roughly: names are broken, or turned, to fit.
+    """
+    output, steps = rungs.output, np.arange(len(rungs.models))
+    training, heldout = (
+        output.per_small * np.asarray(errors, dtype=np.float64)
+        for errors in (rungs.training, rungs.heldout)
+    )
+    floor = output.per_small * rungs.noise
+    axes.plot(steps, training, label="fitted data", linewidth=2.0, **_TRAINING)
+    axes.plot(steps, heldout, label="held-out data", linewidth=2.0, **_HELDOUT)
     axes.axhline(floor, label=f"noise, {floor:.3g} {output.small}", **_NOISE)
     axes.axhspan(0.01 * floor, floor, color="0.92", zorder=0.0)
-    judged = errors["held-out data"][0]
-    _write_ratios(axes, np.where(np.isfinite(judged), judged, errors["fitted data"][0]), floor)
-    axes.set_xticks(steps, [_wrapped(name) for name in models])
-    axes.set_xlim(-0.5, len(models) - 0.5)
+    _write_ratios(axes, training, heldout, floor)
+    _name_steps(axes, rungs.models, width)
     axes.set_yscale("log")
-    axes.set_ylim(*_limits(np.concatenate([values for values, _ in errors.values()]), floor))
+    axes.set_ylim(*_limits(np.concatenate([training, heldout]), floor))
     for place in (axes.yaxis.set_major_formatter, axes.yaxis.set_minor_formatter):
         place(LogFormatter(minor_thresholds=(2.0, 0.7)))
     axes.set_ylabel(f"rms error [{output.small}]")
     axes.grid(axis="y", which="both", alpha=0.25)
-    axes.legend(loc="upper right")
-    return figure
+    axes.legend(loc="best")
+
+
+def multiple(ratio: float) -> str:
+    """Tell how many times the noise an error is."""
+    return f"{ratio:.0f}×" if 1e3 <= ratio < 1e6 else f"{ratio:.3g}×"
+
+
+def wrapped(name: str, room: int) -> str:
+    """Break a name behind spaces and underscores into lines of at most ``room`` characters.
+
+    A part that is longer by itself stays whole.
+    """
+    lines = [""]
+    for part in re.findall(r"[^ _]*[ _]?", name):
+        if lines[-1] and len((lines[-1] + part).rstrip()) > room:
+            lines.append("")
+        lines[-1] += part
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _name_steps(axes: Axes, models: Sequence[str], width: float) -> None:
+    """Name the steps, and leave room at both ends for what stands beside the marks."""
+    gaps = len(models) - 1
+    step = min(width / len(models), (width - 2.0 * RATIO_WIDTH) / max(gaps, 1))
+    margin = 0.5 * (width / step - gaps)
+    axes.set_xlim(-margin, gaps + margin)
+    room = int(step / CHARACTER)
+    if room < NARROW:
+        labels = [name.replace(", ", ",\n") for name in models]
+        axes.set_xticks(range(len(models)), labels, rotation=35.0, ha="right", fontsize=9)
+    else:
+        axes.set_xticks(range(len(models)), [wrapped(name, room) for name in models])
 
 
 def _limits(errors: FloatArray, floor: float) -> tuple[float, float]:
+    """Leave room above for a multiple, as a share of what the errors span."""
     known = np.r_[errors[np.isfinite(errors)], floor]
-    return 0.7 * known.min(), 1.8 * max(known.max(), 1.5 * floor)
+    least, most = known.min(), max(known.max(), 1.5 * floor)
+    return 0.7 * least, most * max(1.8, (most / least) ** 0.2)
 
 
-def _wrapped(name: str) -> str:
-    """Break a name where a long one would run into its neighbours."""
-    return name.replace("_", "_\n", 1) if len(name) > LONG else name
-
-
-def _write_ratios(axes: Axes, errors: FloatArray, floor: float) -> None:
-    """Write each error as a multiple of the noise beside its mark."""
-    for step, error in enumerate(errors):
-        if np.isfinite(error):
-            axes.annotate(
-                f"{error / floor:.3g}×",
-                (step, error),
-                xytext=(8, 8),
-                textcoords="offset points",
-                fontsize=11,
-                fontweight="bold",
-                color=_HELDOUT["color"],
-                path_effects=[withStroke(linewidth=3.0, foreground="white")],
-            )
+def _write_ratios(axes: Axes, training: FloatArray, heldout: FloatArray, floor: float) -> None:
+    """Write each error as a multiple of the noise beside its mark, off the other mark."""
+    judged = np.where(np.isfinite(heldout), heldout, training)
+    for step, error in enumerate(judged):
+        if not np.isfinite(error):
+            continue
+        below = error < APART * training[step]
+        axes.annotate(
+            multiple(error / floor),
+            (step, error),
+            xytext=(-8, -8) if below else (8, 8),
+            ha="right" if below else "left",
+            va="top" if below else "bottom",
+            textcoords="offset points",
+            fontsize=11,
+            fontweight="bold",
+            color=(_HELDOUT if error == heldout[step] else _TRAINING)["color"],
+            path_effects=[withStroke(linewidth=3.0, foreground="white")],
+        )

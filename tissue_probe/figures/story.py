@@ -1,0 +1,195 @@
+"""A diagnosis on one page: the base model, where it fails, what would explain it, what is left.
+
+What belongs here: how the three panels stand together, and the ranking's bars. What does not: the
+comparison and the ladder, which have pictures of their own (``compare``, ``ladder``).
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogFormatter
+
+from tissue_probe.figures.compare import (
+    Comparison,
+    add_legend,
+    describe_axis,
+    draw_profile,
+    draw_stretch,
+    scale_profiles,
+    zoom,
+)
+from tissue_probe.figures.ladder import Rungs, draw_rungs, multiple, wrapped
+from tissue_probe.signals import FloatArray
+
+SHOWN = 8  # effects of the ranking
+WIDTH = 10.0  # inches
+BESIDE = 5  # models of a ladder, more of which have no room beside the ranking
+LINE = 86  # characters of the title
+NAME = 26  # characters of an effect's name, beside its bar
+WIDE = 10.0  # quotient of errors from which on their axis is logarithmic
+
+# Okabe and Ito's colours, told apart by every eye; hatches tell them apart in grey.
+_BLUE, _VERMILION = "#0072B2", "#D55E00"
+_CHOSEN, _TRIED = {"facecolor": _BLUE}, {"facecolor": "0.78"}
+_TIED = {"hatch": "///", "edgecolor": "white", "linewidth": 0.0}
+_BASE = {"color": _VERMILION, "linestyle": "--", "linewidth": 1.6}
+_NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
+_HEADING = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect that was tried alone.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    heldout : float
+        Root mean square error on held-out data of the base model with it [unit of the output];
+        infinite where it diverges there, NaN where it was not tried.
+    added : bool
+        Whether it is in the last model.
+    tied : bool
+        Whether it cannot be told from another one.
+    """
+
+    name: str
+    heldout: float
+    added: bool = False
+    tied: bool = False
+
+
+def draw_story(
+    title: str, base: Comparison, ranking: Sequence[Candidate], rungs: Rungs, name: str = ""
+) -> Figure:
+    """Draw the base model and where it fails, above what each effect would explain and the ladder.
+
+    Parameters
+    ----------
+    title : str
+        The verdict in words.
+    base : Comparison
+        The base model on what was fitted.
+    ranking : sequence of Candidate
+        The effects, the best first, of which the first eight are shown; if empty, the ladder takes
+        their place.
+    rungs : Rungs
+        The ladder; its first model is the base.
+    name : str
+        Which of several records is shown of the base.
+    """
+    beside = bool(ranking) and len(rungs.models) <= BESIDE
+    rows = 2 if beside or not ranking else 3
+    figure = Figure(figsize=(WIDTH, 4.2 * rows), layout="constrained")
+    figure.get_layout_engine().set(hspace=0.06, wspace=0.04, h_pad=0.06, w_pad=0.06)
+    grid = figure.add_gridspec(rows, 2, height_ratios=(1.2, *(rows - 1) * (1.0,)))
+    _draw_base(figure, grid[0, :], base, rungs.models[0], name)
+    if ranking:
+        _draw_ranking(figure.add_subplot(grid[1, 0 if beside else slice(None)]), ranking, rungs)
+    ladder = figure.add_subplot(grid[-1, 1 if beside else slice(None)])
+    draw_rungs(ladder, rungs, (0.4 if beside else 0.9) * WIDTH)
+    added = "What is added, and what is left" if len(rungs.models) > 1 else "Nothing is added"
+    ladder.set_title(f"{3 if ranking else 2}  {added}", **_HEADING)
+    figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=13, fontweight="bold")
+    return figure
+
+
+def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str, name: str) -> None:
+    left, right = place.subgridspec(1, 2, width_ratios=(2, 1))
+    panels = left.subgridspec(2, 1, height_ratios=(3, 2)).subplots(sharex=True)
+    draw_stretch(panels, base, zoom(base))
+    for axes, room in zip(panels, (0.3, 0.45), strict=True):
+        add_legend(axes, room)
+    if name:
+        panels[1].set_xlabel(f"time [s], {name}")
+    panels[0].set_title(f"1  The base model: {model}", **_HEADING)
+    here = base.localisation.here
+    profile = here or base.localisation.profiles[0]
+    axes = figure.add_subplot(right)
+    draw_profile(axes, profile, base.noise)
+    scale_profiles(axes, [profile], base.noise)
+    axes.set(xlabel=describe_axis(profile), ylabel="rms error / noise")
+    axes.set_title("Where its error lies" if here else "Nothing stands out", **_HEADING)
+
+
+def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> None:
+    """Draw a bar for each effect, the best on top, beside what the base model leaves."""
+    shown = ranking[:SHOWN]
+    ratios = np.array([each.heldout for each in shown]) / rungs.noise
+    base = rungs.heldout[0] / rungs.noise
+    _scale_errors(axes, np.r_[ratios, base])
+    for row, (each, ratio) in enumerate(zip(shown, ratios, strict=True)):
+        _draw_bar(axes, row, each, ratio)
+    if np.isfinite(base):
+        axes.axvline(base, label="base model", **_BASE)
+    axes.axvline(1.0, label="noise", **_NOISE)
+    axes.set_yticks(range(len(shown)), [wrapped(each.name, NAME) for each in shown])
+    for label, each in zip(axes.get_yticklabels(), shown, strict=True):
+        label.set_fontweight(_weight(each))
+    axes.set_ylim(len(shown) - 0.5, -0.5)
+    axes.set_xlabel("held-out error / noise")
+    axes.set_title("2  What each effect alone would leave", **_HEADING)
+    axes.grid(axis="x", which="both", alpha=0.25)
+    axes.set_axisbelow(True)
+    _add_key(axes, shown)
+
+
+def _scale_errors(axes: Axes, ratios: FloatArray) -> None:
+    """Leave room for the numbers; take a logarithmic axis where the errors span much."""
+    known = np.r_[ratios[np.isfinite(ratios) & (ratios > 0.0)], 1.0]
+    least, most = known.min(), known.max()
+    if most < WIDE * least:
+        axes.set_xlim(0.0, 1.3 * most)
+        return
+    axes.set_xscale("log")
+    axes.set_xlim(0.7 * least, most * (most / least) ** 0.25)
+    for place in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+        place(LogFormatter(minor_thresholds=(2.0, 0.7)))
+
+
+def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
+    """Draw what an effect leaves, or say why there is no number."""
+    begin, told = axes.get_xlim()[0], multiple(ratio)
+    if not np.isfinite(ratio):
+        ratio, told = begin, "not known" if np.isnan(ratio) else "diverges"
+    style = (_CHOSEN if each.added else _TRIED) | (_TIED if each.tied else {})
+    axes.barh(row, ratio - begin, left=begin, height=0.72, **style)
+    axes.annotate(
+        told,
+        (ratio, row),
+        xytext=(5, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=9,
+        fontweight=_weight(each),
+        path_effects=[withStroke(linewidth=3.0, foreground="white")],
+    )
+
+
+def _weight(candidate: Candidate) -> str:
+    return "bold" if candidate.added else "normal"
+
+
+def _add_key(axes: Axes, shown: Sequence[Candidate]) -> None:
+    kinds = [
+        (any(each.added for each in shown), Patch(label="chosen", **_CHOSEN)),
+        (any(each.tied for each in shown), Patch(label="cannot be told apart", **_TRIED | _TIED)),
+    ]
+    axes.legend(
+        handles=[*(patch for drawn, patch in kinds if drawn), *axes.lines],
+        loc="upper center",
+        bbox_to_anchor=(0.4, -0.15),
+        ncols=2,
+        fontsize=9,
+        frameon=False,
+    )
