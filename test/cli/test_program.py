@@ -18,7 +18,10 @@ COMMANDS = [
 ]
 
 DIAGNOSING = ("compare", "diagnose", "improve")
-MODEL_DEFAULTS = ["into", "auto", "compliant_probe", "kelvin_voigt"]
+MODEL_DEFAULTS = [
+    *("into", "auto"),
+    *(f"(that of --model, else {each})" for each in ("compliant_probe", "kelvin_voigt")),
+]
 
 
 def in_a_process(*arguments, **environment):

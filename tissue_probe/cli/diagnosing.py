@@ -58,13 +58,15 @@ Rig = Annotated[
     typer.Option(
         help="How the instrument couples to the tissue; in force_driven the force is the input, "
         "and the position is predicted.",
-        show_default=RigName.compliant_probe.value,
+        show_default="that of --model, else compliant_probe",
     ),
 ]
 TissueOption = Annotated[
     TissueName | None,
     typer.Option(
-        "--tissue", help="The model to begin with.", show_default=TissueName.kelvin_voigt.value
+        "--tissue",
+        help="The model to begin with.",
+        show_default="that of --model, else kelvin_voigt",
     ),
 ]
 ModelOption = Annotated[
