@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from pathlib import Path
@@ -223,6 +224,30 @@ def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")
     assert "Measured and predicted: gap.csv, part 2 (stretch 2 of 2" in page
     assert "(drawn: the first 0.5 of 1.4 s)" in page
+
+
+def test_what_was_done_to_read_a_file_is_told_in_the_report_and_the_answer_too(
+    run, recorded, tmp_path, few
+):
+    for name in ("data.csv", "data_second.csv"):
+        rows = np.loadtxt(name, delimiter=",", skiprows=1)
+        rows[500:502, 2] = np.nan  # filled in
+        rows[1000:1100, 2] = np.nan  # cut out
+        np.savetxt(name, rows, delimiter=",", header="t,u,F", comments="", fmt="%.17g")
+    named = ("--force-polarity", "compression", *RESTED, "--json", "out.json")
+    outcome = run("improve", "data.csv", *named, "--add", HIDDEN, "--validate", "data_second.csv")
+    assert outcome.status == 0, outcome.err
+    notes = re.findall("^note: (.*)$", outcome.out, re.M)
+    for words in ("filled in by a cubic spline", "cut out there"):
+        assert sum(words in note for note in notes) == 2
+    told = json.loads((tmp_path / "out.json").read_text())["findings"]
+    page = html.unescape((tmp_path / "improved" / "report.html").read_text(encoding="utf-8"))
+    for note in notes:
+        assert note in told
+        assert f"<li>{note}</li>" in page
+    assert run("compare", "data.csv", *named).status == 0
+    told = json.loads((tmp_path / "out.json").read_text())["findings"]
+    assert set(told) < set(notes)
 
 
 def test_a_model_that_fails_on_the_second_recording_is_told(run, recorded, tmp_path):

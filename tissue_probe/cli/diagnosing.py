@@ -236,6 +236,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
                 used=each.measured,
                 output=output,
                 coil_gain=coil_gain(each.position, each.command),
+                notes=each.notes,
             )
         )
     return found

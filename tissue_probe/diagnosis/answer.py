@@ -124,7 +124,9 @@ class Answer(_Entry):
     )
     ladder: list[Step]
     suggested_excitation: Experiment | None
-    findings: list[str] = Field(description="what is wrong with the samples, in sentences")
+    findings: list[str] = Field(
+        description="what was done to read the samples, and what is wrong with them, in sentences"
+    )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,

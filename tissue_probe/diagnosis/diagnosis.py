@@ -55,7 +55,7 @@ class Diagnosis:
     spoilt : tuple of str
         ``adc_saturation``, ``stuck_samples``: what is wrong with samples, which were left out.
     findings : tuple of Finding
-        Of the inspection, on all measurements, and of the fit.
+        Of reading, also what validates; of the inspection, on all measurements; of the fit.
     indistinguishable : tuple of str
         Effects by which models differ that explain the measurement equally well
         (``ladder.rivals``); empty where one is alone.
@@ -143,6 +143,7 @@ def diagnose(
     clean, findings = cleaned(measurements)
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
+    findings = [*_as_read([*measurements, *validation]), *findings]
     validation = [_finely_read(_without_spoilt(each, ())) for each in validation]
     if wanted:
         effects = [library[name] for name in wanted]
@@ -236,6 +237,10 @@ def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
             raise ValueError(
                 f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
             )
+
+
+def _as_read(measurements: Sequence[Measurement]) -> list[Finding]:
+    return [Finding("as_read", note) for each in measurements for note in each.notes]
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:

@@ -19,7 +19,7 @@ class Finding:
     Attributes
     ----------
     name : str
-        One of those that ``inspection.inspect`` or ``fit_checks.check_fit`` lists.
+        One of those that ``inspection.inspect`` or ``fit_checks.check_fit`` lists, or ``as_read``.
     sentence : str
         What is wrong, and what to do.
     fatal : bool

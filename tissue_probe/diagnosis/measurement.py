@@ -97,6 +97,8 @@ class Measurement:
         Of a position that was smoothed: one of the errors that it may still have [m].
     coil_gain : float
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
+    notes : tuple of str
+        What was done to read it, in sentences: resampled, filled in, cut.
     """
 
     position: FloatArray
@@ -109,6 +111,7 @@ class Measurement:
     whitening: FloatArray | None = None
     misread: FloatArray | None = None
     coil_gain: float = np.nan
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.used is None:
