@@ -13,7 +13,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
@@ -42,18 +42,30 @@ PUBLISHED = {
     "coulomb_force": 20.3935,
     "force_bias": -3.1648,
 }
+#: And with other friction backwards than forwards: half the sums and the differences of what is
+#: published of each direction (viscous 166.71 and 240.42 N s/m, dry 20.14 and 20.63 N).
+PUBLISHED_BY_DIRECTION = {
+    "damping": (166.71 + 240.42) / 2.0,
+    "damping_difference": (166.71 - 240.42) / 2.0,
+    "coulomb_force": (20.14 + 20.63) / 2.0,
+    "force_bias": (20.14 - 20.63) / 2.0,
+}
+DIRECTIONAL = Path(__file__).parents[1] / "docs" / "directional_damping.py"
+#: What the literature says of it.
+DRY = ("coulomb_friction", "force_bias")
 #: How many of a ranking are shown.
 SHOWN = 3
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One file, how it is read, and the effects that the literature says are in it."""
+    """One file, how it is read, and the effects that the literature says are in it, its values."""
 
     name: str
     file: str
     options: str
     known: tuple[str, ...]
+    published: dict[str, float] = field(default_factory=dict)
 
     def arguments(self, folder: Path, whole: bool) -> list[str]:
         """Return what follows ``tissue_probe``."""
@@ -63,8 +75,18 @@ class Measured:
 
 
 DATA = (
-    Measured("EMPS", "emps/DATA_EMPS.mat", DRIVE, ("coulomb_friction", "force_bias")),
-    Measured("EMPS driven", "emps/DATA_EMPS.mat", DRIVEN, ("coulomb_friction", "force_bias")),
+    Measured("EMPS", "emps/DATA_EMPS.mat", DRIVE, DRY, PUBLISHED),
+    Measured("EMPS driven", "emps/DATA_EMPS.mat", DRIVEN, DRY, PUBLISHED),
+    *(
+        Measured(
+            f"{name} by direction",
+            "emps/DATA_EMPS.mat",
+            f"{options} --effects {shlex.quote(str(DIRECTIONAL))}",
+            (*DRY, "directional_damping"),
+            PUBLISHED_BY_DIRECTION,
+        )
+        for name, options in (("EMPS", DRIVE), ("EMPS driven", DRIVEN))
+    ),
     *(
         Measured(name, f"pig_liver_probing/{file}.csv", PROBING, ("hertz_contact",))
         for name, file in {
@@ -111,7 +133,7 @@ def main(
             print(answer)
             continue
         found.add_row(*row(data.name, answer))
-        ladders.append(ladder_table(data.name, answer))
+        ladders.append(ladder_table(data, answer))
     console.print(found, *ladders)
 
 
@@ -144,19 +166,19 @@ def settled(entry: dict) -> str:
     return "" if entry["converged"] else " [did not settle]"
 
 
-def ladder_table(name: str, answer: dict) -> Table:
+def ladder_table(data: Measured, answer: dict) -> Table:
     """Return the parameters of the last model of a ladder, beside published ones."""
     last = answer["ladder"][-1]
     model = " + ".join(["Kelvin-Voigt", *last["effects"]])
-    table = Table(title=f"{name}: {model}{settled(last)}", title_justify="left")
-    drive = name.startswith("EMPS")
-    for column in ("parameter", "value", "95 %", "unit", *(["published"] if drive else [])):
+    table = Table(title=f"{data.name}: {model}{settled(last)}", title_justify="left")
+    published = data.published
+    for column in ("parameter", "value", "95 %", "unit", *(["published"] if published else [])):
         table.add_column(column)
     for parameter, entry in last["parameters"].items():
         if entry["deviation"]:
             value, interval = f"{entry['value']:.5g}", f"+- {1.96 * entry['deviation']:.2g}"
-            published = [f"{PUBLISHED[parameter]:g}"] if drive and parameter in PUBLISHED else []
-            table.add_row(parameter, value, interval, entry["unit"], *published)
+            known = [f"{published[parameter]:g}"] if parameter in published else []
+            table.add_row(parameter, value, interval, entry["unit"], *known)
     return table
 
 
