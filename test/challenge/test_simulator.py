@@ -8,8 +8,9 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from tissue_probe.challenge import make_challenge
+from tissue_probe.challenge import make_challenge, series
 from tissue_probe.challenge.kelvin_voigt import fit_residual
+from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.series import SHARES, all_show, deal, make_series
 from tissue_probe.challenge.simulator import EFFECTS, LIBRARY, Answer
 from tissue_probe.challenge.specimen import Specimen
@@ -147,6 +148,59 @@ def test_what_the_rigs_tolerances_could_make_of_an_effect_is_told():
     assert hum.shown["mains_hum"] == pytest.approx(hum.ratios["mains_hum"], rel=0.02)
     exact = make_challenge(77, ("force_gain",), "chirp60", "exact").answer
     assert exact.shown == exact.ratios
+
+
+def wobble(amplitude, preload, duration=1.0):
+    """A motion of two sines, as it was measured."""
+    time = np.arange(round(2_000 * duration)) / 2_000
+    moved = np.sin(2.0 * np.pi * 7.0 * time) + 0.5 * np.cos(2.0 * np.pi * 23.0 * time)
+    return follow(time, preload + amplitude / 1.5 * moved, "wobble.csv")
+
+
+def test_a_measured_motion_is_repeated_and_told():
+    motion = wobble(0.7e-3, 1.5e-3)
+    one, other = (make_challenge(3, ("cubic_stiffening",), motion) for _ in range(2))
+    np.testing.assert_array_equal(one.recording.force, other.recording.force)
+    assert one.answer == other.answer
+    told, second = one.answer.excitation, one.answer.second_excitation
+    assert told["source"] == "wobble.csv"
+    assert (told["kind"], told["starts"]) == ("measured", "moving")
+    assert told["duration"] == second["duration"] == motion.duration
+    assert told["amplitude"] == second["amplitude"] == motion.amplitude
+    assert told["preload"] == second["preload"] == pytest.approx(1.5e-3, rel=0.01)
+    assert second["kind"] == "msine60"
+    u = motion.preload + motion.amplitude * motion.course(one.recording.time)
+    np.testing.assert_allclose(one.recording.position, u, atol=0.6e-7)
+    json.dumps(asdict(one.answer))
+
+
+@pytest.mark.parametrize("name", ["mains_hum", "springpot", "hertz_contact", "backlash"])
+def test_effects_are_scaled_for_a_measured_motion(name):
+    answer = make_challenge(5, (name,), wobble(0.7e-3, 20e-6), "tolerant").answer
+    assert answer.ratio == pytest.approx(answer.targets[name], rel=0.1)
+
+
+def test_what_a_measured_motion_cannot_show_is_absorbed():
+    hidden = {"added_mass", "load_cell_stiffness_error", "coulomb_friction"}
+    for name in hidden:
+        answer = make_challenge(5, (name,), wobble(12e-6, 0.0)).answer
+        assert answer.absorbed == (name,)
+
+
+def test_of_two_effects_one_is_hidden_where_no_two_would_show(monkeypatch):
+    monkeypatch.setattr(series, "all_show", lambda answer: len(answer.effects) < 2)
+    monkeypatch.setattr(series, "PAIRS", 3)
+    for made in make_series("two", 2, 0, "sine10", "exact"):
+        assert len(made.answer.effects) == 1
+
+
+def test_any_deals_every_excitation():
+    made = list(make_series("none", 20, 1, "any", "exact"))
+    kinds = [each.answer.excitation["kind"] for each in made]
+    assert set(kinds) == set(DURATIONS)
+    again = make_series("none", 3, 1, "any", "exact")
+    for one, other in zip(made, again, strict=False):
+        np.testing.assert_array_equal(one.recording.force, other.recording.force)
 
 
 def test_an_answer_is_plain_json():

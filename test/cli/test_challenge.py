@@ -108,6 +108,8 @@ def test_a_missing_diagnosis_is_told_and_counts_as_wrong(run, tmp_path):
     [
         (["make", "out", "--answers", "out/answers.json"], "lies among the recordings"),
         (["make", "out", "--excitation", "square"], "there is no excitation 'square'"),
+        (["make", "out", "--excitation", "run.csv"], "and no such file; there are sine10, "),
+        (["make", "out", "--excitation", "any", "--site", "1"], "are of a file's motion"),
         (["make", "out", "--rig", "bent"], "there is no rig 'bent'"),
         (["make", "out", "--hide", "all"], "cannot hide 'all'"),
         (["make", "out", "--format", "bag"], "recordings are csv or mcap"),
@@ -116,6 +118,57 @@ def test_a_missing_diagnosis_is_told_and_counts_as_wrong(run, tmp_path):
 )
 def test_what_cannot_be_done_is_told_in_one_line(fails, arguments, said):
     assert said in fails("challenge", *arguments)
+
+
+def write_motion(path, header="t,u", scale=1.0):
+    time = np.arange(2_000) / 1_000
+    moved = np.round(2e-3 + 1e-3 * np.sin(2.0 * np.pi * (3.0 + 4.0 * time) * time), 7)
+    np.savetxt(
+        path, np.column_stack([time, scale * moved]), "%.7g", ",", header=header, comments=""
+    )
+
+
+def test_the_users_own_motion_is_repeated_and_its_recordings_can_be_diagnosed(run, tmp_path):
+    write_motion(tmp_path / "mine.csv")
+    made = run(
+        *("challenge", "make", "made", "--excitation", "mine.csv", "--starts", "moving"),
+        *("--count", 1, "--hide", "none"),
+    )
+    assert made.status == 0, made.err
+    assert "The coil moves as in mine.csv: 1.9995 s, begun in motion, by 1.0" in made.out
+    answers = json.loads((tmp_path / "answers.sealed.json").read_text())["answers"]
+    assert answers["0001"]["excitation"]["source"] == "mine.csv"
+    mine, recording = (
+        np.loadtxt(tmp_path / n, delimiter=",", skiprows=1) for n in ("mine.csv", "made/0001.csv")
+    )
+    assert len(recording) == pytest.approx(4_000, abs=2)
+    np.testing.assert_allclose(recording[::2, 1], mine[: len(recording[::2]), 1], atol=5e-7)
+    found = run("diagnose", "made/0001.csv", "--known-rig", "--json", "0001.json")
+    assert found.status == 0, found.err
+    assert json.loads((tmp_path / "0001.json").read_text())["verdict"] == "adequate"
+
+
+def test_a_recording_is_repeated_as_a_table_is(run, tmp_path):
+    for ending in ("csv", "mcap"):
+        source = ("--excitation", "msine60", "--hide", "none", "--count", 1, "--format", ending)
+        run("challenge", "make", ending, *source, "--answers", f"{ending}.json")
+        again = ("--excitation", f"{ending}/0001.{ending}", "--hide", "one", "--count", 1)
+        assert run("challenge", "make", f"{ending}2", *again, "--answers", f"{ending}2.json").out
+    one, other = (read_csv(tmp_path / f"{ending}2" / "0001.csv") for ending in ("csv", "mcap"))
+    np.testing.assert_allclose(one.force, other.force, atol=1e-6)
+
+
+def test_a_motion_that_cannot_be_repeated_is_told_in_one_line(fails, tmp_path):
+    make = ("challenge", "make", "out", "--excitation")
+    write_motion(tmp_path / "mm.csv", scale=1e3)
+    assert "give u in metres" in fails(*make, "mm.csv")
+    write_motion(tmp_path / "named.csv", header="t,position")
+    assert "named.csv has no column u; its columns are t, position" in fails(*make, "named.csv")
+    (tmp_path / "notes.mcap").write_text("none")
+    assert "notes.mcap" in fails(*make, "notes.mcap")
+    write_motion(tmp_path / "mine.csv")
+    assert "no samples at site 3" in fails(*make, "mine.csv", "--site", 3)
+    assert not (tmp_path / "out").exists()
 
 
 def test_answers_and_recordings_are_never_overwritten(fails, series):

@@ -16,10 +16,8 @@ from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.motion import RATE, move
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.tolerances import Tolerances
-from tissue_probe.challenge.trajectory import DURATIONS, Trajectory
+from tissue_probe.challenge.trajectory import Trajectory
 from tissue_probe.signals import FloatArray
-
-HIGHEST = dict(zip(DURATIONS, (10.0, 10.0, 30.0, 60.0, 60.0), strict=True))  # Hz
 
 
 @dataclass(frozen=True)
@@ -34,9 +32,7 @@ class Case:
     def situation(self) -> Situation:
         """What effects are scaled by."""
         coil = self.trajectory
-        return Situation(
-            self.specimen, coil.amplitude, coil.preload, coil.duration, HIGHEST[coil.kind]
-        )
+        return Situation(self.specimen, coil.amplitude, coil.preload, coil.duration, coil.highest)
 
     def changed(self, change: Change) -> Case:
         """Return the case with what an effect sets."""

@@ -66,12 +66,12 @@ def _exponential_stiffening(strength: float, at: Situation, random: Random) -> C
 def _hertz_contact(strength: float, at: Situation, random: Random) -> Change:
     """Force as x^n, n = 1 + strength, in contact that cannot pull; never from the surface itself.
 
-    Without a preload the loss of contact would hide the exponent.
+    Without a preload, or with next to none, the loss of contact would hide the exponent.
     """
     light = random.uniform(1.0, 1.4) * _holding(at, 0.0)
     return Change(
         {"hertz_exponent": 1.0 + strength, "hertz_depth": at.depth, "unilateral": 1.0},
-        preload=at.preload or light,
+        preload=at.preload if at.preload > 0.5 * at.amplitude else light,
     )
 
 

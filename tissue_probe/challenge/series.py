@@ -18,11 +18,12 @@ from tissue_probe.challenge.simulator import (
     WEAKEST_OF_TWO,
     Answer,
     Challenge,
+    Excitation,
     Rig,
     make_challenge,
 )
 from tissue_probe.challenge.strength import ABSORBED
-from tissue_probe.challenge.trajectory import Kind
+from tissue_probe.challenge.trajectory import DURATIONS
 
 Effects = tuple[str, ...]
 
@@ -40,13 +41,20 @@ SHOWN = 0.95 * WEAKEST_OF_TWO
 BEYOND = ABSORBED
 """And where the fit may move the rig within its tolerances."""
 
+ANY = "any"
+"""An excitation drawn for each recording."""
+
+PAIRS = 20
+"""How many pairs are tried until both effects show; of named excitations three in four do."""
+
 
 def make_series(
-    hide: Hide, count: int, seed: int, excitation: Kind, rig: Rig
+    hide: Hide, count: int, seed: int, excitation: Excitation | Literal["any"], rig: Rig
 ) -> Iterator[Challenge]:
     """Yield ``count`` challenges; the same arguments give the same ones.
 
-    Two effects of which one would not show are replaced by two others.
+    Two effects of which one would not show are replaced by two others, and by one alone where no
+    two are found that the excitation shows. ``any`` draws the excitation of each recording.
 
     Raises
     ------
@@ -57,11 +65,21 @@ def make_series(
         raise ValueError(f"cannot hide {hide!r}; there are {', '.join(SHARES)}, mixed")
     random = np.random.default_rng(seed)
     for effects in deal(hide, count, random):
-        challenge = make_challenge(int(random.integers(2**32)), effects, excitation, rig)
-        while not all_show(challenge.answer):
-            another = int(random.integers(2**32))
-            challenge = make_challenge(another, _pair(random), excitation, rig)
-        yield challenge
+        drawn = str(random.choice(list(DURATIONS))) if excitation == ANY else excitation
+        yield _showing(effects, drawn, rig, random)
+
+
+def _showing(
+    effects: Effects, excitation: Excitation, rig: Rig, random: np.random.Generator
+) -> Challenge:
+    """Hide effects, or others in their place if they are two and do not both show."""
+    seed = int(random.integers(2**32))
+    for _ in range(PAIRS):
+        challenge = make_challenge(seed, effects, excitation, rig)
+        if all_show(challenge.answer):
+            return challenge
+        seed, effects = int(random.integers(2**32)), _pair(random)
+    return make_challenge(seed, effects[:1], excitation, rig)
 
 
 def all_show(answer: Answer) -> bool:

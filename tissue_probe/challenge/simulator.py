@@ -17,6 +17,7 @@ from tissue_probe.challenge.change import Change, Effect, log_uniform
 from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument, pink_noise
 from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
+from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.mechanical import MECHANICAL
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
@@ -32,6 +33,8 @@ EFFECTS: dict[str, Effect] = {**LIBRARY, **OUTSIDE, **SPOILT}
 """Everything that can be hidden, by name."""
 
 Rig = Literal["exact", "tolerant"]
+
+Excitation = Kind | Measured
 
 PINK_NOISE = 1e-3  # N rms
 WEAKEST, STRONGEST = 1.4, 25.0
@@ -73,7 +76,8 @@ class Answer:
     absorbed : tuple of str
         Effects that a Kelvin-Voigt model absorbs under this excitation, at a typical strength.
     tissue, rig, excitation, second_excitation : dict
-        Numbers without the effects; ``rig`` holds the true constants, not the nominal ones.
+        Numbers without the effects; ``rig`` holds the true constants, not the nominal ones. Of an
+        excitation that was measured its source, too, and how it starts.
     seed : int
         Makes the same challenge again.
     """
@@ -106,7 +110,7 @@ class Challenge:
 def make_challenge(
     seed: int,
     effects: Sequence[str] = ("cubic_stiffening",),
-    excitation: Kind = "chirp60",
+    excitation: Excitation = "chirp60",
     rig: Rig = "exact",
     preload: float | None = None,
     coil: Coil | None = None,
@@ -123,15 +127,16 @@ def make_challenge(
         The same arguments give the same challenge.
     effects : sequence of str
         Names in ``EFFECTS``; none for a clean recording.
-    excitation : str
-        One of ``DURATIONS``.
+    excitation : str or Measured
+        One of ``DURATIONS``; or a motion that was measured, of which amplitude, preload and the
+        coil's faults are kept.
     rig : {"exact", "tolerant"}
         Whether the rig is the nominal one, or off within its tolerances.
     preload : float, optional
-        Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm. Effects that
-        show only where the force comes near zero draw their own.
+        Mean displacement of the coil [m]; by default none or, as often, 1 to 3 mm, or what was
+        measured. Effects that show only where the force comes near zero draw their own.
     coil : Coil, optional
-        Faults of the coil; drawn by default.
+        Faults of the coil; drawn by default. A motion that was measured has none added.
 
     Raises
     ------
@@ -142,8 +147,9 @@ def make_challenge(
     random = np.random.default_rng(seed)
     coil = Coil.drawn(random.spawn(1)[0]) if coil is None else coil
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
-    first = _trajectory(random, excitation, DURATIONS[excitation], coil)
-    other = _trajectory(random, _other(excitation), DURATIONS[excitation], coil)
+    if isinstance(excitation, Measured):
+        pressed = excitation.preload
+    first, other = _trajectories(random, excitation, coil)
     tolerances = Tolerances() if rig == "tolerant" else None
     clean = Case(*_rig_and_tissue(random, tolerances), first)
     clean = clean.pressed(pressed if preload is None else preload)
@@ -169,12 +175,12 @@ def make_challenge(
     return Challenge(_measure(case, random), _measure(second, random), answer)
 
 
-def _check(effects: Sequence[str], excitation: str, rig: str) -> None:
+def _check(effects: Sequence[str], excitation: Excitation, rig: str) -> None:
     if unknown := [name for name in effects if name not in EFFECTS]:
         raise ValueError(f"there is no effect {unknown[0]!r}; there are {', '.join(EFFECTS)}")
     if len(set(effects)) < len(effects):
         raise ValueError(f"{', '.join(effects)}: an effect can be hidden once only")
-    if excitation not in DURATIONS:
+    if not isinstance(excitation, Measured) and excitation not in DURATIONS:
         raise ValueError(f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}")
     if rig not in ("exact", "tolerant"):
         raise ValueError(f"there is no rig {rig!r}; there are exact, tolerant")
@@ -193,14 +199,21 @@ def _rig_and_tissue(
     return specimen, Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
 
 
+def _trajectories(
+    random: np.random.Generator, excitation: Excitation, coil: Coil
+) -> tuple[Trajectory, Trajectory]:
+    """Return the motions of both recordings; the second is broadband, and not the first's."""
+    if isinstance(excitation, Measured):
+        other = _trajectory(random, "msine60", excitation.duration, coil)
+        return Trajectory.following(excitation), replace(other, amplitude=excitation.amplitude)
+    kinds = (excitation, "chirp60" if excitation == "msine60" else "msine60")
+    first, other = (_trajectory(random, kind, DURATIONS[excitation], coil) for kind in kinds)
+    return first, other
+
+
 def _trajectory(random: np.random.Generator, kind: str, duration: float, coil: Coil) -> Trajectory:
     phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
     return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases, coil=coil)
-
-
-def _other(excitation: str) -> str:
-    """Return the excitation of the second recording: broadband, and not the first's."""
-    return "chirp60" if excitation == "msine60" else "msine60"
 
 
 def _hide(
@@ -254,10 +267,14 @@ def _rig(case: Case, rig: str) -> dict[str, Any]:
 
 
 def _excitation(trajectory: Trajectory) -> dict[str, Any]:
-    return {
+    told = {
         "kind": trajectory.kind,
         "amplitude": trajectory.amplitude,
         "preload": trajectory.preload,
         "duration": trajectory.duration,
         "coil": trajectory.coil._asdict(),
     }
+    if trajectory.measured is not None:
+        told["source"] = trajectory.measured.source
+        told["starts"] = "at-rest" if trajectory.from_rest else "moving"
+    return told

@@ -1,7 +1,8 @@
 """What the coil does: analytic displacement and velocity at any time, before the record included.
 
-What belongs here: the five excitations, and how the probe is pressed in before them.
-What does not: how a coil departs from them (``coil``), what is sampled of it (``instrument``).
+What belongs here: the five excitations, and how the probe is pressed in before them and before one
+that was measured. What does not: how a coil departs from them (``coil``), what was measured
+(``measured``), what is sampled of it (``instrument``).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from tissue_probe.challenge.coil import PERFECT, Coil
+from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.periodic import periodic
 from tissue_probe.signals import FloatArray
 
@@ -27,6 +29,15 @@ DURATIONS: dict[str, float] = {
 }
 """Excitations by name, and how long each is recorded [s]."""
 
+HIGHEST: dict[str, float] = {
+    "sine10": 10.0,
+    "sine10ss": 10.0,
+    "stepped30": 30.0,
+    "chirp60": 60.0,
+    "msine60": 60.0,
+}
+"""Their highest frequencies [Hz]."""
+
 PRESSING = 0.5  # s, in which the probe is pressed in to its preload
 ESTABLISHING = 2.0  # s of motion before a record in steady state
 FADING = 0.1  # s, in which motions begin that would jump otherwise
@@ -40,12 +51,13 @@ class Trajectory:
     """Displacement of the coil in one record, whose time counts from its first sample.
 
     Before the record the coil is pressed in smoothly to ``preload`` within 0.5 s and held there for
-    ``hold``; in ``sine10ss`` it has then vibrated for 2 s more.
+    ``hold``; in ``sine10ss`` it has then vibrated for 2 s more, and so it has in what was measured
+    of a motion under way. Where that was measured from rest, it is held where the record begins.
 
     Attributes
     ----------
     kind : str
-        One of ``DURATIONS``.
+        One of ``DURATIONS``, or ``measured``.
     amplitude : float
         Largest displacement from the preload [m].
     duration : float
@@ -58,6 +70,8 @@ class Trajectory:
         Of the multisine's 60 lines [rad]; of ``sine10ss`` the first is its phase at the start.
     coil : Coil
         How the coil departs from what it is told.
+    measured : Measured, optional
+        The motion, where it is no named one.
     """
 
     kind: str
@@ -67,16 +81,45 @@ class Trajectory:
     hold: float = 0.0
     phases: tuple[float, ...] = (0.0,) * LINES
     coil: Coil = PERFECT
+    measured: Measured | None = None
+
+    @classmethod
+    def following(cls, measured: Measured) -> Trajectory:
+        """Return a motion as it was measured; no fault of a coil is added to those in it."""
+        return cls(
+            "measured",
+            measured.amplitude,
+            measured.duration,
+            measured.preload,
+            measured=measured,
+        )
+
+    @property
+    def highest(self) -> float:
+        """Highest frequency of the motion [Hz]."""
+        return HIGHEST[self.kind] if self.measured is None else self.measured.highest
+
+    @property
+    def from_rest(self) -> bool:
+        """Whether the coil rests until the record begins."""
+        return self.kind != "sine10ss" if self.measured is None else self.measured.at_rest
+
+    @property
+    def held(self) -> float:
+        """Displacement in which the coil is held before it moves [m]."""
+        if self.measured is None:
+            return self.preload
+        return self.preload + self.amplitude * self.measured.held
 
     @property
     def start_of_motion(self) -> float:
         """Time at which the vibration begins [s], 0 or before."""
-        return -ESTABLISHING if self.kind == "sine10ss" else 0.0
+        return 0.0 if self.from_rest else -ESTABLISHING
 
     @property
     def lead(self) -> float:
         """Time from the undisturbed tissue to the first sample [s]."""
-        pressed = self.preload != 0.0 or self.hold > 0.0
+        pressed = self.held != 0.0 or self.hold > 0.0
         return (PRESSING + self.hold if pressed else 0.0) - self.start_of_motion
 
     def before(self, rate: int) -> int:
@@ -92,6 +135,9 @@ class Trajectory:
 
     def _motion(self, since: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the motion at amplitude 1 and its derivative [1/s], by time since its start."""
+        if self.measured is not None:
+            motion = self.measured.at(since + self.start_of_motion)
+            return motion if self.from_rest else _faded(since, *motion)
         if self.kind == "msine60":
             return _faded(since, *_multisine(since, self.phases))
         if self.kind == "sine10ss":
@@ -134,7 +180,7 @@ def _sampled(told: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
     before = told.before(rate)
     time = (np.arange(before + round(told.duration * rate) + 1) - before) / rate
     pressed, pressing = _smooth((time + told.lead) / PRESSING)
-    u, velocity = told.preload * pressed, told.preload / PRESSING * pressing
+    u, velocity = told.held * pressed, told.held / PRESSING * pressing
     moving = slice(before + round(told.start_of_motion * rate), None)
     since = time[moving] - told.start_of_motion
     motion, slope = told.coil.distorted(*told._motion(since))

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tissue_probe.cli.measured import Site, Starts, StartsOption
+
 if TYPE_CHECKING:
     from tissue_probe.challenge.grading import Count, Diagnosis, Grade
+    from tissue_probe.challenge.measured import Measured
 
 challenge = typer.Typer(
     no_args_is_help=True,
@@ -41,8 +44,16 @@ def make(
         str, typer.Option(metavar="RIG", help="exact, or tolerant: off within its tolerances.")
     ] = "exact",
     excitation: Annotated[
-        str, typer.Option(metavar="NAME", help="sine10, sine10ss, stepped30, chirp60 or msine60.")
+        str,
+        typer.Option(
+            metavar="NAME|FILE",
+            help="sine10, sine10ss, stepped30, chirp60 or msine60; any: one of these for each "
+            "recording; or your own: a recording of this suite, or a table with the columns t [s] "
+            "and u [m], whose motion of the coil is repeated.",
+        ),
     ] = "chirp60",
+    starts: StartsOption = Starts.auto,
+    site: Site = None,
     hide: Annotated[
         str, typer.Option(metavar="WHAT", help="one, two, none, outside, spoilt or mixed.")
     ] = "mixed",
@@ -52,14 +63,14 @@ def make(
     """Make recordings of simulated tissue with hidden effects.
 
     Columns of CSV: t [s], u [m], F [N], positive in compression, at 2 kHz. NAME_second is the same
-    specimen with another motion of the coil.
+    specimen with another motion of the coil. --starts and --site are of a FILE's motion.
     """
     from tissue_probe.challenge.folder import check_sealed, seal, write_recordings
     from tissue_probe.challenge.series import make_series
 
     check_sealed(answers, folder)
     told = {}
-    made = make_series(hide, count, seed, excitation, rig)
+    made = make_series(hide, count, seed, chosen(excitation, starts, site), rig)
     for number, each in enumerate(made, start=1):
         name = f"{number:04d}"
         write_recordings(folder, name, each, format)
@@ -67,6 +78,71 @@ def make(
     seal(answers, told, folder)
     print(f"{count} recordings, and as many second ones, are in {folder}.")
     print(f"The answers are in {answers}; do not look.")
+
+
+def chosen(excitation: str, starts: Starts, site: int | None) -> str | Measured:
+    """Return the name of an excitation, or the motion in a file; says what that is.
+
+    Raises
+    ------
+    ValueError
+        If there is no such name or file, the file has no motion that can be repeated, or options
+        on a file stand beside a name.
+    OSError
+        If the file cannot be read.
+    """
+    from tissue_probe.challenge.series import ANY
+    from tissue_probe.challenge.trajectory import DURATIONS
+
+    names = (*DURATIONS, ANY)
+    path = Path(excitation)
+    if excitation not in names and path.exists():
+        motion = read_motion(path, starts, site)
+        begins = "from rest" if motion.at_rest else "in motion"
+        print(
+            f"The coil moves as in {path}: {motion.duration:g} s, begun {begins}, by "
+            f"{1e3 * motion.amplitude:.3g} mm about {1e3 * motion.preload:.3g} mm, up to "
+            f"{motion.highest:.3g} Hz."
+        )
+        return motion
+    if excitation not in names:
+        raise ValueError(
+            f"there is no excitation {excitation!r}, and no such file; there are {', '.join(names)}"
+        )
+    if starts is not Starts.auto or site is not None:
+        raise ValueError(f"--starts and --site are of a file's motion; leave them out with {path}")
+    return excitation
+
+
+def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
+    """Read how the coil moved from a recording of this suite, or a table of t [s] and u [m].
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, or its motion cannot be repeated.
+    OSError
+        If it cannot be read.
+    """
+    import numpy as np
+
+    from tissue_probe.challenge.record import follow
+    from tissue_probe.recording.columns import FORMATS, column_names, require_columns
+    from tissue_probe.recording.csv_file import read_csv
+    from tissue_probe.recording.reader import read_recording
+    from tissue_probe.recording.stretches import dwell_blocks
+    from tissue_probe.signals import NANOSECONDS
+
+    if path.suffix.lower() in FORMATS:
+        require_columns(path, ("t", "u"), column_names(path))
+        recording = read_csv(path, force="u")  # of which nothing is asked
+    else:
+        recording = read_recording(path)
+    blocks = dwell_blocks(recording, site)
+    stamps = np.concatenate([block.stamps for block in blocks])
+    position = np.concatenate([block.position for block in blocks])
+    rested = None if starts is Starts.auto else starts is Starts.at_rest
+    return follow((stamps - stamps[0]) / NANOSECONDS, position, str(path), rested)
 
 
 @challenge.command("grade")
