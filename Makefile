@@ -8,7 +8,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
-SEED := 14
+SEED := 25
 PACKAGES := package.xml setup.py setup.cfg $(wildcard config/* launch/*) \
 	$(shell find msg_defs crtk_msgs -type f)
 
