@@ -30,12 +30,11 @@ from tissue_probe.physics.effects import EFFECTS
 
 #: Seeds of the tests are smaller, but for a few between 1.5 and 2 million.
 FIRST_SEED = 500_000
-#: Recordings of one hidden effect in each cell, of each excitation on each rig.
-COUNT = 2
+#: Recordings of one hidden effect in each cell, of each excitation on each rig: so many that every
+#: effect comes at least once.
+COUNT = 6
 #: To as many of these, or a part of as many, on each rig there is one of each other kind.
 TO_ANOTHER = 3
-#: Length of the recordings whose time counts [s].
-TIMED = 2.0
 
 
 @dataclass
@@ -52,8 +51,8 @@ class Battery:
         Error over the rms of the noise [-], an encoder's rounding counted as such, where exactly
         what was hidden was added: on the second recording, and on eighths of the first, each
         predicted by a fit to the others.
-    seconds : list of float
-        Time of each diagnosis of a 2 s recording, kernels compiled.
+    seconds : dict of float to list of float
+        Time of each diagnosis, kernels compiled, by the length of the recording [s].
     """
 
     answers: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -61,7 +60,7 @@ class Battery:
     regressions: dict[str, Diagnosis] = field(default_factory=dict)
     heldout: list[float] = field(default_factory=list)
     left_out: list[float] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
+    seconds: dict[float, list[float]] = field(default_factory=dict)
 
     def marks(self) -> tuple[Grade, Grade]:
         """Return the marks of the suite, and of sparse regression."""
@@ -135,15 +134,13 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
     battery.answers[name] = asdict(sealed)
     battery.regressions[name] = sparse_regression.diagnose(challenge.recording)
     measured = _measurement(challenge.recording, at_rest=excitation != "sine10ss")
-    timed = DURATIONS[excitation] == TIMED
     try:
-        found = _diagnose(measured, instrument, warm=timed)
+        found = _diagnose(measured, instrument)
     except ValueError as error:
         say(f"{_told(sealed)}: no diagnosis: {error}")
         return
     battery.diagnoses[name] = Diagnosis.parse(answer(found).model_dump())
-    if timed:
-        battery.seconds.append(found.seconds)
+    battery.seconds.setdefault(DURATIONS[excitation], []).append(found.seconds)
     if sealed.effects and set(found.effects) == set(sealed.effects):
         final = found.ladder.final
         second = _measurement(challenge.second, at_rest=True)
@@ -160,12 +157,12 @@ def _measurement(record: simulator.Measurement, at_rest: bool) -> Measurement:
     return Measurement(record.position, record.force, record.sample_period, at_rest)
 
 
-def _diagnose(measured: Measurement, instrument: Instrument, warm: bool) -> diagnosis.Diagnosis:
-    """Diagnose a measurement; ``warm``: once more if kernels had to be compiled or loaded."""
+def _diagnose(measured: Measurement, instrument: Instrument) -> diagnosis.Diagnosis:
+    """Diagnose a measurement; once more if kernels had to be compiled or loaded."""
     while True:
         loaded = machine_code.loaded()
         found = diagnosis.diagnose(Composition(), [measured], instrument, EFFECTS)
-        if not warm or machine_code.loaded() == loaded:
+        if machine_code.loaded() == loaded:
             return found
 
 
