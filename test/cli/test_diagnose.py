@@ -101,6 +101,25 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert ratio < 1.1
 
 
+def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_model(
+    run, recorded, tmp_path
+):
+    outcome = run("improve", "data.csv", *RESTED, "--add", HIDDEN, "--output", "better")
+    assert outcome.status == 0, outcome.err
+    innovations = []
+    for model in ((), ("--model", "better/model.yaml")):
+        asked = ("--estimator", "robust_ekf", "--output", "estimates.csv")
+        outcome = run("estimate", "data.csv", *asked, *model)
+        assert outcome.status == 0, outcome.err
+        table = np.genfromtxt("estimates.csv", delimiter=",", names=True)
+        late = table["innovation"][table.size // 2 :]
+        innovations.append(np.sqrt(np.mean(late**2)))
+        Path("estimates.csv").unlink()
+    plain, improved = innovations
+    assert improved < 0.3 * plain
+    assert improved < 1.15 * 5e-3  # the noise
+
+
 def test_compare_prints_the_error_beside_the_noise_and_where_it_is(run, recorded, tmp_path):
     outcome = run("compare", "data.csv", *RESTED, "--output", "where.svg")
     assert outcome.status == 0, outcome.err
