@@ -56,6 +56,11 @@ def test_a_series_is_made_with_second_recordings(series, tmp_path):
     assert np.ptp(recording.position) > 1e-3
 
 
+def test_a_single_recording_is_told_as_one(run):
+    told = run("challenge", "make", "--count", 1, "--excitation", "sine10", "made").out
+    assert "1 recording, and a second one, are in made." in told
+
+
 @pytest.mark.parametrize("ending", ["csv", "mcap"])
 def test_nothing_among_the_recordings_tells_the_answer(run, tmp_path, ending):
     run("challenge", "make", *SERIES, "made", "--format", ending, "--answers", "sealed.json")

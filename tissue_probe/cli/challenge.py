@@ -76,7 +76,8 @@ def make(
         write_recordings(folder, name, each, format)
         told[name] = each.answer
     seal(answers, told, folder)
-    print(f"{count} recordings, and as many second ones, are in {folder}.")
+    many = f"{count} recordings, and as many second ones, are"
+    print(f"{'1 recording, and a second one, are' if count == 1 else many} in {folder}.")
     print(f"The answers are in {answers}; do not look.")
 
 

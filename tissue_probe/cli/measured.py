@@ -296,7 +296,6 @@ def _told_pieces(path: Path, stretches: Sequence[Stretch]) -> list[str]:
     kept = [len(stretch) for stretch in stretches if _is_long(stretch)]
     if not 0 < len(kept) < len(sizes):
         return []
-    return [
-        f"{path}: {len(sizes) - len(kept)} pieces between gaps are too short to be used; "
-        f"{sum(kept)} of {sum(sizes)} samples remain"
-    ]
+    short = len(sizes) - len(kept)
+    pieces = "1 piece between gaps is" if short == 1 else f"{short} pieces between gaps are"
+    return [f"{path}: {pieces} too short to be used; {sum(kept)} of {sum(sizes)} samples remain"]
