@@ -175,11 +175,24 @@ def test_effects_that_the_rig_cannot_have_are_told(tmp_path):
         load(path)
 
 
-@pytest.mark.parametrize("text", ["a: [", "", "just a text", "- 1", "\x00"])
-def test_a_file_that_is_no_model_is_told(text, tmp_path):
+@pytest.mark.parametrize(
+    "content",
+    [b"a: [", b"", b"just a text", b"- 1", b"\x00", b"\xff", b"t,u,F\n0,1e-3,0.5\n", b"mass: 0.04"],
+)
+def test_a_file_that_is_no_model_is_told_and_not_quoted(content, tmp_path):
     path = tmp_path / "model.yaml"
-    path.write_text(text)
+    path.write_bytes(content)
     with pytest.raises(ModelFileError) as failure:
         load(path)
-    assert str(failure.value).startswith(str(path))
-    assert "\n" not in str(failure.value)
+    told = str(failure.value)
+    assert told.startswith(f"{path} is not a model.yaml: ")
+    assert "\n" not in told
+    assert "1e-3" not in told
+    assert len(told) < len(str(path)) + 120
+
+
+def test_the_line_that_is_no_yaml_is_told(tmp_path):
+    path = tmp_path / "model.yaml"
+    path.write_text("version: 1\nrig: [\n")
+    with pytest.raises(ModelFileError, match=r"it is not YAML \(line 3: "):
+        load(path)

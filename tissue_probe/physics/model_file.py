@@ -217,11 +217,7 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         If it cannot be read.
     """
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ModelFileError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
-    file = _validated(path, content)
+    file = _validated(path, _content(path))
     own = [path.parent / entry.file for entry in file.effects if entry.file]
     # One file may be named in both places, by different ways to it.
     given = {Path(each).resolve(): Path(each) for each in (*effect_files, *own)}
@@ -241,6 +237,22 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         file.data,
         own_files,
     )
+
+
+def _content(path: Path) -> dict[str, Any]:
+    """Read the fields of a file; what else it may hold is not quoted."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f" (line {mark.line + 1}: {error.problem})" if mark else ""
+        raise ModelFileError(f"{path} is not a model.yaml: it is not YAML{line}") from None
+    if not isinstance(content, dict) or not content.keys() & ModelFile.model_fields.keys():
+        raise ModelFileError(
+            f"{path} is not a model.yaml: it has no rig, tissue and parameters; give a file that "
+            "tissue_probe improve wrote"
+        )
+    return content
 
 
 def _declared(composition: Composition) -> tuple[Parameter, ...]:
