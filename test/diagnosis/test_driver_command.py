@@ -71,3 +71,9 @@ def test_where_samples_come_too_slowly_for_any_experiment_the_calibration_is_kep
     advice = suggest(slow, EXACT, EFFECTS)
     assert not advice.excitation
     assert "known weight" in advice.calibration
+
+
+def test_how_it_is_recorded_and_ended_is_said():
+    told = driver_command(suggestion(4), np.nan).notes[2]
+    assert "recorder --ros-args -r __ns:=/probe -p output:=next.mcap" in told
+    assert "activate, and 4 s later with deactivate" in told

@@ -17,6 +17,7 @@ from tissue_probe.signals import FloatArray
 USUAL, LARGEST = 0.85, 5.0
 DRIVER = "ros2 run tissue_probe driver --ros-args -r __ns:=/probe"
 STAGE = "ros2 run tissue_probe stage --ros-args -r __ns:=/stage"
+RECORDER = "ros2 run tissue_probe recorder --ros-args -r __ns:=/probe -p output:=next.mcap"
 #: How well first touch is known where a stage presses the probe in [m].
 TOUCH = 3e-5
 
@@ -30,7 +31,7 @@ class DriverCommand:
     line : str
         To be pasted into a shell.
     notes : tuple of str
-        What to do before, and where the amplitude comes from, in sentences.
+        What to do before, where the amplitude comes from, and how it is recorded, in sentences.
     """
 
     line: str
@@ -68,7 +69,8 @@ def driver_command(suggestion: Suggestion, gain: float) -> DriverCommand | None:
     volts, told = _amplitude(float(str(suggestion.excitation["amplitude"])), gain)
     settings = {**suggestion.excitation, "amplitude": volts}
     words = (f"-p excitation.{name}:={_ros(value)}" for name, value in settings.items())
-    return DriverCommand(" ".join([DRIVER, *words]), (_contact(suggestion.preload), told))
+    notes = (_contact(suggestion.preload), told, _recorded(suggestion.duration))
+    return DriverCommand(" ".join([DRIVER, *words]), notes)
 
 
 def _amplitude(way: float, gain: float) -> tuple[float, str]:
@@ -102,6 +104,16 @@ def _contact(preload: float) -> str:
         f"robot; the simulated stage: {STAGE} -p z:={_ros(-preload)}). The position does not hold "
         f"that way: diagnose what you record with "
         f"--constant contact_position={_ros(-preload)}+-{TOUCH:g}."
+    )
+
+
+def _recorded(duration: float) -> str:
+    """Say how the experiment is begun, recorded and ended."""
+    return (
+        f"In another shell: {RECORDER}. In a third: ros2 lifecycle set /probe/driver configure, the "
+        f"same with activate, and {duration:g} s later with deactivate. The wheels have no ros2: "
+        "there the nodes are .venv/lib/tissue_probe/driver, recorder and stage, with the same "
+        "arguments, and a program of yours calls the service /probe/driver/change_state."
     )
 
 
