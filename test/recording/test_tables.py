@@ -1,6 +1,7 @@
 """Tables keep every digit, in CSV and in Parquet."""
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
 from pyarrow import csv, parquet
 
+from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.csv_file import read_csv
+from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.tables import write_estimates, write_samples
 from tissue_probe.signals import (
     PalpationSite,
@@ -101,6 +104,26 @@ def test_each_sample_of_a_dwell_has_its_site(ending):
     )
     table = written(write_samples, Recording((block,), sites), 0, ending)
     assert table["site"].to_pylist() == [None, 0, 0, None, 12, 12]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@given(gaps=st.lists(st.integers(0, 3), min_size=1, max_size=5), data=st.data())
+@settings(max_examples=25, deadline=None)
+def test_the_dwells_of_a_scan_come_back_from_its_table(ending, gaps, data):
+    sites, stamp = [], 0
+    for number, gap in enumerate(gaps):
+        sites.append(PalpationSite(stamp + gap, number, (0.0, 0.0, 0.0), Phase.DWELL))
+        stamp += gap + data.draw(st.integers(1, 4))
+        sites.append(PalpationSite(stamp, number, (0.0, 0.0, 0.0), Phase.LIFTED))
+    sites = [replace(site, stamp=site.stamp * 10**9) for site in sites]
+    block = SampleBlock(0, 0, 1.0, *np.zeros((3, stamp + 3)))
+    recording = Recording((block,), tuple(sites))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"samples{ending}")
+        write_samples(path, recording, 0)
+        read, _ = read_any(path, Layout())
+    dwells = [[(s.site, s.stamp, end) for s, end in each.dwells()] for each in (recording, read)]
+    assert dwells[0] == dwells[1]
 
 
 def test_samples_written_as_csv_are_read_as_a_measurement(tmp_path):

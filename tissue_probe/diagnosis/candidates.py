@@ -90,8 +90,10 @@ def fit_base(
         fits.append(search(problem, values, starts))
     found = [fit for fit in fits if fit is not None]
     if not found:
+        period = measurements[0].sample_period
         raise ValueError(
-            "no fit: the model diverges from every start; check the units and the force's polarity"
+            "no fit: the model diverges from every start; check the force's polarity, and the "
+            f"units, also of the time (a sample every {period:.3g} s: t_ms names milliseconds)"
         )
     return whitened(min(found, key=lambda fit: fit.cost), instrument)
 

@@ -6,6 +6,7 @@ What does not: file formats (``columns``), uneven times (``even_grid``).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,10 +28,13 @@ from tissue_probe.recording.units import (
     split_unit,
     unit_size,
 )
-from tissue_probe.signals import FloatArray, Recording
+from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase, Recording
 
 OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
 """What this suite calls the columns; in SI units, and positive in compression."""
+
+EXPORTED = {"sequence", "site"}
+"""What `tissue_probe export` tells besides; the second is empty where the probe dwells at none."""
 
 _UNITS = {"time": TIME_UNITS, "position": POSITION_UNITS, "force": FORCE_UNITS}
 
@@ -40,7 +44,8 @@ def read_table(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
 
     Columns that are not named are those with the suite's own names (``t`` or ``time``, ``u`` or
     ``position``, ``F`` or ``force``), bare or with a unit. Where times jitter the samples are
-    resampled, where they have gaps a new block begins.
+    resampled, where they have gaps a new block begins. The sites of an exported scan are read, but
+    for their places.
 
     Parameters
     ----------
@@ -64,7 +69,23 @@ def read_table(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     spans = [
         [grid.values(span, time, column) for span in grid.spans] for column in (position, force)
     ]
-    return Recording(tuple(sample_blocks(grid, 0, *spans))), grid.notes
+    blocks = tuple(sample_blocks(grid, 0, *spans))
+    return Recording(blocks, tuple(_sites(path, layout, time))), grid.notes
+
+
+def _sites(path: Path, layout: Layout, time: FloatArray) -> Iterator[PalpationSite]:
+    """Yield an announcement wherever an exported scan dwells at another site, or at none."""
+    if not set(column_names(path)) >= EXPORTED:
+        return
+    (sites,) = read_columns(path, ["site"])
+    if layout.sample_rate is not None:
+        time = np.arange(sites.size) / layout.sample_rate
+    dwells = np.isfinite(sites)
+    numbers = np.where(dwells, sites, -1.0).astype(int)
+    for row in np.flatnonzero(np.diff(numbers, prepend=-1)):
+        phase = Phase.DWELL if dwells[row] else Phase.LIFTED
+        stamp = round(time[row] * NANOSECONDS)
+        yield PalpationSite(stamp, int(numbers[row]), (np.nan, np.nan, np.nan), phase)
 
 
 def _names(path: Path, layout: Layout) -> dict[str, str]:
