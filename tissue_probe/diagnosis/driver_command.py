@@ -110,10 +110,10 @@ def _contact(preload: float) -> str:
 def _recorded(duration: float) -> str:
     """Say how the experiment is begun, recorded and ended."""
     return (
-        f"In another shell: {RECORDER}. In a third: ros2 lifecycle set /probe/driver configure, the "
-        f"same with activate, and {duration:g} s later with deactivate. The wheels have no ros2: "
-        "there the nodes are .venv/lib/tissue_probe/driver, recorder and stage, with the same "
-        "arguments, and a program of yours calls the service /probe/driver/change_state."
+        f"In another shell: {RECORDER}. In a third: ros2 lifecycle set /probe/driver configure, "
+        f"the same with activate, and {duration:g} s later with deactivate. The wheels have no "
+        "ros2: there the nodes are .venv/lib/tissue_probe/driver, recorder and stage, with the "
+        "same arguments, and a program of yours calls the service /probe/driver/change_state."
     )
 
 
