@@ -70,7 +70,7 @@ def compare(
     else:
         fit = fit_base(composition, cleaned(taken)[0], instrument)
     asked.note_fit(fit, fit)
-    _print_errors(fit)
+    _print_errors(fit, model)
     _print_failures(fit, [segment.source for segment in segments])
     asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
@@ -78,17 +78,20 @@ def compare(
         asked.write_answer(json, fit, begun, taken, instrument)
 
 
-def _print_errors(fit: Fit) -> None:
+def _print_errors(fit: Fit, model: Path | None) -> None:
+    """Print values and errors; what is held, as a model file has it, is held out of nothing."""
     output = fit.output
     signal = np.concatenate([m.output_values for m in fit.measurements])
     share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
     if not output.zeroed:
         share += " about its mean"
-    print(f"{asked.title(fit)}, values +- 95 % intervals:")
+    values = f"values held, as in {model}" if model else "values +- 95 % intervals"
+    print(f"{asked.title(fit)}, {values}:")
     for name, value, unit in asked.table(fit):
         print(f"  {name:26s} {value} {unit}{asked.AT_LIMIT if name in fit.exhausted else ''}")
     print(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
-    print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
+    if not model:
+        print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
     print(f"  noise floor                {output.tell(fit.noise, 4)} rms: what noise alone leaves")
     print(f"  error / noise              {fit.rmse / fit.noise:.3g}")
     noisy = any(m.whitening is not None for m in fit.measurements)
