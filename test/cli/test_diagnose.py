@@ -99,6 +99,9 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert again.status == 0, again.err
     ratio = float(re.search(r"error / noise +([\d.]+)", again.out)[1])
     assert ratio < 1.1
+    first, *_ = again.out.splitlines()
+    assert first == f"Kelvin-Voigt + {HIDDEN}, values held, as in better/model.yaml:"
+    assert "held-out" not in again.out
 
 
 def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_model(
@@ -394,6 +397,18 @@ def test_a_force_that_no_model_follows_is_told(run, tmp_path):
 )
 def test_options_that_cannot_be_met_get_one_sentence(fails, recorded, arguments, words):
     assert words in fails("diagnose", *arguments)
+
+
+@pytest.mark.parametrize("command", ["diagnose", "improve"])
+def test_no_model_is_tried_on_what_it_is_fitted_to(fails, recorded, command):
+    told = fails(command, "data.csv", "--validate", recorded)
+    assert "is what is fitted; give another recording of the same specimen" in told
+
+
+def test_a_table_given_for_a_model_is_told_and_not_quoted(fails, recorded):
+    told = fails("compare", "data.csv", "--model", "data.csv")
+    assert "data.csv is not a model.yaml: " in told
+    assert "t,u,F" not in told
 
 
 @pytest.mark.parametrize(

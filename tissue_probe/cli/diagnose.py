@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rich.console import Console
 from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
 
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.answer import Answer
+    from tissue_probe.diagnosis.diagnosis import Diagnosis
+
 SHOWN = 8
+NAME = 30  # characters of an effect with its mark up to which it stays on one line
 #: What the mark before a name means.
 UNSETTLED = (
     "* gave up or did not settle: the search came not near the best, or ran out of steps; the "
@@ -50,6 +57,7 @@ def diagnose(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])
     diagnosis = asked.diagnosis(
         measured.read_measured(files, layout, starts, site, lowpass),
@@ -58,26 +66,37 @@ def diagnose(
         asked.instrument(begun.composition.rig, known_rig, constant or []),
     )
     told = answer(diagnosis)
-    table = Table(title="The model with one effect more, the best first", title_justify="left")
-    base = diagnosis.ladder.base
-    small, per_small = base.output.small, base.output.per_small
-    for name in ("effect", "family", f"error [{small}]", f"held out [{small}]", "BIC gain"):
-        table.add_column(name, justify="left" if name in ("effect", "family") else "right")
-    errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]
-    table.add_row(_marked("none", base.converged), "", *errors, "")
+    # Units stand in square brackets.
+    Console(markup=False, highlight=False).print(ranked(diagnosis, told))
     shown = told.ranking[:SHOWN]
+    if not (diagnosis.ladder.base.converged and all(each.converged for each in shown)):
+        print(UNSETTLED)
+    asked.tell(diagnosis)
+    if json:
+        json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+
+
+def ranked(diagnosis: Diagnosis, told: Answer) -> Table:
+    """Return the base model's errors, and those with each of the best effects."""
+    base, shown = diagnosis.ladder.base, told.ranking[:SHOWN]
+    small, per_small = base.output.small, base.output.per_small
+    errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]
+    rows = [(_marked("none", base.converged), "", *errors, "")]
     for each in shown:
         errors = [
             "" if e is None else f"{per_small * e:.4g}" for e in (each.rmse, each.heldout_rmse)
         ]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
-        table.add_row(_marked(each.effect, each.converged), each.family, *errors, gain)
-    Console(markup=False, highlight=False).print(table)  # units stand in square brackets
-    if not (base.converged and all(each.converged for each in shown)):
-        print(UNSETTLED)
-    asked.tell(diagnosis)
-    if json:
-        json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        rows.append((_marked(each.effect, each.converged), each.family, *errors, gain))
+    table = Table(title="The model with one effect more, the best first", title_justify="left")
+    # A name that breaks behind its mark looks like two.
+    table.add_column("effect", no_wrap=max(len(row[0]) for row in rows) <= NAME)
+    table.add_column("family")
+    for name in (f"error [{small}]", f"held out [{small}]", "BIC gain"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 def _marked(name: str, settled: bool) -> str:

@@ -6,6 +6,7 @@ What does not: options on measured data (``measured``), what one command prints.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
@@ -52,6 +53,8 @@ TISSUE = ("stiffness", "damping")
 FLICKER = "flicker_noise"
 #: Said of a value that the rig's tolerance lets go no farther.
 AT_LIMIT = ", at its limit"
+#: Said of samples that the converter spoilt.
+LEFT_OUT = "The samples concerned were left out."
 
 Rig = Annotated[
     RigName | None,
@@ -153,6 +156,22 @@ def begun(
     if model.data and not model.data.converged:
         print(f"note: {file}: the search for its values did not settle; take them for a guess")
     return model
+
+
+def check_validation(files: Sequence[Path], validate: Sequence[Path]) -> None:
+    """Refuse to try models on the recording that they are fitted to.
+
+    Raises
+    ------
+    ValueError
+        If a file is given for both.
+    """
+    fitted = {path.resolve() for path in files}
+    for path in validate:
+        if path.resolve() in fitted:
+            raise ValueError(
+                f"--validate {path} is what is fitted; give another recording of the same specimen"
+            )
 
 
 def instrument(rig: str, known: bool, constants: Sequence[str]) -> Instrument:
@@ -280,6 +299,10 @@ def _advice(suggestion: Suggestion) -> list[str]:
     if suggestion.excitation:
         told = ", ".join(f"{name} {value}" for name, value in settings(suggestion).items())
         said.append(f"Next experiment: {told}.")
+        if math.isfinite(suggestion.separation):
+            said.append(
+                f"In it the wrong one would leave {suggestion.separation:.3g} times the noise."
+            )
     if suggestion.shows:
         said.append(f"It would show {', '.join(suggestion.shows)} if there.")
     if suggestion.calibration:
@@ -328,13 +351,20 @@ def _unseen(diagnosis: Diagnosis) -> list[str]:
 
 
 def _missing(diagnosis: Diagnosis) -> list[str]:
-    said = f"Missing: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
-    return [said, *_unseen(diagnosis)]
+    final = diagnosis.ladder.final
+    told = _fall(diagnosis)
+    if not diagnosis.ladder.steps:
+        told = (
+            f"{LEFT_OUT} On the others the model is adequate: its error is "
+            f"{final.rmse / final.noise:.2f} times the noise."
+        )
+    return [f"Missing: {', '.join(diagnosis.effects)}. {told}", *_unseen(diagnosis)]
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
     models = [" + ".join(names) for names in diagnosis.ladder.alternatives]
-    return [f"One of {', '.join(models)}: this recording cannot tell which. {_fall(diagnosis)}"]
+    said = f"One of {', '.join(models)}: this recording cannot tell which. {_fall(diagnosis)}"
+    return [said, *_unseen(diagnosis)]
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
@@ -350,9 +380,27 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
             f"Unexplained: with {', '.join(diagnosis.effects)} more is left than noise; other "
             f"effects were not tried. {_fall(diagnosis)}"
         )
-    elif diagnosis.effects:
-        said += f"Nearest: {', '.join(diagnosis.effects)}. {_fall(diagnosis)}"
+    else:
+        said += _nearest(diagnosis)
     return [said.strip()]
+
+
+def _nearest(diagnosis: Diagnosis) -> str:
+    """Say which effects come nearest where none explains all, if they help at all."""
+    ladder, names = diagnosis.ladder, ", ".join(diagnosis.effects)
+    if not ladder.steps:
+        return f"In the samples: {names}. {LEFT_OUT}" if diagnosis.spoilt else ""
+    if diagnosis.heldout(ladder.final) <= diagnosis.heldout(ladder.base):
+        return f"Nearest: {names}. {_fall(diagnosis)}"
+    # Not all of the ranking is tried on a second recording.
+    tried = [
+        fit
+        for fit in ladder.ranking
+        if not diagnosis.validated or fit.composition.names in diagnosis.validated
+    ]
+    if any(diagnosis.heldout(fit) < diagnosis.heldout(ladder.base) for fit in tried):
+        return f"What fits best, {names}, raises the error on held-out data. {_fall(diagnosis)}"
+    return f"No effect lowers the error on held-out data. With {names}: {_fall(diagnosis)}"
 
 
 def _caveats(diagnosis: Diagnosis) -> list[str]:

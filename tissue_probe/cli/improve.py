@@ -70,6 +70,7 @@ def improve(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
         position_polarity, topic,
     )  # fmt: skip
+    asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])
     segments = measured.read_measured(files, layout, starts, site, lowpass)
     diagnosis = asked.diagnosis(

@@ -1,0 +1,126 @@
+"""What is said of a diagnosis, and its ranking in print, of stand-ins for fits."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from tissue_probe.cli.diagnose import ranked
+from tissue_probe.cli.diagnosing import verdict
+from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.diagnosis.improvement import Ladder
+from tissue_probe.diagnosis.separation import Suggestion
+from tissue_probe.quantities import FORCE
+
+NOISE = 5e-3
+
+
+def fit(*names, error=NOISE, heldout=None):
+    composition = SimpleNamespace(names=names, effects=[SimpleNamespace(name=n) for n in names])
+    return SimpleNamespace(
+        composition=composition,
+        rmse=error,
+        heldout_rmse=error if heldout is None else heldout,
+        noise=NOISE,
+        ratio=error / NOISE,
+        excess=math.sqrt(max(error**2 - NOISE**2, 0.0)),
+        output=FORCE,
+        converged=True,
+    )
+
+
+def told(
+    kind, steps=(), base=None, ranking=(), rivals=(), spoilt=(), unseen=(), suggestion=None,
+    validated=(),
+):  # fmt: skip
+    found = "adequate" if kind == "missing" and not steps else kind
+    ladder = Ladder(base or fit(error=0.03), ranking or steps, steps, rivals, found)
+    diagnosis = Diagnosis(
+        kind, ladder, spoilt, (), ladder.tied, unseen, suggestion, dict(validated), 1.0
+    )
+    return verdict(diagnosis)
+
+
+def test_what_is_missing_lowers_the_error_on_held_out_data():
+    (said,) = told("missing", (fit("a"),))
+    assert said == "Missing: a. The held-out error goes from 30 mN to 5 mN; the noise is 5 mN."
+
+
+def test_of_a_converter_alone_no_fall_is_told():
+    said, unseen = told("missing", base=fit(), spoilt=("adc_saturation",), unseen=("force_lag",))
+    assert said == (
+        "Missing: adc_saturation. The samples concerned were left out. On the others the model is "
+        "adequate: its error is 1.00 times the noise."
+    )
+    assert unseen == "This excitation could not have shown: force_lag."
+
+
+MODELS = (fit("a"), fit("b"))
+CHIRP = {"kind": "chirp", "start": 1.0, "stop": 60.0, "amplitude": 1e-3, "duration": 4.0}
+
+
+@pytest.mark.parametrize(
+    ("apart", "words"),
+    [(3.456, "In it the wrong one would leave 3.46 times the noise."), (math.nan, None)],
+)
+def test_of_several_it_is_told_what_could_not_be_seen_and_how_far_an_experiment_separates(
+    apart, words
+):
+    suggestion = Suggestion(CHIRP, 0.0, 4.0, apart)
+    first, unseen, experiment, *more = told(
+        "ambiguous", MODELS[:1], rivals=MODELS, unseen=("mains_hum",), suggestion=suggestion
+    )
+    assert first.startswith("One of a, b: this recording cannot tell which.")
+    assert unseen == "This excitation could not have shown: mains_hum."
+    assert experiment.startswith("Next experiment: kind chirp")
+    assert more == ([words] if words else [])
+
+
+def test_the_nearest_is_named_where_it_lowers_the_error():
+    (said,) = told("unexplained", (fit("a", error=0.02),))
+    assert "Nearest: a. The held-out error goes from 30 mN to 20 mN" in said
+
+
+def test_nothing_is_near_that_raises_the_error_on_held_out_data():
+    worse = fit("a", error=0.02, heldout=0.04)
+    (said,) = told("unexplained", (worse,))
+    assert "Nearest" not in said
+    assert "No effect lowers the error on held-out data. With a: " in said
+    better = fit("b", error=0.025)
+    (said,) = told("unexplained", (worse,), ranking=(worse, better))
+    assert "What fits best, a, raises the error on held-out data. The held-out error" in said
+    (said,) = told(
+        "unexplained", (worse,), ranking=(worse, better), validated={("a",): 0.05}.items()
+    )
+    assert "No effect lowers" in said
+
+
+def test_where_nothing_explains_the_samples_of_the_converter_are_told():
+    (said,) = told("unexplained", spoilt=("stuck_samples",))
+    assert said.endswith("In the samples: stuck_samples. The samples concerned were left out.")
+    (said,) = told("unexplained")
+    assert said.endswith("brings the error down to the noise.")
+
+
+def test_no_name_breaks_behind_its_mark_at_80_columns():
+    base = fit(error=0.03)
+    rows = [
+        SimpleNamespace(
+            effect=name, family=family, rmse=0.0123456, heldout_rmse=1.23456, gain=-12345.0,
+            converged=False,
+        )
+        for name, family in (
+            ("load_cell_stiffness_error", "time-varying"), ("standard_linear_solid", "relaxation"),
+        )
+    ]  # fmt: skip
+    diagnosis = SimpleNamespace(ladder=SimpleNamespace(base=base), heldout=lambda fit: fit.rmse)
+    console = Console(markup=False, highlight=False, width=80)
+    with console.capture() as printed:
+        console.print(ranked(diagnosis, SimpleNamespace(ranking=rows)))
+    lines = printed.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    for name in ("load_cell_stiffness_error", "standard_linear_solid"):
+        assert any(f"│ * {name} " in line for line in lines)
