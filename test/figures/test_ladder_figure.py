@@ -38,6 +38,18 @@ def test_each_step_tells_its_distance_to_the_noise():
     assert [text.get_text() for text in axes.texts] == ["9.6×", "2.62×", "1.04×"]
 
 
+@pytest.mark.parametrize("count", [1, 3, 9])
+def test_the_legend_hides_no_mark_and_no_number(count):
+    errors = np.geomspace(NOISE, 0.1, count)
+    figure = draw_ladder(Rungs(["+ force_bias"] * count, errors, errors, NOISE))
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    legend = axes.get_legend().get_window_extent()
+    assert not any(legend.overlaps(text.get_window_extent()) for text in axes.texts)
+    assert legend.y0 >= axes.get_window_extent().y1
+    assert 0.0 <= legend.x0 < legend.x1 <= figure.bbox.x1
+
+
 def test_without_held_out_data_the_fitted_datas_error_is_told():
     (axes,) = draw_ladder(Rungs(MODELS[:1], TRAINING[:1], [np.nan], NOISE)).axes
     assert [text.get_text() for text in axes.texts] == ["8.6×"]

@@ -85,6 +85,31 @@ def test_where_nothing_stands_out_none_is_marked_and_nothing_is_added():
     assert "3  Nothing is added" in panels(figure)
 
 
+def test_the_error_of_the_region_is_called_what_the_comparison_calls_it():
+    where = panels(draw())["Where its error lies"]
+    assert where.get_ylabel() == "rms error / noise,\nknown 1/f noise taken out"
+
+
+def test_no_line_is_seen_through_the_number_of_a_bar():
+    axes = panels(draw())["2  What each effect alone would leave"]
+    for number in axes.texts:
+        assert number.get_bbox_patch().get_facecolor() == (1.0, 1.0, 1.0, 1.0)
+        assert number.get_zorder() > max(line.get_zorder() for line in axes.lines)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
+@pytest.mark.parametrize("ranking", [(), RANKING])
+def test_the_ladders_legend_lies_between_its_title_and_its_marks(count, ranking):
+    errors = np.geomspace(NOISE, 0.1, count)  # the last mark in the upper corner
+    figure = draw(ranking=ranking, rungs=Rungs(["+ force_bias"] * count, errors, errors, NOISE))
+    figure.draw_without_rendering()
+    axes = figure.axes[-1]
+    legend = axes.get_legend().get_window_extent()
+    title = axes._left_title.get_window_extent()
+    assert axes.get_window_extent().y1 <= legend.y0 < legend.y1 <= title.y0
+    assert 0.0 <= legend.x0 < legend.x1 <= figure.bbox.x1
+
+
 def test_effects_are_ranked_from_the_top_in_units_of_the_noise():
     axes = panels(draw())["2  What each effect alone would leave"]
     assert [label.get_text() for label in axes.get_yticklabels()] == [x.name for x in RANKING]

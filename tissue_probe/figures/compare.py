@@ -23,6 +23,8 @@ from tissue_probe.signals import FloatArray
 ZOOMED_CROSSINGS = 7  # of the signal through its mean: three cycles and a half
 ROOM_FOR_LEGEND = 0.25  # of the axis
 FEW = 8  # samples in a bin, from which on its error is shown
+#: What profiles show: of the residual made white, which is not the error beside it.
+WHITENED = "rms error / noise,\nknown 1/f noise taken out"
 RASTERISED = 5000  # samples from which on a line in an SVG is stored as an image
 
 # Okabe and Ito's colours, told apart by every eye.
@@ -108,7 +110,7 @@ def draw_comparison(
         bold = "bold" if profile is localisation.here else None
         axes.set_title(describe_axis(profile), fontsize=11, fontweight=bold)
     for axes in panels[:, 0]:
-        axes.set_ylabel("rms error / noise,\nknown 1/f noise taken out")
+        axes.set_ylabel(WHITENED)
     scale_profiles(panels[0, 0], localisation.profiles, noise)
     used = slice(None) if used is None else used
     title = _title(measured[used], predicted[used], localisation, noise, output)

@@ -23,6 +23,7 @@ STEP_WIDTH = 2.0  # inches
 CHARACTER = 0.09  # inches that one takes below the axis, at most
 RATIO_WIDTH = 0.7  # inches that an error's multiple takes beside its mark
 NARROW = 10  # characters: names that have less room than this are turned
+HEAD = 24.0  # points above the axes that the legend takes
 APART = 0.9  # quotient of two errors from which on their marks lie on one another
 
 # Okabe and Ito's colours, told apart by every eye; marks and dashes tell them apart in grey.
@@ -117,7 +118,23 @@ def draw_rungs(axes: Axes, rungs: Rungs, width: float) -> None:
         place(LogFormatter(minor_thresholds=(2.0, 0.7)))
     axes.set_ylabel(f"rms error [{output.small}]")
     axes.grid(axis="y", which="both", alpha=0.25)
-    axes.legend(loc="best")
+    _add_legend(axes)
+
+
+def _add_legend(axes: Axes) -> None:
+    """Add a legend above the axes, where it hides neither marks nor numbers."""
+    axes.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=3,
+        fontsize=9,
+        frameon=False,
+        markerscale=0.6,
+        handlelength=1.8,
+        handletextpad=0.4,
+        columnspacing=1.0,
+        borderaxespad=0.2,
+    )
 
 
 def multiple(ratio: float) -> str:

@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogFormatter
 
 from tissue_probe.figures.compare import (
+    WHITENED,
     Comparison,
     add_legend,
     describe_axis,
@@ -27,7 +27,7 @@ from tissue_probe.figures.compare import (
     scale_profiles,
     zoom,
 )
-from tissue_probe.figures.ladder import Rungs, draw_rungs, multiple, wrapped
+from tissue_probe.figures.ladder import HEAD, Rungs, draw_rungs, multiple, wrapped
 from tissue_probe.signals import FloatArray
 
 SHOWN = 8  # effects of the ranking
@@ -43,6 +43,8 @@ _CHOSEN, _TRIED = {"facecolor": _BLUE}, {"facecolor": "0.78"}
 _TIED = {"hatch": "///", "edgecolor": "white", "linewidth": 0.0}
 _BASE = {"color": _VERMILION, "linestyle": "--", "linewidth": 1.6}
 _NOISE = {"color": "black", "linestyle": ":", "linewidth": 1.6}
+#: Behind a number, so that no line is seen through it.
+_BLANK = {"facecolor": "white", "edgecolor": "none", "boxstyle": "square,pad=0.1"}
 _HEADING = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
 
 
@@ -99,7 +101,7 @@ def draw_story(
     ladder = figure.add_subplot(grid[-1, 1 if beside else slice(None)])
     draw_rungs(ladder, rungs, (0.4 if beside else 0.9) * WIDTH)
     added = "What is added, and what is left" if len(rungs.models) > 1 else "Nothing is added"
-    ladder.set_title(f"{3 if ranking else 2}  {added}", **_HEADING)
+    ladder.set_title(f"{3 if ranking else 2}  {added}", pad=HEAD, **_HEADING)
     figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=13, fontweight="bold")
     return figure
 
@@ -118,7 +120,7 @@ def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str,
     axes = figure.add_subplot(right)
     draw_profile(axes, profile, base.noise)
     scale_profiles(axes, [profile], base.noise)
-    axes.set(xlabel=describe_axis(profile), ylabel="rms error / noise")
+    axes.set(xlabel=describe_axis(profile), ylabel=WHITENED)
     axes.set_title("Where its error lies" if here else "Nothing stands out", **_HEADING)
 
 
@@ -172,7 +174,7 @@ def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
         va="center",
         fontsize=9,
         fontweight=_weight(each),
-        path_effects=[withStroke(linewidth=3.0, foreground="white")],
+        bbox=_BLANK,
     )
 
 
