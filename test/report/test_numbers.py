@@ -40,6 +40,35 @@ def test_a_value_has_two_digits_of_its_interval(given, texts):
     assert interval(*given) == texts
 
 
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        ((3.1e4, -1.9e7, 1.9e7), "0 ± 1.9 × 10⁷"),
+        ((-1e-5, -0.00591, 0.00589), "0 ± 0.0059"),
+        ((0.0, -250.0, 250.0), "0 ± 250"),
+        ((0.04, -0.96, 1.04), "0 ± 1.0"),
+    ],
+)
+def test_a_value_that_is_lost_in_its_interval_is_zero_give_or_take(given, text):
+    assert interval(*given) == (text, "")
+
+
+def test_an_end_at_zero_has_no_sign():
+    assert interval(2.15e-4, -1e-7, 4.3e-4) == ("2.1 × 10⁻⁴", "(0.0 … 4.3) × 10⁻⁴")
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-3, 1e3))
+def test_every_interval_has_two_digits_and_no_value_is_a_bare_zero(value, half):
+    told, ends = interval(value, value - half, value + half)
+    number = told.removeprefix("0 ± ")
+    assert any(digit in number for digit in "123456789")
+    if not ends:
+        assert float(number) == pytest.approx(half, rel=0.05)
+    elif "×" not in ends:
+        low, high = (float(end.replace("−", "-")) for end in ends.split(" … "))
+        assert 0.5 * (high - low) == pytest.approx(half, rel=0.06)
+
+
 @given(st.floats(-1e12, 1e12), st.floats(1e-9, 1e6))
 def test_no_value_and_no_interval_is_refused(value, half):
     texts = interval(value, value - half, value + half)

@@ -9,6 +9,7 @@ import math
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SMALLEST, _LARGEST = 1e-3, 1e5  # written without a power of ten
+_NOTHING = 100.0  # half widths over value from which on nothing is known of a value but its size
 
 
 def significant(value: float, digits: int = 3) -> str:
@@ -24,6 +25,8 @@ def significant(value: float, digits: int = 3) -> str:
 def interval(value: float, low: float, high: float) -> tuple[str, str]:
     """Return a value and its interval, to two digits of the interval's half width.
 
+    Of a value that is lost in its interval the first text is ``0 ± half``, the second empty.
+
     Parameters
     ----------
     value, low, high : float
@@ -32,6 +35,8 @@ def interval(value: float, low: float, high: float) -> tuple[str, str]:
     half = 0.5 * abs(high - low)
     if not math.isfinite(half) or half == 0.0:
         return significant(value, 4), ""
+    if _is_lost(value, half) and _is_lost(0.5 * (low + high), half):
+        return f"0 ± {significant(half, 2)}", ""
     large = max(abs(value), abs(low), abs(high))
     scaled = not _SMALLEST <= large < _LARGEST
     power = math.floor(math.log10(large)) if scaled else 0
@@ -43,6 +48,11 @@ def interval(value: float, low: float, high: float) -> tuple[str, str]:
     return value, f"{low} … {high}"
 
 
+def _is_lost(value: float, half: float) -> bool:
+    """Whether a value is nothing beside its interval, or would be written as 0."""
+    return half >= _NOTHING * abs(value) or round(value, 1 - _magnitude(half)) == 0.0
+
+
 def _magnitude(value: float) -> int:
     return math.floor(math.log10(abs(value))) if value else 0
 
@@ -52,5 +62,6 @@ def _superscript(power: int) -> str:
 
 
 def _fixed(value: float, decimals: int) -> str:
-    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    # Adding 0 takes the sign off a zero.
+    text = f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"
     return text.replace("-", "−")
