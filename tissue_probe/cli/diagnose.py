@@ -48,8 +48,9 @@ def diagnose(
 ) -> None:
     """Say which physical effect a model misses, if any can be told.
 
-    Every effect of the library is added to the model, fitted, and judged by what it does to the
-    error on data it was not fitted to. Further effects follow while the error falls.
+    Every effect of the library is added to the model and fitted. They are ranked by the Bayesian
+    information criterion, which counts parameters, and known 1/f noise as such; beside it stands
+    the error on data they were not fitted to. Further effects follow while the error falls.
     """
     from tissue_probe.diagnosis.answer import answer
 
@@ -88,7 +89,7 @@ def ranked(diagnosis: Diagnosis, told: Answer) -> Table:
         ]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         rows.append((_marked(each.effect, each.converged), each.family, *errors, gain))
-    table = Table(title="The model with one effect more, the best first", title_justify="left")
+    table = Table(title="The model with one effect more, the best by BIC first", title_justify="left")
     # A name that breaks behind its mark looks like two.
     table.add_column("effect", no_wrap=max(len(row[0]) for row in rows) <= NAME)
     table.add_column("family")
