@@ -89,7 +89,7 @@ def ranked(diagnosis: Diagnosis, told: Answer) -> Table:
         ]
         gain = "" if each.gain is None else f"{each.gain:.0f}"
         rows.append((_marked(each.effect, each.converged), each.family, *errors, gain))
-    table = Table(title="The model with one effect more, the best by BIC first", title_justify="left")
+    table = Table(title="With one effect more, the best by the BIC first", title_justify="left")
     # A name that breaks behind its mark looks like two.
     table.add_column("effect", no_wrap=max(len(row[0]) for row in rows) <= NAME)
     table.add_column("family")
