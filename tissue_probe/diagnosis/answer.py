@@ -86,7 +86,9 @@ class Experiment(_Entry):
     calibration: str = Field(description="what tells where no excitation does")
     command: str = Field("", description="command line that runs the excitation on the driver")
     command_notes: list[str] = Field(
-        [], description="what to do before, and where the amplitude [V] comes from, in sentences"
+        [],
+        description="what to do before, where the amplitude [V] comes from, and how it is "
+        "recorded, in sentences",
     )
 
 

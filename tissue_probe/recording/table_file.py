@@ -34,7 +34,7 @@ OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "for
 """What this suite calls the columns; in SI units, and positive in compression."""
 
 EXPORTED = {"sequence", "site"}
-"""What `tissue_probe export` tells besides; the second is empty where the probe dwells at none."""
+"""What ``tissue_probe export`` tells besides; there is no site where the probe dwells at none."""
 
 _UNITS = {"time": TIME_UNITS, "position": POSITION_UNITS, "force": FORCE_UNITS}
 
@@ -59,7 +59,8 @@ def read_table(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     RecordingError
         If the file cannot be read, a column is not found, or a unit or the polarity is not known.
     """
-    names = _names(path, layout)
+    available = column_names(path)
+    names = _names(path, layout, available)
     position_size, force_size = _sizes(path, layout, names)
     columns = dict(zip(names, read_columns(path, list(names.values())), strict=True))
     grid = _grid(path, layout, names, columns)
@@ -70,13 +71,12 @@ def read_table(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
         [grid.values(span, time, column) for span in grid.spans] for column in (position, force)
     ]
     blocks = tuple(sample_blocks(grid, 0, *spans))
-    return Recording(blocks, tuple(_sites(path, layout, time))), grid.notes
+    sites = _sites(path, layout, time) if EXPORTED.issubset(available) else ()
+    return Recording(blocks, tuple(sites)), grid.notes
 
 
 def _sites(path: Path, layout: Layout, time: FloatArray) -> Iterator[PalpationSite]:
     """Yield an announcement wherever an exported scan dwells at another site, or at none."""
-    if not set(column_names(path)) >= EXPORTED:
-        return
     (sites,) = read_columns(path, ["site"])
     if layout.sample_rate is not None:
         time = np.arange(sites.size) / layout.sample_rate
@@ -88,8 +88,7 @@ def _sites(path: Path, layout: Layout, time: FloatArray) -> Iterator[PalpationSi
         yield PalpationSite(stamp, int(numbers[row]), (np.nan, np.nan, np.nan), phase)
 
 
-def _names(path: Path, layout: Layout) -> dict[str, str]:
-    available = column_names(path)
+def _names(path: Path, layout: Layout, available: list[str]) -> dict[str, str]:
     wanted = {"time": layout.time, "position": layout.position, "force": layout.force}
     if layout.sample_rate is not None:
         del wanted["time"]
