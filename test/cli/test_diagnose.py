@@ -272,6 +272,18 @@ def test_what_was_done_to_read_a_file_is_told_in_the_report_and_the_answer_too(
     assert set(told) < set(notes)
 
 
+def test_what_is_wrong_with_samples_is_told_of_the_file_where_it_is(run, recorded, few):
+    rows = np.loadtxt("data_second.csv", delimiter=",", skiprows=1)
+    rows[700:760, 2] = rows[700, 2]
+    np.savetxt("stuck.csv", rows, delimiter=",", header="t,u,F", comments="", fmt="%.17g")
+    named = ("--force-polarity", "compression", *RESTED, "--json", "out.json")
+    outcome = run("diagnose", "data.csv", "stuck.csv", *named)
+    assert outcome.status == 0, outcome.err
+    (told,) = json.loads(Path("out.json").read_text())["findings"]
+    assert told.startswith("stuck.csv: ")
+    assert f"note: {told}" in outcome.out.splitlines()
+
+
 def test_a_model_that_fails_on_the_second_recording_is_told(run, recorded, tmp_path):
     other = make_challenge(12, (HIDDEN,), "sine10", "tolerant", 2e-3)
     write_recordings(tmp_path, "other", other, "csv")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from pyarrow import csv as arrow_csv
 from pyarrow import parquet
 
 from conftest import palpate
+from tissue_probe.cli.estimate import _within
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.physics.composition import Composition
@@ -228,3 +231,13 @@ def test_an_improved_model_is_taken_from_its_file(run, fails, tmp_path):
     assert "rls knows Kelvin-Voigt tissue only" in fails(
         "estimate", "gain.csv", "--model", "model.yaml", "--estimator", "rls"
     )
+
+
+@given(st.floats(-1e4, 1e4), st.floats(1e-9, 1e3), st.integers(2, 3))
+def test_a_deviation_is_told_to_two_digits_or_the_usual_decimals_however_small(
+    value, deviation, decimals
+):
+    told, within = _within(value, deviation, decimals).split(" ± ")
+    assert float(within) == pytest.approx(deviation, abs=0.5 * 10.0**-decimals, rel=0.05)
+    assert float(within) > 0.0
+    assert abs(float(told) - value) <= max(deviation, 10.0**-decimals)

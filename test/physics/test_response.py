@@ -28,6 +28,29 @@ TABLE_I = {
 }
 
 
+def relaxing(times, position, rates, stiffnesses, cubic):
+    """Force of branches and a cubic spring beside the tissue, by SciPy's integrator."""
+    coil = CubicSpline(times, position)
+    speed = coil.derivative()
+    own = np.array(stiffnesses)
+
+    def slope(t, z):
+        x, v, branches = z[0], z[1], z[2:]
+        load = K0 * (coil(t) - x) + B0 * (speed(t) - v)
+        return [
+            v,
+            (load - K * x - B * v - cubic * x**3 - own @ branches) / M,
+            *(v - np.array(rates) * branches),
+        ]
+
+    start = np.zeros(2 + len(rates))
+    solution = solve_ivp(
+        slope, (times[0], times[-1]), start, "DOP853", times, rtol=1e-10, atol=1e-14,
+        max_step=PERIOD,
+    )  # fmt: skip
+    return K0 * (position - solution.y[0])
+
+
 def phasor(signal, times, frequency):
     """Amplitude and phase of a sine in a signal that may have an offset."""
     angle = 2 * np.pi * frequency * times
@@ -123,6 +146,27 @@ def lifted(attached_until, damping, position, times, longest=2e-4):
         if solution.status == 1:
             attached, events = not attached, events + 1
     return force, events
+
+
+@pytest.mark.parametrize("fast", [500.0, 1900.0, 3000.0, 2e4])
+def test_what_relaxes_within_a_few_samples_is_integrated_beside_a_nonlinear_spring(fast):
+    effects = tuple(EFFECTS[name] for name in ("generalized_maxwell", "cubic_stiffening"))
+    composition = Composition(effects=effects)
+    times = np.arange(800) * PERIOD
+    position = 2e-3 * (1.0 - np.cos(2 * np.pi * 20.0 * times))
+    rates, stiffnesses, cubic = (20.0, fast), (150.0, 2e5 / fast), 3e7
+    truth = relaxing(times, position, rates, stiffnesses, cubic)
+    values = values_of(
+        composition,
+        relaxation_rate_1=rates[0],
+        relaxation_rate_2=rates[1],
+        relaxing_stiffness_1=stiffnesses[0],
+        relaxing_stiffness_2=stiffnesses[1],
+        cubic_stiffness=cubic,
+    )
+    force = force_of(composition, values, position).output
+    rms = np.sqrt(np.mean(truth**2))
+    assert np.sqrt(np.mean((force - truth) ** 2)) < 2e-4 * rms
 
 
 LOSSES = {

@@ -256,6 +256,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
                 output=output,
                 coil_gain=coil_gain(each.position, each.command),
                 notes=each.notes,
+                source=each.source,
             )
         )
     return found

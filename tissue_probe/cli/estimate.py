@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -106,6 +107,13 @@ def _last_contact(recording: Recording, estimates: TissueEstimates) -> int:
     return max(1, int(estimates.stamp.searchsorted(ends[-1]))) if ends else len(estimates)
 
 
+def _within(value: float, deviation: float, decimals: int) -> str:
+    """Write a value and its deviation with as many decimals, or more where that is smaller yet."""
+    if 0.0 < deviation < 10.0**-decimals:
+        decimals = 1 - math.floor(math.log10(deviation))
+    return f"{value:.{decimals}f} ± {deviation:.{decimals}f}"
+
+
 def _conclusion(estimates: TissueEstimates) -> str:
     """Say what is known at the end, and what looks like a mistake in the data."""
     from tissue_probe.signals import Status
@@ -114,8 +122,8 @@ def _conclusion(estimates: TissueEstimates) -> str:
     stiffness_sd = estimates.stiffness_variance[-1] ** 0.5
     damping_sd = estimates.damping_variance[-1] ** 0.5
     told = (
-        f"At the end of contact: stiffness {stiffness:.2f} ± {stiffness_sd:.2f} N/m, damping "
-        f"{damping:.3f} ± {damping_sd:.3f} N s/m, {Status(estimates.status[-1]).name.lower()}"
+        f"At the end of contact: stiffness {_within(stiffness, stiffness_sd, 2)} N/m, damping "
+        f"{_within(damping, damping_sd, 3)} N s/m, {Status(estimates.status[-1]).name.lower()}"
     )
     if stiffness + 3.0 * stiffness_sd < -10.0:
         told += "\nA negative stiffness: is the force positive in tension? See --force-polarity."

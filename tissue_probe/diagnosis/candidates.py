@@ -42,6 +42,8 @@ SAME = 1.0005
 ROUNDS, BETTER = 3, 0.995
 #: How often a search that did not settle is taken up again.
 ONWARD = 3
+#: Forms of an effect are one where they never differ by more than this share of the noise.
+ONE = 1e-6
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -162,15 +164,11 @@ def fit_candidates(
     known : sequence of Fit
         What other effects led to: the searches are given up that will not come near these either.
     """
-    forms = [
-        form
-        for effect in effects
-        if effect.name not in base.composition.names
-        for form in effect.every_form
-        if admits(base.composition.rig, form)
-    ]
+    new = [effect for effect in effects if effect.name not in base.composition.names]
     look = _Look.at(base, instrument)
     with ThreadPoolExecutor(THREADS) as pool:
+        apart = pool.map(lambda effect: forms_apart(base, effect, instrument), new)
+        forms = [form for each in apart for form in each]
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument, look), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
         asked = np.isfinite(needed)
@@ -184,6 +182,31 @@ def fit_candidates(
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
         best.setdefault(added(fit).name, fit)
     return list(best.values())
+
+
+def forms_apart(base: Fit, effect: Effect, instrument: Instrument) -> list[Effect]:
+    """Return the forms of an effect that a rig has, without those that are one under its motion.
+
+    Such as forms that differ in what happens where the tip comes off, while it never does. They are
+    compared at the effect's usual strength, beside a fitted model.
+    """
+    forms = [form for form in effect.every_form if admits(base.composition.rig, form)]
+    apart: list[tuple[Effect, FloatArray]] = []
+    for form in forms if len(forms) > 1 else ():
+        residual = _usual(base, form, instrument)
+        if not any(np.max(np.abs(residual - other)) < ONE * base.noise for _, other in apart):
+            apart.append((form, residual))
+    return [form for form, _ in apart] if apart else forms
+
+
+def _usual(base: Fit, form: Effect, instrument: Instrument) -> FloatArray:
+    """Return the residuals beside a fitted model with a form of an effect as strong as usual."""
+    problem = Problem(base.composition.plus(form), base.measurements, instrument)
+    usual = {parameter.name: parameter.default for parameter in form.parameters}
+    values = start_values(problem, base.named(), form, usual)
+    with np.errstate(all="ignore"):  # one that diverges is told from every other
+        simulated = problem.simulate(values, begin_states(problem, base, values))
+    return np.concatenate([residual for residual, _ in simulated])
 
 
 def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> list[Fit]:
@@ -328,14 +351,12 @@ class _Proposals:
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the two most promising of the values near those found."""
-        proposals = []
         reach = extent(best, best.named(), self.effect)
-        for proposal in self.effect.near(reach, best.named()):
-            known = best.named() | dict(proposal)
-            values = np.clip(list(known.values()), self.problem.lower, self.problem.upper)
-            proposals.append((self._promise(values, best.starts), values))
-        proposals.sort(key=lambda proposal: proposal[0])
-        near = [values for _, values in proposals[:2]]
+        known = [best.named() | dict(each) for each in self.effect.near(reach, best.named())]
+        lower, upper = self.problem.lower, self.problem.upper
+        near = [np.clip(list(each.values()), lower, upper) for each in known]
         with ThreadPoolExecutor(THREADS) as pool:
-            fits = pool.map(lambda values: search(self.problem, values, best.starts, bar), near)
+            promises = list(pool.map(lambda values: self._promise(values, best.starts), near))
+            first = [near[index] for index in np.argsort(promises, kind="stable")[:2]]
+            fits = pool.map(lambda values: search(self.problem, values, best.starts, bar), first)
             return [fit for fit in fits if fit is not None]

@@ -244,7 +244,9 @@ def _as_read(measurements: Sequence[Measurement]) -> list[Finding]:
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
-    return inspect(measurement.position, measurement.force, measurement.sample_period).findings
+    found = inspect(measurement.position, measurement.force, measurement.sample_period).findings
+    told = f"{measurement.source}: " if measurement.source else ""
+    return tuple(replace(finding, sentence=f"{told}{finding.sentence}") for finding in found)
 
 
 def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:

@@ -99,6 +99,8 @@ class Measurement:
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     notes : tuple of str
         What was done to read it, in sentences: resampled, filled in, cut.
+    source : str
+        Where it came from, such as a file; what is wrong with its samples is told of that.
     """
 
     position: FloatArray
@@ -112,6 +114,7 @@ class Measurement:
     misread: FloatArray | None = None
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
+    source: str = ""
 
     def __post_init__(self) -> None:
         if self.used is None:

@@ -13,8 +13,9 @@ from numba import carray, cfunc, njit
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
 
-# The fastest eigenvalue times a part's length stays below LONGEST: a step is divided.
-LONGEST = 0.8
+# The fastest eigenvalue times a part's length stays below LONGEST: a step is divided. A branch that
+# relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
+LONGEST, SMOOTHLY = 0.8, 1.6
 FEWEST, MOST = 1, 64
 # Friction is stiff at rest, yielding at speed: a step is divided by what was found in its range of
 # the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
@@ -79,7 +80,24 @@ def _advance(
 
 
 @njit(error_model="numpy")
-def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
+def _fastest_branch(A, n, tip):
+    """Return the fastest rate at which a state forgets that only the tip's speed moves.
+
+    It is taken out of the matrix: without it a branch is the spring that it is at once.
+    """
+    fastest = 0.0
+    for i in range(n):
+        rate_of_it, alone = -A[i * n + i], i != tip
+        for j in range(n):
+            alone &= j in (i, tip) or A[i * n + j] == 0.0
+        if alone and rate_of_it > 0.0:
+            A[i * n + i] = 0.0
+            fastest = max(fastest, rate_of_it)
+    return fastest
+
+
+@njit(error_model="numpy")
+def _parts(p, z, u, mode, dU, tip, slope, squared, T, f, period):
     """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
 
     ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
@@ -95,6 +113,8 @@ def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
     for i in range(n):
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
+    relaxing = _fastest_branch(T, n, tip) * period / SMOOTHLY
+    fewest = max(FEWEST, int(np.ceil(min(relaxing, MOST))))
     logarithm = 0.0
     for squaring in range(SQUARINGS + 1):
         norm = 0.0
@@ -102,7 +122,7 @@ def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
             norm += T[j] ** 2
         norm = np.sqrt(norm)
         if norm == 0.0:
-            return FEWEST
+            return fewest
         if not norm < np.inf:
             return MOST
         logarithm = 2.0 * logarithm + np.log(norm)
@@ -119,7 +139,7 @@ def _parts(p, z, u, mode, dU, slope, squared, T, f, period):
     fastest = np.exp(logarithm / 2.0**SQUARINGS)
     if not fastest * period / LONGEST < MOST:
         return MOST
-    return max(FEWEST, int(np.ceil(fastest * period / LONGEST)))
+    return max(fewest, int(np.ceil(fastest * period / LONGEST)))
 
 
 @njit(error_model="numpy")
@@ -181,7 +201,7 @@ def _run(
                 else:
                     u[1] = at
                 found[pace] = max(
-                    found[pace], _parts(p, z1, u, mode, dU, slope, totals, T1, total, period)
+                    found[pace], _parts(p, z1, u, mode, dU, tip, slope, totals, T1, total, period)
                 )
             parts = max(parts, int(found[pace]))
         for part in range(parts):
