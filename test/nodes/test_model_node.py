@@ -6,6 +6,7 @@ import array
 
 import numpy as np
 import pytest
+from rcl_interfaces.msg import Log
 
 from conftest import collect, estimator, fails_with, samples_publisher
 from tissue_probe.estimation import Estimator, EstimatorSettings
@@ -75,3 +76,15 @@ def test_a_model_file_with_a_mistake_ends_the_node_with_one_sentence(tmp_path):
     said = fails_with(estimator("robust_ekf", model=str(path)))
     assert "constants.tip_mass.unit is 'g': convert to 'kg'" in said
     assert "Traceback" not in said
+
+
+def test_a_node_whose_filter_has_to_be_compiled_first_says_so(session, tmp_path, monkeypatch):
+    path, _, _ = stiffening(tmp_path)
+    monkeypatch.setenv("TISSUE_PROBE_CACHE", str(tmp_path / "empty"))
+    running = session(estimator("afekf", model=str(path)))
+    said = collect(running.node, Log, "/rosout")
+    running.wait_until(
+        lambda: any("is being compiled, once for each model" in each.msg for each in said),
+        "a word on what takes so long",
+    )
+    assert running.node.count_publishers("/probe/afekf/estimate") == 0  # it was told meanwhile

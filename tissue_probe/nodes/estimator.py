@@ -26,6 +26,12 @@ from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
 SITES = "palpation_site"
 #: How long the estimation waits before it looks whether it is to end [s].
 PATIENCE = 0.1
+#: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
+SILENCE = 3.0
+COMPILING = (
+    "the filter is being compiled, once for each model: seconds, or a minute or two for a model of "
+    "many states, such as springpot"
+)
 
 
 class EstimatorNodeSettings(BaseModel):
@@ -51,7 +57,7 @@ class EstimatorNode(Node):
         settings = read(self, node_settings)
         self._name = settings.estimator
         self._restart_at_site = settings.restart_at_site
-        self._estimator = Estimator(self._name, read(self, EstimatorSettings))
+        self._estimator = self._made(read(self, EstimatorSettings))
         self._expected: int | None = None
         self.received = 0
         self.lost = 0
@@ -74,6 +80,16 @@ class EstimatorNode(Node):
         # A daemon: if it hangs, the process still ends.
         self._thread = threading.Thread(target=self._estimate, name="estimation", daemon=True)
         self._thread.start()
+
+    def _made(self, settings: EstimatorSettings) -> Estimator:
+        """Make the filter; where that takes long, say why."""
+        told = threading.Timer(SILENCE, self.get_logger().info, [COMPILING])
+        told.daemon = True
+        told.start()
+        try:
+            return Estimator(self._name, settings)
+        finally:
+            told.cancel()
 
     def destroy_node(self) -> None:
         """End the estimation, then the node."""
