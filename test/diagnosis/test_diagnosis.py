@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED, added
 from tissue_probe.diagnosis.separation import suggest
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.response import course, respond
 
 NOISE = 5e-3
 FEW = library("cubic_stiffening", "exponential_stiffening", "coulomb_friction")
@@ -53,6 +54,37 @@ def test_the_right_effect_is_proved_on_a_second_recording():
     assert found.carries_over
     known = {**found.validated, ("cubic_stiffening",): 2.0 * NOISE}
     assert not replace(found, validated=known).carries_over
+
+
+def stiffening(amplitude, seed, force=0.05):
+    """A recording of a tissue that stiffens exponentially, pressed by twice the amplitude."""
+    composition = Composition(effects=(EFFECTS["exponential_stiffening"],))
+    known = {entry.name: entry.default for entry in composition.values}
+    values = np.array(list({**known, "exponential_force": force}.values()))
+    position = amplitude * (1.0 - np.cos(2.0 * np.pi * 5.0 * 5e-4 * np.arange(4000)))
+    coil = course(composition.kernel, position, 5e-4, values)
+    noise = NOISE * np.random.default_rng(seed).standard_normal(position.size)
+    simulated = respond(composition.kernel, values, np.zeros(2), coil).output
+    return Measurement(position, simulated + noise, 5e-4, at_rest=True)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_second_recording_that_goes_much_farther_is_judged_by_how_well_the_values_are_known(seed):
+    narrow, wide, other = stiffening(1e-3, seed), stiffening(3e-3, 50), stiffening(3e-3, 51, 0.1)
+    effects = library("exponential_stiffening")
+    asked = (Composition(), [narrow], EXACT, effects)
+    found = diagnosis.diagnose(*asked, [wide])
+    final = found.ladder.final
+    assert found.effects == ("exponential_stiffening",)
+    assert 1.5 * NOISE < found.heldout(final) < 3.0 * found.uncertainty
+    assert found.carries_over
+    assert not found.reaches
+    of_another = diagnosis.diagnose(*asked, [other])
+    assert not of_another.carries_over
+    both = diagnosis.diagnose(Composition(), [narrow, wide], EXACT, effects, [stiffening(3e-3, 52)])
+    assert both.carries_over
+    assert both.reaches
+    assert both.heldout(both.ladder.final) < 1.05 * NOISE
 
 
 def test_what_the_fit_tells_of_the_measurement_joins_the_findings():

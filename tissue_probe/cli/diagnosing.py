@@ -413,18 +413,29 @@ def _caveats(diagnosis: Diagnosis) -> list[str]:
             "But the fit of the last model did not settle: take its values, its error and with "
             "them this verdict for a guess."
         )
+    return said + _beyond(diagnosis)
+
+
+def _beyond(diagnosis: Diagnosis) -> list[str]:
+    """Say how the last model fares on a second recording, where that is not as on the first."""
+    final = diagnosis.ladder.final
+    error = final.output.tell(diagnosis.heldout(final))
+    noise = final.output.tell(diagnosis.validation_noise)
     if not diagnosis.carries_over:
-        error, noise = (
-            final.output.tell(each)
-            for each in (diagnosis.heldout(final), diagnosis.validation_noise)
-        )
-        said.append(
+        return [
             f"But on the second recording the error stays at {error}, where the noise is {noise}: "
             "the model does not carry over. Either the specimen, the site or the contact is "
             "another one there, or more is missing than the first recording shows; record again, "
             "or fit both together."
-        )
-    return said
+        ]
+    if not diagnosis.reaches:
+        expected = final.output.tell(diagnosis.uncertainty)
+        return [
+            f"On the second recording the error is {error}, where the noise is {noise}: the first "
+            f"tells the values so roughly that {expected} are to be expected there. Fit both "
+            "together."
+        ]
+    return []
 
 
 def _fall(diagnosis: Diagnosis) -> str:

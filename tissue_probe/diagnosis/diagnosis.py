@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.coloured import filtered
 from tissue_probe.diagnosis.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.finding import Finding
-from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.fit import Fit, Problem
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
 from tissue_probe.diagnosis.inspection import inspect
@@ -72,6 +72,9 @@ class Diagnosis:
         Standard deviation of the output's white noise on the validating recordings; NaN without.
     command : DriverCommand or None
         What runs the suggested experiment.
+    uncertainty : float
+        Error that the last model's values, known as roughly as they are, leave on the validating
+        recordings; 0 without.
     """
 
     verdict: Verdict
@@ -85,12 +88,23 @@ class Diagnosis:
     seconds: float
     validation_noise: float = math.nan
     command: DriverCommand | None = None
+    uncertainty: float = 0.0
 
     @property
     def carries_over(self) -> bool:
-        """Whether the last model errs on the validating recordings about as on those fitted."""
-        expected = math.hypot(self.validation_noise, self.ladder.final.excess)
-        return not self.heldout(self.ladder.final) > FAR * expected
+        """Whether the last model errs on the validating recordings no more than it should.
+
+        That is about as on those fitted, and as its values' uncertainty leaves besides.
+        """
+        final = self.ladder.final
+        expected = math.hypot(self.validation_noise, final.excess, self.uncertainty)
+        return not self.heldout(final) > FAR * expected
+
+    @property
+    def reaches(self) -> bool:
+        """Whether the recordings fitted tell the last model's values well enough for the others."""
+        known = math.hypot(self.validation_noise, self.ladder.final.excess)
+        return not self.uncertainty > FAR * known
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -175,6 +189,7 @@ def diagnose(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
         suggestion and driver_command(suggestion, _coil_gain(clean)),
+        uncertainty(ladder.final, validation, instrument),
     )  # fmt: skip
 
 
@@ -205,6 +220,26 @@ def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument)
         squares += moved.samples * moved.rmse**2
         count += moved.samples
     return float(np.sqrt(squares / count))
+
+
+def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
+    """Return the error that the covariance of a model's values predicts on other recordings.
+
+    To first order in the values' errors, and rms over all samples; 0 where the model diverges.
+    """
+    of_run = {name for effect in fit.composition.effects for name in effect.of_run}
+    held = np.array([name not in of_run for name in fit.named()])
+    covariance, squares, count = fit.covariance[np.ix_(held, held)], 0.0, 0
+    for measurement in measurements:
+        moved = transferred(fit, measurement, instrument)
+        if moved is None:
+            continue
+        problem = Problem(moved.composition, moved.measurements, instrument)
+        ((_, sensitivity),) = problem.simulate(moved.values, moved.starts)
+        by_value = sensitivity[measurement.used, problem.states :][:, held]
+        squares += float(np.sum(by_value @ covariance * by_value))
+        count += len(by_value)
+    return math.sqrt(max(squares, 0.0) / max(count, 1))
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:
