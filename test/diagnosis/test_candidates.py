@@ -5,13 +5,10 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from hidden import EXACT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.candidates import _by_turns, fit_base, forms_apart
-from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.diagnosis.candidates import _by_turns
 
 
 @given(st.lists(st.integers(0, 4), max_size=6), st.integers(1, 3))
@@ -40,23 +37,3 @@ def test_a_search_that_fails_is_not_passed_over():
 
     with ThreadPoolExecutor(1) as pool, pytest.raises(ValueError, match="diverged"):
         _by_turns(pool, [search()])
-
-
-@pytest.mark.parametrize("name", ["hunt_crossley", "exponential_stiffening", "contact_loss"])
-def test_forms_that_differ_where_the_tip_comes_off_are_told_apart_only_where_it_does(name):
-    forms = []
-    for preload in (3e-3, 0.0):
-        made = challenge(31, preload=preload)
-        base = fit_base(Composition(), [measurement(made.recording)], EXACT)
-        forms.append(forms_apart(base, EFFECTS[name], EXACT))
-    pressed, lifted = forms
-    assert pressed == [EFFECTS[name].plain]
-    assert len(lifted) > 1
-    assert set(lifted) <= set(EFFECTS[name].every_form)
-
-
-@pytest.mark.parametrize("name", ["backlash", "bouc_wen_hysteresis", "force_drift"])
-def test_forms_of_other_physics_are_always_told_apart(name):
-    made = challenge(31, preload=3e-3)
-    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
-    assert forms_apart(base, EFFECTS[name], EXACT) == list(EFFECTS[name].every_form)

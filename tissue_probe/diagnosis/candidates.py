@@ -15,12 +15,12 @@ import numpy as np
 from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
+from tissue_probe.diagnosis.forms import forms_apart
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added, explained
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect
-from tissue_probe.physics.rigs import admits
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.signals import FloatArray
 
@@ -42,8 +42,6 @@ SAME = 1.0005
 ROUNDS, BETTER = 3, 0.995
 #: How often a search that did not settle is taken up again.
 ONWARD = 3
-#: Forms of an effect are one where they never differ by more than this share of the noise.
-ONE = 1e-6
 #: Two shared cores: compiled code runs beside the interpreter's lock.
 THREADS = 2
 
@@ -182,31 +180,6 @@ def fit_candidates(
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
         best.setdefault(added(fit).name, fit)
     return list(best.values())
-
-
-def forms_apart(base: Fit, effect: Effect, instrument: Instrument) -> list[Effect]:
-    """Return the forms of an effect that a rig has, without those that are one under its motion.
-
-    Such as forms that differ in what happens where the tip comes off, while it never does. They are
-    compared at the effect's usual strength, beside a fitted model.
-    """
-    forms = [form for form in effect.every_form if admits(base.composition.rig, form)]
-    apart: list[tuple[Effect, FloatArray]] = []
-    for form in forms if len(forms) > 1 else ():
-        residual = _usual(base, form, instrument)
-        if not any(np.max(np.abs(residual - other)) < ONE * base.noise for _, other in apart):
-            apart.append((form, residual))
-    return [form for form, _ in apart] if apart else forms
-
-
-def _usual(base: Fit, form: Effect, instrument: Instrument) -> FloatArray:
-    """Return the residuals beside a fitted model with a form of an effect as strong as usual."""
-    problem = Problem(base.composition.plus(form), base.measurements, instrument)
-    usual = {parameter.name: parameter.default for parameter in form.parameters}
-    values = start_values(problem, base.named(), form, usual)
-    with np.errstate(all="ignore"):  # one that diverges is told from every other
-        simulated = problem.simulate(values, begin_states(problem, base, values))
-    return np.concatenate([residual for residual, _ in simulated])
 
 
 def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> list[Fit]:

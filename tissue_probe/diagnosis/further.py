@@ -11,8 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from tissue_probe.diagnosis.candidates import SAME, THREADS, fit_candidates, forms_apart
+from tissue_probe.diagnosis.candidates import SAME, THREADS, fit_candidates
 from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.forms import forms_apart, leave_the_same
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.screen import screened
@@ -31,9 +32,6 @@ NEAR = 4.0
 #: than this many times its cost; and where one gives way, kin of it from their own side.
 RELATED = 1.2
 
-#: Share of the noise by which two forms of a first effect must differ to be told apart.
-UNSEEN = 0.01
-
 Path = tuple[Fit, ...]
 
 
@@ -50,13 +48,6 @@ def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str
 def _is_clear(fit: Fit, better: Fit) -> bool:
     """Whether a further effect explains all, and of what exceeded the noise leaves next to none."""
     return explained(better) and better.ratio**2 - 1.0 < (1.0 - CLEAR) * (fit.ratio**2 - 1.0)
-
-
-def _is_one(fit: Fit, other: Fit) -> bool:
-    """Whether two forms of an effect leave the same, as far as noise would let it be seen."""
-    pairs = zip(fit.residuals, other.residuals, strict=True)
-    difference = np.concatenate([one - another for one, another in pairs])
-    return float(np.sqrt(np.mean(difference**2))) < UNSEEN * fit.noise
 
 
 class Further:
@@ -92,7 +83,7 @@ class Further:
                 if form != added(first).plain:
                     fits = fit_candidates(self._base, [form], self.instrument)
                     near = [fit for fit in fits if fit.cost < RELATED * first.cost]
-                    found += [(fit,) for fit in near if not _is_one(fit, first)]
+                    found += [(fit,) for fit in near if not leave_the_same(fit, first)]
         return found
 
     def searched(self, fit: Fit, effects: Iterable[Effect], needed: float = np.inf) -> list[Fit]:
