@@ -15,12 +15,12 @@ import numpy as np
 from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
 from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
-from tissue_probe.diagnosis.forms import forms_apart
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import added, explained
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect
+from tissue_probe.physics.rigs import admits
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.signals import FloatArray
 
@@ -162,11 +162,15 @@ def fit_candidates(
     known : sequence of Fit
         What other effects led to: the searches are given up that will not come near these either.
     """
-    new = [effect for effect in effects if effect.name not in base.composition.names]
+    forms = [
+        form
+        for effect in effects
+        if effect.name not in base.composition.names
+        for form in effect.every_form
+        if admits(base.composition.rig, form)
+    ]
     look = _Look.at(base, instrument)
     with ThreadPoolExecutor(THREADS) as pool:
-        apart = pool.map(lambda effect: forms_apart(base, effect, instrument), new)
-        forms = [form for each in apart for form in each]
         proposed = list(pool.map(lambda form: _Proposals(base, form, instrument, look), forms))
         proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
         asked = np.isfinite(needed)

@@ -13,7 +13,6 @@ import numpy as np
 
 from tissue_probe.diagnosis.candidates import SAME, THREADS, fit_candidates
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.forms import forms_apart, leave_the_same
 from tissue_probe.diagnosis.measurement import Instrument
 from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.screen import screened
@@ -31,6 +30,8 @@ NEAR = 4.0
 #: Where no two effects explain all, other forms of a first one are tried that alone leave no more
 #: than this many times its cost; and where one gives way, kin of it from their own side.
 RELATED = 1.2
+#: Share of the noise, rms, by which what two forms of a first effect leave must differ.
+UNSEEN = 1e-6
 
 Path = tuple[Fit, ...]
 
@@ -48,6 +49,13 @@ def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str
 def _is_clear(fit: Fit, better: Fit) -> bool:
     """Whether a further effect explains all, and of what exceeded the noise leaves next to none."""
     return explained(better) and better.ratio**2 - 1.0 < (1.0 - CLEAR) * (fit.ratio**2 - 1.0)
+
+
+def _leave_the_same(fit: Fit, other: Fit) -> bool:
+    """Whether two forms of an effect leave the same: such as where the tip never comes off."""
+    pairs = zip(fit.residuals, other.residuals, strict=True)
+    difference = np.concatenate([one - another for one, another in pairs])
+    return float(np.sqrt(np.mean(difference**2))) < UNSEEN * fit.noise
 
 
 class Further:
@@ -78,12 +86,11 @@ class Further:
         """
         found: list[Path] = []
         for first in (path[0] for path in paths):
-            whole = self._library[added(first).name]
-            for form in forms_apart(self._base, whole, self.instrument):
+            for form in self._library[added(first).name].every_form:
                 if form != added(first).plain:
                     fits = fit_candidates(self._base, [form], self.instrument)
                     near = [fit for fit in fits if fit.cost < RELATED * first.cost]
-                    found += [(fit,) for fit in near if not leave_the_same(fit, first)]
+                    found += [(fit,) for fit in near if not _leave_the_same(fit, first)]
         return found
 
     def searched(self, fit: Fit, effects: Iterable[Effect], needed: float = np.inf) -> list[Fit]:
