@@ -5,10 +5,13 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from hidden import TOLERANT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.candidates import _by_turns
+from tissue_probe.diagnosis.candidates import _by_turns, fit_base, fit_candidates
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
 
 
 @given(st.lists(st.integers(0, 4), max_size=6), st.integers(1, 3))
@@ -37,3 +40,14 @@ def test_a_search_that_fails_is_not_passed_over():
 
     with ThreadPoolExecutor(1) as pool, pytest.raises(ValueError, match="diverged"):
         _by_turns(pool, [search()])
+
+
+def test_a_form_is_searched_that_only_where_it_is_fitted_differs_from_another():
+    """By a model without it the tissue never pulls: there both forms of Hertz's contact are one."""
+    hidden = ("structural_mode", "hertz_contact")
+    made = challenge(994788119, *hidden, excitation="chirp60", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    (plain,) = fit_candidates(base, [EFFECTS["hertz_contact"].plain], TOLERANT)
+    (best,) = fit_candidates(base, [EFFECTS["hertz_contact"]], TOLERANT)
+    assert best.ratio < 0.7 * plain.ratio
+    assert len(best.composition.kernel.first) == 2  # touching, pushing
