@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+import signal
 from enum import Enum
 from typing import Annotated
 
@@ -24,9 +24,11 @@ def main(
     """Serve a simulated probe behind a DAQ, as NI's gRPC device server would."""
     calibration = Calibration.load(stock_configuration("calibration.yaml"))
     board = Board(MODELS[model.value], calibration, stiffness, damping)
-    with DaqServer(board, port) as server, suppress(KeyboardInterrupt):
+    # Waited for, not raised: an exception is lost where the server's own code is under way.
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    with DaqServer(board, port) as server:
         typer.echo(f"{board.model.product} as Dev1 at {server.address}; Ctrl-C ends it")
-        server.wait()
+        signal.sigwait({signal.SIGINT})
 
 
 if __name__ == "__main__":

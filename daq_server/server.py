@@ -39,10 +39,6 @@ class DaqServer:
         """Break off every connection at once."""
         self._server.stop(grace=None).wait()
 
-    def wait(self) -> None:
-        """Serve until the process ends."""
-        self._server.wait_for_termination()
-
     def __enter__(self) -> DaqServer:
         return self
 
