@@ -24,7 +24,7 @@ def main(
     """Serve a simulated probe behind a DAQ, as NI's gRPC device server would."""
     calibration = Calibration.load(stock_configuration("calibration.yaml"))
     board = Board(MODELS[model.value], calibration, stiffness, damping)
-    # Waited for, not raised: an exception is lost where the server's own code is under way.
+    # Waited for, not raised: so it ends here, whatever code is under way.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     with DaqServer(board, port) as server:
         typer.echo(f"{board.model.product} as Dev1 at {server.address}; Ctrl-C ends it")
