@@ -180,6 +180,8 @@ def fit_candidates(
         fits = _by_turns(pool, [each.fits(bar, enough) for each in proposed])
         again = _given_up(proposed, fits, [*fits, *known])
         fits += _by_turns(pool, [each.fits(Bar(), enough) for each in again])
+        behind = _behind(proposed, fits, bar)
+        fits += _by_turns(pool, [each.fits_from(better, bar) for each, better in behind])
     best: dict[str, Fit] = {}
     for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
         best.setdefault(added(fit).name, fit)
@@ -217,6 +219,32 @@ def _given_up(
     stopped = {added(fit).name for fit in fits} - settled
     wanted = stopped.intersection(added(best).simpler)
     return [each for each in proposed if each.effect.name in wanted]
+
+
+def _behind(
+    proposed: Sequence[_Proposals], fits: Sequence[Fit], bar: Bar
+) -> list[tuple[_Proposals, Fit]]:
+    """Return forms of effects that did worse than another form, and what that one found.
+
+    The way to where a tip sticks and slides may lead through friction that only creeps.
+    """
+    best: dict[str, Fit] = {}
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        best.setdefault(added(fit).name, fit)
+    found = []
+    for each in proposed:
+        better = best.get(each.effect.name)
+        if better is None or _is_settled(better, bar):
+            continue
+        own = [fit.cost for fit in fits if fit.composition is each.problem.composition]
+        if better.cost < BETTER * min(own, default=np.inf):
+            found.append((each, better))
+    return found
+
+
+def _is_settled(fit: Fit, bar: Bar) -> bool:
+    """Whether values near those of a fit need not be tried: it is far off, or explains all."""
+    return fit.cost > ASTRAY * bar.cost or (explained(fit) and fit.ratio < CLOSE)
 
 
 @dataclass(frozen=True)
@@ -303,9 +331,21 @@ class _Proposals:
             if any(cost < SAME * fit.cost for begun, cost in costs.items() if begun != own):
                 break
             costs[own] = fit.cost
+        yield from self._settled(found, bar)
+
+    def fits_from(self, other: Fit, bar: Bar) -> Iterator[Fit]:
+        """Search from where another form of the effect ended, and near what is found from there."""
+        values = start_values(self.problem, other.named(), None, {})
+        fit = search(self.problem, values, begin_states(self.problem, other, values), bar)
+        if fit is not None:
+            yield fit
+            yield from self._settled([fit], bar)
+
+    def _settled(self, found: list[Fit], bar: Bar) -> Iterator[Fit]:
+        """Search near the best of what was found while that does better, and then go on."""
         for _ in range(ROUNDS if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
-            if best.cost > ASTRAY * bar.cost or (explained(best) and best.ratio < CLOSE):
+            if _is_settled(best, bar):
                 break
             for fit in self._around(best, bar):
                 found.append(fit)

@@ -109,6 +109,11 @@ def _in_its_place(
     found = further.known(without.composition, rivals) if explained(final) else []
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
+    # What is simpler may be reached from where the other one is as good as it.
+    nested = (
+        refit(final, less.plus(e), further.instrument) for e in rivals if e.name in old.simpler
+    )
+    found += [fit for fit in nested if fit is not None]
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
     if stays and old.name in alone:
         bar = RELATED * alone[old.name].cost

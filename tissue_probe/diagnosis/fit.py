@@ -397,37 +397,43 @@ def _scale(problem: Problem, values: FloatArray) -> FloatArray:
     return np.where(problem.logarithmic, values, 1.0)
 
 
-def _point(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> _Point | None:
-    """Evaluate cost and normal equations; None where the simulation diverges."""
-    q, n = problem.count, problem.states
+def _point(
+    problem: Problem, values: FloatArray, starts: Sequence[FloatArray], most: float = np.inf
+) -> _Point | None:
+    """Evaluate cost and normal equations; None where the cost exceeds the most, or is infinite."""
     simulated, begins = problem.simulate(values, starts), problem.begin(values)
+    if not all(np.isfinite(residual).all() for residual, _ in simulated):
+        return None
+    weighed = [problem.weighed(index, residual) for index, (residual, _) in enumerate(simulated)]
+    misfits = [float(r @ r) for r in weighed]
+    drawn, deviation = problem.drawn, problem.deviation[problem.drawn]
+    departure = (problem.nominal - values)[drawn] / deviation
+    off = [begun.mean - start for begun, start in zip(begins, starts, strict=True)]
+    back = [begun.precision @ each for begun, each in zip(begins, off, strict=True)]
+    strain = float(departure @ departure) + sum(
+        float(a @ b) for a, b in zip(off, back, strict=True)
+    )
+    cost = sum(misfits) + strain
+    if cost > most:
+        return None
+    q, n = problem.count, problem.states
     size = q + n * len(simulated)
-    normal, gradient, misfits, strain = np.zeros((size, size)), np.zeros(size), [], 0.0
+    normal, gradient = np.zeros((size, size)), np.zeros(size)
     scale = np.ones(size)
     scale[:q] = _scale(problem, values)
-    for index, (residual, sensitivity) in enumerate(simulated):
-        if not np.isfinite(residual).all():
-            return None
-        J, r = problem.weighed(index, sensitivity), problem.weighed(index, residual)
-        misfits.append(float(r @ r))
+    for index, (_, sensitivity) in enumerate(simulated):
+        J = problem.weighed(index, sensitivity)
         own = q + index * n + np.arange(n)
         place = np.concatenate([own, np.arange(q)])
         scaled = scale[place]
         normal[place[:, None], place] += (J.T @ J) * (scaled[:, None] * scaled)
-        gradient[place] += (J.T @ r) * scaled
-        departure = begins[index].mean - starts[index]
-        back = begins[index].precision @ departure
-        strain += float(departure @ back)
+        gradient[place] += (J.T @ weighed[index]) * scaled
         normal[own[:, None], own] += begins[index].precision
-        gradient[own] += back
-    drawn, deviation = problem.drawn, problem.deviation[problem.drawn]
-    departure = (problem.nominal - values)[drawn] / deviation
-    strain += float(departure @ departure)
+        gradient[own] += back[index]
     normal[drawn, drawn] += deviation**-2
     gradient[drawn] += departure / deviation
     if not np.isfinite(normal).all():
         return None
-    cost = sum(misfits) + strain
     return _Point(values, list(starts), begins, cost, misfits, gradient, normal, simulated)
 
 
@@ -559,8 +565,8 @@ def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
         values, starts, promised = _solve(problem, point, damping)
         if bar.out_of_reach(point.cost, max(gain, KEPT * (point.cost - promised))):
             break
-        trial = _point(problem, values, starts)
-        if trial is None or trial.cost > point.cost:
+        trial = _point(problem, values, starts, point.cost)
+        if trial is None:
             damping, ease = max(damping, 1e-7) * 8.0, CAREFUL
             if damping > 1e6:
                 settled = True

@@ -149,7 +149,7 @@ def _estimating(model: Model, priors: Mapping[str, Prior]) -> Model:
 
 
 def _memoryless(model: Model) -> Model:
-    on = {s.symbol: sp.Piecewise((1, s.off < 0), (0, True)) for s in model.switches}
+    on = {s.symbol: sp.Piecewise((1, s.alone < 0), (0, True)) for s in model.switches}
     return replace(model, motion=model.motion.subs(on), output=model.output.subs(on), switches=())
 
 

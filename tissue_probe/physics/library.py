@@ -18,6 +18,7 @@ from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
     FORCE,
     INDENTATION,
+    NET_FORCE,
     POSITION,
     POSITION_ACCELERATION,
     POSITION_RATE,
@@ -32,7 +33,8 @@ from tissue_probe.physics.tissues import EXTENSION
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
 SIGNALS = (
-    INDENTATION, TIP_VELOCITY, TISSUE_FORCE, STRETCH, FORCE, POSITION, POSITION_RATE, TIME,
+    INDENTATION, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION, POSITION_RATE,
+    TIME,
 )  # fmt: skip
 ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which what an effect proposes is tried.
@@ -214,9 +216,11 @@ def _used(effect: Effect) -> set[sp.Symbol]:
     """Return every symbol in an effect's expressions."""
     expressions = [
         *(effect.force, effect.contact, *effect.surface, effect.drag, effect.inertia, *effect.coil),
+        effect.moving,
         *(effect.stretch, effect.engaged, effect.cell, effect.output, effect.position),
         *(effect.delay, effect.rounded),
         *(side for state in effect.states for side in (state.motion, state.start)),
         *(side for switch in effect.switches for side in (switch.on, switch.off)),
+        *(switch.alone for switch in effect.switches if switch.alone is not None),
     ]
     return set().union(*(sp.sympify(expression).free_symbols for expression in expressions))

@@ -248,7 +248,7 @@ def _late(
 def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
     """Return what ``runge_kutta`` works in."""
     speeds = np.stack([np.zeros(RANGES), np.ones(RANGES), np.ones(RANGES)])
-    conditions = np.zeros(4 * switches), np.zeros(switches * columns)
+    conditions = np.zeros(4 * switches), np.zeros((switches + 1) * columns)
     return np.zeros(5 * n), _aligned(4 * n * columns), *conditions, speeds
 
 

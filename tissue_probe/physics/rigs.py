@@ -17,6 +17,7 @@ from tissue_probe.physics.effects.effect import (
     DAMPING,
     FORCE,
     INDENTATION,
+    NET_FORCE,
     POSITION,
     POSITION_ACCELERATION,
     POSITION_RATE,
@@ -75,10 +76,10 @@ def compliant_probe(
     load = k0 * sp.prod(e.cell for e in effects) * _stretched(effects, stretch)
     grip = beta0 * (du - v) * sp.prod(e.engaged for e in effects)
     pressed = _Pressed(effects, tissue, x, v)
-    acceleration = (load + grip - pressed.force - pressed.drag) / (m + pressed.inertia)
+    net = load + grip - pressed.force - pressed.drag
     states = [
-        State(x, v, start=POSITION - zero - FORCE / k0, spread="free"),
-        State(v, acceleration, spread="speed"),
+        State(x, v * pressed.moving, start=POSITION - zero - FORCE / k0, spread="free"),
+        State(v, pressed.moving * net / (m + pressed.inertia), spread="speed"),
     ]
     return _compose(
         effects,
@@ -87,6 +88,7 @@ def compliant_probe(
         states=states,
         pressed=pressed,
         stretch=stretch,
+        net=net,
         load=load,
         # The coil feels what it moves: nothing, while play is between it and the load cell.
         reaction=(load + grip) * sp.diff(du, POSITION_RATE),
@@ -123,6 +125,7 @@ def rigid_probe(
         states=[],
         pressed=pressed,
         stretch=sp.Integer(0),
+        net=sp.Integer(0),
         load=load,
         reaction=load,
     )
@@ -153,10 +156,10 @@ def force_driven(
     pressed = _Pressed(effects, tissue, x, v)
     read = reduce(lambda force, effect: effect.output.subs(FORCE, force), effects, FORCE)
     pushed = (FORCE - read.subs(FORCE, 0)) / read.diff(FORCE)
-    acceleration = (pushed - pressed.force - pressed.drag) / (MASS + pressed.inertia)
+    net = pushed - pressed.force - pressed.drag
     states = [
-        State(x, v, start=POSITION - zero, spread="free"),
-        State(v, acceleration, spread="speed"),
+        State(x, v * pressed.moving, start=POSITION - zero, spread="free"),
+        State(v, pressed.moving * net / (MASS + pressed.inertia), spread="speed"),
     ]
     composed = _compose(
         effects,
@@ -165,6 +168,7 @@ def force_driven(
         states=states,
         pressed=pressed,
         stretch=sp.Integer(0),
+        net=net,
         load=pushed,
         reaction=pushed,
     )
@@ -208,6 +212,8 @@ def obstacle(rig: str, effect: Effect) -> str:
         1,
     ):
         return f"acts on the load cell's spring, and {rig} has none"
+    if rig == "rigid_probe" and effect.moving != 1:
+        return f"lets the tip stick, and in {rig} it follows the coil"
     if RIGS[rig].input is quantities.POSITION:
         return ""
     coil = (effect.coil, effect.position, effect.rounded)
@@ -230,6 +236,7 @@ class _Pressed:
 
     def __init__(self, effects: Sequence[Effect], tissue: Tissue, x: sp.Expr, v: sp.Expr) -> None:
         self.tissue = tissue
+        self.space = {INDENTATION: x, TIP_VELOCITY: v}
         self.place = {
             INDENTATION: x - sum(effect.surface[0] for effect in effects),
             TIP_VELOCITY: v - sum(effect.surface[1] for effect in effects),
@@ -242,12 +249,21 @@ class _Pressed:
         held = sp.sympify(sp.prod(effect.contact.diff(TISSUE_FORCE) for effect in effects))
         known = {switch.symbol for effect in effects for switch in effect.switches}
         self.touching = held if held.free_symbols <= known else sp.Integer(1)
-        self.drag = self.at(sum(effect.drag for effect in effects))
+        self.drag = self.in_space(sum(effect.drag for effect in effects))
         self.inertia = sum(effect.inertia for effect in effects)
+        self.moving = sp.prod(effect.moving for effect in effects)
 
     def at(self, expression: sp.Expr) -> sp.Expr:
         """Put the tip's indentation and velocity into an expression."""
         return sp.sympify(expression).subs(self.place, simultaneous=True)
+
+    def in_space(self, expression: sp.Expr) -> sp.Expr:
+        """Put the tip's displacement and velocity into it, wherever the tissue's surface is."""
+        return sp.sympify(expression).subs(self.space, simultaneous=True)
+
+    def seen_by(self, effect: Effect) -> Callable[[sp.Expr], sp.Expr]:
+        """Return what an effect means by them: what drags the tip knows nothing of a surface."""
+        return self.at if effect.drag == 0 else self.in_space
 
 
 def _compose(
@@ -257,22 +273,25 @@ def _compose(
     states: list[State],
     pressed: _Pressed,
     stretch: sp.Expr,
+    net: sp.Expr,
     load: sp.Expr,
     reaction: sp.Expr,
 ) -> Model:
     """Pass the load through the effects' outputs, gather their states, switches, parameters."""
-    begin = [*states, *(_placed(state, pressed) for state in pressed.tissue.states)]
+    begin = [*states, *(_placed(state, pressed, pressed.at) for state in pressed.tissue.states)]
     output = load
     for effect in effects:
         for state in effect.states:
-            placed = _placed(state, pressed)
+            placed = _placed(state, pressed, pressed.seen_by(effect))
             begin.append(State(placed.symbol, placed.motion.subs(FORCE, output), *_rest(state)))
         output = effect.output.subs(FORCE, output)
     switches: dict[sp.Symbol, Switch] = {}
-    at = {TISSUE_FORCE: pressed.bonded, STRETCH: stretch}
-    for switch in (switch for effect in effects for switch in effect.switches):
-        on, off = (pressed.at(side).subs(at) for side in (switch.on, switch.off))
-        switches[switch.symbol] = Switch(switch.symbol, on, off, switch.first)
+    at = {TISSUE_FORCE: pressed.bonded, STRETCH: stretch, NET_FORCE: net}
+    for effect in effects:
+        for switch in effect.switches:
+            sides = (switch.on, switch.off, switch.off if switch.alone is None else switch.alone)
+            on, off, alone = (pressed.seen_by(effect)(side).subs(at) for side in sides)
+            switches[switch.symbol] = Switch(switch.symbol, on, off, switch.first, alone)
     offset = [OFFSET] if force_offset else []
     own = [entry.symbol for effect in effects for entry in effect.parameters]
     return Model(
@@ -297,12 +316,12 @@ def _rest(state: State) -> tuple[sp.Expr, str]:
     return state.start, state.spread
 
 
-def _placed(state: State, pressed: _Pressed) -> State:
+def _placed(state: State, pressed: _Pressed, at: Callable[[sp.Expr], sp.Expr]) -> State:
     """Give a state its motion under this tip: out of contact no surface follows it."""
     motion = sp.sympify(state.motion)
     if state.spread == "branch":
         motion = motion.subs(TIP_VELOCITY, TIP_VELOCITY * pressed.touching)
-    return State(state.symbol, pressed.at(motion), *_rest(state))
+    return State(state.symbol, at(motion), *_rest(state))
 
 
 def _through(coil: tuple[sp.Expr, sp.Expr], effect: Effect) -> tuple[sp.Expr, sp.Expr]:

@@ -166,6 +166,7 @@ def _run(
     first, f, total, z1, after = states[0], states[1], states[2], states[3], states[4]
     T, slope, totals, T1 = tangents[0], tangents[1], tangents[2], tangents[3]
     g, g1, dg, dg1 = conditions[0], conditions[1], conditions[2], conditions[3]
+    later = G[s * q :]
     met, due, found = paces[0], paces[1], paces[2]
     for i in range(n):
         T[i * q + i] = 1.0
@@ -260,12 +261,15 @@ def _run(
                     continue
                 mode[turning] = 1.0 - mode[turning]
                 rate(t + since + share * h, z1, p, u, mode, T1, dU, f, slope)
-                speed = dg1[turning]
+                # What another switch has turned turns when that does: a tip that goes back at once.
+                if g[turning] >= 0.0:
+                    speed = dg1[turning]
+                    for j in range(q):
+                        later[j] = G[turning * q + j] / speed if abs(speed) > 1e-300 else 0.0
                 for i in range(n):
                     z[i] = z1[i]
-                    jump = (f[i] - after[i]) / speed if abs(speed) > 1e-300 else 0.0
                     for j in range(q):
-                        T[i * q + j] = T1[i * q + j] + jump * G[turning * q + j]
+                        T[i * q + j] = T1[i * q + j] + (f[i] - after[i]) * later[j]
                 since += share * h
                 events += 1
                 if end - since <= 1e-12 * period:
@@ -305,7 +309,7 @@ def run(arrays, sizes, period):
         carray(arrays[6], (5, n)),
         carray(arrays[7], (4, n * q)),
         carray(arrays[8], (4, s)),
-        carray(arrays[9], s * q),
+        carray(arrays[9], (s + 1) * q),
         carray(arrays[10], (3, ranges)),
         carray(arrays[11], samples),
         carray(arrays[12], (samples, q)),

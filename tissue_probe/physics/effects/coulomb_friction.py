@@ -5,9 +5,12 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
+from tissue_probe.physics.sticking import sliding
 
 FRICTION = sp.Symbol("coulomb_force", real=True)
 TRANSITION = sp.Symbol("transition_velocity", positive=True)
+#: Transition velocity [m/s] below which a turn is hardly told from a tip that sticks.
+SHARPEST = 1e-4
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -17,20 +20,32 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 
 def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
     """Propose a sharper turn: among many frequencies a search ends at one that is too blunt."""
-    return [{"transition_velocity": velocity} for velocity in (1e-5, 1e-4)]
+    return [{"transition_velocity": SHARPEST}]
 
 
+_STRENGTH = Parameter(FRICTION, "N", default=0.03, lower=0.0, upper=1e3)
+_FORWARD, _BACK = sliding("coulomb", FRICTION)
+_STICKS = Effect(
+    name="coulomb_friction",
+    family="friction",
+    physics="A force against the motion whatever the speed, Fc; the tip sticks where it turns",
+    parameters=(_STRENGTH,),
+    drag=FRICTION * (_FORWARD.symbol - _BACK.symbol),
+    moving=_FORWARD.symbol + _BACK.symbol,
+    switches=(_FORWARD, _BACK),
+)
 COULOMB_FRICTION = Effect(
     name="coulomb_friction",
     family="friction",
     physics="A force against the motion whatever the speed, Fc tanh(x' / vt)",
     parameters=(
-        Parameter(FRICTION, "N", default=0.03, lower=0.0, upper=1e3),
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=1e-5, upper=2e-2),
+        _STRENGTH,
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),
     ),
     drag=FRICTION * sp.tanh(TIP_VELOCITY / TRANSITION),
     starts=starts,
     near=near,
-    assumptions="Creeps below the transition velocity instead of sticking",
+    forms=(_STICKS,),
+    assumptions="Creeps below the transition velocity instead of sticking, or sticks at once",
     reference="Coulomb (1785); Olsson et al., European J. Control 4 (1998), 176, section 3",
 )

@@ -17,6 +17,7 @@ POSITION_ACCELERATION = sp.Symbol("position_acceleration", real=True)
 INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
 STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
+NET_FORCE = sp.Symbol("net_force", real=True)
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,15 @@ class Switch:
     """Something that is on (1) or off (0), such as contact, and when that changes.
 
     While on, it goes off as soon as ``on`` is negative; while off, it comes on as soon as ``off``
-    is negative. The simulation finds the instant within the step.
+    is negative. The simulation finds the instant within the step. ``alone``, by default ``off``, is
+    negative where it is on for who remembers nothing, such as a filter.
     """
 
     symbol: sp.Symbol
     on: sp.Expr
     off: sp.Expr
     first: bool = True
+    alone: sp.Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +127,11 @@ class Effect:
         Displacement [m] and velocity [m/s] of the tissue's surface, positive into the tissue.
     drag : Expr
         Force on the tip that does not come from the tissue [N], positive against indentation.
+        With it, ``INDENTATION`` and ``TIP_VELOCITY`` of the effect are the tip's displacement and
+        velocity, whether or not the tissue's surface moves.
+    moving : Expr
+        Whether (1, 0) the tip moves, of switches: 0 while it sticks. Their conditions may hold
+        ``NET_FORCE``, the sum of all forces on the tip [N], positive into the tissue.
     inertia : Expr
         Mass that moves with the tip [kg].
     coil : tuple of two Expr
@@ -174,6 +182,7 @@ class Effect:
     contact: sp.Expr = TISSUE_FORCE
     surface: tuple[sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero)
     drag: sp.Expr = sp.S.Zero
+    moving: sp.Expr = sp.S.One
     inertia: sp.Expr = sp.S.Zero
     coil: tuple[sp.Expr, sp.Expr] = (POSITION, POSITION_RATE)
     stretch: sp.Expr = STRETCH

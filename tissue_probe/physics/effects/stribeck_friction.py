@@ -5,50 +5,86 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
+from tissue_probe.physics.sticking import sliding
 
 COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
 BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
 STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
 TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
-#: Transition velocities [m/s] below which a turn is hardly told from a jump.
-SHARP = (1e-5, 1e-4)
+#: Transition velocity [m/s] below which a turn is hardly told from a tip that sticks.
+SHARPEST = 1e-4
 _CURVE = COULOMB + BREAKAWAY * sp.exp(-((TIP_VELOCITY / STRIBECK) ** 2))
 
 
-def starts(extent: Extent) -> list[dict[str, float]]:
+def speeds(extent: Extent) -> list[dict[str, float]]:
     """Propose speeds up to a good part of the largest one."""
+    return [{"stribeck_velocity": extent.speed * f} for f in (0.015, 0.05, 0.15, 0.4)]
+
+
+def other_speeds(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose a fall at other speeds."""
+    return [{"stribeck_velocity": values["stribeck_velocity"] * f} for f in (0.25, 0.5, 2.0)]
+
+
+def around(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Propose a fall at other speeds, and from other forces: each stick is a bend of the valley."""
     return [
-        {"stribeck_velocity": extent.speed * f, "stribeck_transition_velocity": transition}
-        for f in (0.015, 0.05, 0.15, 0.4)
-        for transition in (3e-4, 3e-3)
+        {
+            "stribeck_velocity": values["stribeck_velocity"] * f,
+            "breakaway_excess": values["breakaway_excess"] * g,
+        }
+        for f in (0.25, 0.5, 0.7, 1.4, 2.0)
+        for g in (0.7, 1.0, 1.4, 2.8)
     ]
+
+
+def starts(extent: Extent) -> list[dict[str, float]]:
+    """Propose speeds, and how sharply the friction turns with the direction."""
+    turns = (3e-4, 3e-3)
+    return [{**each, "stribeck_transition_velocity": t} for each in speeds(extent) for t in turns]
 
 
 def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
     """Propose a sharper turn, and a fall at other speeds: where the turn is sharp, only these."""
-    sharp = values["stribeck_transition_velocity"] <= SHARP[-1]
-    return [
-        {"stribeck_velocity": values["stribeck_velocity"] * f, "stribeck_transition_velocity": each}
-        for f in ((0.25, 0.5, 2.0) if sharp else (0.25, 0.5, 1.0, 2.0))
-        for each in SHARP
-    ]
+    tried = other_speeds(extent, values)
+    if values["stribeck_transition_velocity"] > SHARPEST:
+        tried.append({"stribeck_velocity": values["stribeck_velocity"]})
+    return [{**each, "stribeck_transition_velocity": SHARPEST} for each in tried]
 
 
+_PARAMETERS = (
+    Parameter(COULOMB, "N", default=0.03, lower=0.0, upper=1e3),
+    Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
+    Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0),
+)
+_FORWARD, _BACK = sliding("stribeck", COULOMB + BREAKAWAY)
+_STICKS = Effect(
+    name="stribeck_friction",
+    family="friction",
+    physics="Dry friction that falls from breakaway to Coulomb level; the tip sticks as it turns",
+    parameters=_PARAMETERS,
+    drag=_CURVE * (_FORWARD.symbol - _BACK.symbol),
+    moving=_FORWARD.symbol + _BACK.symbol,
+    switches=(_FORWARD, _BACK),
+    strengths=2,
+    starts=speeds,
+    near=around,
+    simpler=("coulomb_friction",),
+)
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
     family="friction",
     physics="Dry friction that falls from breakaway to Coulomb level, (Fc + Fb e^-(v/vs)^2) sign v",
     parameters=(
-        Parameter(COULOMB, "N", default=0.03, lower=0.0, upper=1e3),
-        Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
-        Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0),
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=1e-5, upper=2e-2),
+        *_PARAMETERS,
+        Parameter(TRANSITION, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),
     ),
     drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
     strengths=2,
     starts=starts,
     near=near,
+    forms=(_STICKS,),
     simpler=("coulomb_friction",),
-    assumptions="Creeps below the transition velocity instead of sticking",
+    assumptions="Creeps below the transition velocity instead of sticking, or sticks at once",
     reference="Stribeck (1902); Armstrong-Helouvry et al., Automatica 30 (1994), 1083, eq. 1",
 )

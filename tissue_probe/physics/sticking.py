@@ -1,0 +1,43 @@
+"""Dry friction that truly holds the tip: it sticks until it is pulled hard enough to slide.
+
+What belongs here: when a tip that is held by friction slides, which way, and when it sticks.
+What does not: how large the friction is while it slides (``coulomb_friction``,
+``stribeck_friction``).
+"""
+
+import sympy as sp
+
+from tissue_probe.physics.effects.effect import NET_FORCE, TIP_VELOCITY, Switch
+
+#: A recording may begin in motion: a tip that moves faster than this [m/s] slides.
+STILL = 1e-6
+#: More than any force [N]: what slides one way does not begin to slide the other.
+BARRED = 1e9
+
+
+def sliding(name: str, breakaway: sp.Expr) -> tuple[Switch, Switch]:
+    """Return switches of a tip that slides forward, into the tissue, and back; both off: it sticks.
+
+    It sticks where its velocity turns, and slides, maybe at once, where the other forces on it
+    exceed what friction holds (Karnopp, J. Dynamic Systems 107 (1985), 100).
+
+    Parameters
+    ----------
+    name : str
+        Of the effect, of which the switches' symbols are made.
+    breakaway : Expr
+        Force that friction holds at rest [N].
+    """
+    forward, back = sp.symbols(f"{name}_forward {name}_back", nonnegative=True)
+
+    def switch(own: sp.Symbol, other: sp.Symbol, way: int) -> Switch:
+        holds = sp.Min(breakaway - way * NET_FORCE, STILL - way * TIP_VELOCITY)
+        return Switch(
+            own,
+            on=way * TIP_VELOCITY,
+            off=holds + BARRED * other,
+            first=False,
+            alone=-way * TIP_VELOCITY,
+        )
+
+    return switch(forward, back, 1), switch(back, forward, -1)
