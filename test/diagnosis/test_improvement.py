@@ -76,6 +76,13 @@ def test_dry_friction_is_found_where_the_motion_goes_on(seed):
     assert ladder.final.ratio < 1.0
 
 
+def test_what_is_simpler_is_reached_from_where_the_richer_is_as_good_as_it():
+    """Hertz's contact of exponent 1: loss of contact alone was too far behind to be begun with."""
+    made = challenge(481044, "stiffness_step", "contact_loss", excitation="chirp60")
+    ladder = climbed(made, effects=library("contact_loss", "hertz_contact", "stiffness_step"))
+    assert (ladder.verdict, set(ladder.effects)) == ("missing", {"contact_loss", "stiffness_step"})
+
+
 def test_two_effects_are_added_one_after_the_other():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     effects = library("load_cell_stiffness_error", "coulomb_friction", "mains_hum")
@@ -269,6 +276,15 @@ def test_two_effects_of_which_neither_explains_anything_alone_do_not_stand_for_a
     (both,) = fit_candidates(hum, [EFFECTS["cubic_stiffening"]], EXACT)
     assert _alone(both, [cubic, hum]) == [cubic, hum]
     assert _alone(hum, [cubic, hum]) == [hum]
+
+
+def test_an_effect_leads_where_what_it_contains_does():
+    """Stribeck's friction found badly alone leaves more than Coulomb's, which it contains."""
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    ranking = fit_candidates(base, library("coulomb_friction", "mains_hum").values(), EXACT)
+    (rich,) = fit_candidates(base, [EFFECTS["stribeck_friction"]], EXACT)
+    assert [fit.composition.names for fit in _alone(rich, ranking)] == [("coulomb_friction",)]
 
 
 def test_an_effect_that_became_superfluous_is_dropped():

@@ -29,6 +29,7 @@ from tissue_probe.diagnosis.ranking import (
     beyond_doubt,
     differing,
     explained,
+    only_rounding,
     ranked,
     significant,
     ties,
@@ -187,6 +188,20 @@ def test_an_effect_at_the_bound_where_it_becomes_a_simpler_one_stands_back_whate
     sharp = fit("stribeck_friction", 100.0 - 10.0 * SIMPLER, 0.9)
     sharp.values[-1] = EFFECTS["stribeck_friction"].parameters[-1].lower
     assert names(ranked([sharp, simple]))[0] == "stribeck_friction"
+
+
+def test_what_follows_an_encoders_rounding_gains_nothing_by_it():
+    def rounded(name, ratio, cost):
+        made = fit(name, 0.0, ratio * np.sqrt(1.25))
+        return replace(made, rounding=0.5 * made.noise, cost=cost * made.samples)
+
+    better = rounded("structural_mode", 0.95, 1.25)
+    simple, more = rounded("added_mass", 0.99, 1.4), rounded("added_mass", 1.05, 1.4)
+    assert only_rounding(simple)
+    assert names(ranked([better, simple])) == ["added_mass", "structural_mode"]
+    assert explained(more)
+    assert not only_rounding(more)
+    assert names(ranked([better, more])) == ["structural_mode", "added_mass"]
 
 
 def test_every_effect_that_contains_another_stands_back():

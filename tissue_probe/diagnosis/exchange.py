@@ -8,11 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from tissue_probe.diagnosis.candidates import SAME, fit_candidates, refit
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import RELATED, Further, Path
 from tissue_probe.diagnosis.measurement import Instrument
-from tissue_probe.diagnosis.ranking import SIMPLER, added, explained, ranked, significant
+from tissue_probe.diagnosis.ranking import (
+    SIMPLER,
+    added,
+    explained,
+    only_rounding,
+    ranked,
+    significant,
+)
 from tissue_probe.physics.effects import Effect
 
 
@@ -69,7 +78,9 @@ def exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) ->
         stays = [added(steps[-1] if first else steps[0])] if len(steps) == 2 else []
         for fit in _in_its_place(old, steps[-1], alone, stays, further):
             enough = explained(fit) or not explained(steps[-1])
-            margin = SIMPLER if added(fit).name in old.simpler and enough else 0.0
+            margin = 0.0
+            if added(fit).name in old.simpler and enough:
+                margin = np.inf if only_rounding(fit) else SIMPLER
             if fit.bic - steps[-1].bic < margin:
                 old = added(fit)
                 steps[-1] = fit

@@ -373,8 +373,10 @@ def _leads(base: Fit, alone: Fit) -> bool:
 
 
 def _alone(fit: Fit, ranking: Sequence[Fit]) -> list[Fit]:
-    """Return what was found of each of a model's effects alone."""
-    return [alone for alone in ranking if added(alone).name in fit.composition.names]
+    """Return what was found of each of a model's effects alone, and of what they contain."""
+    contained = {name for effect in fit.composition.effects for name in effect.simpler}
+    names = contained.union(fit.composition.names)
+    return [alone for alone in ranking if added(alone).name in names]
 
 
 def _removes(fit: Fit, better: Fit) -> bool:

@@ -86,6 +86,15 @@ def doubtful(fit: Fit) -> bool:
     return fit.rounding > ROUNDING * fit.noise and excess > BEYOND_DOUBT * (EXPLAINED - 1.0)
 
 
+def only_rounding(fit: Fit) -> bool:
+    """Whether an encoder's rounding alone is as large as what a fit leaves.
+
+    More than its size is not known, and among the few lines of a steady motion any further
+    parameter may follow it: a fit that leaves less is no better.
+    """
+    return explained(fit) and fit.rounding > ROUNDING * fit.noise and fit.ratio <= 1.0
+
+
 def preferred(fits: Iterable[Fit]) -> list[Fit]:
     """Order fits by BIC.
 
@@ -121,11 +130,11 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
 def _gains_much(simpler: Fit, fit: Fit) -> bool:
     """Whether a fit with an effect that contains the other's is worth what it has more.
 
-    One that ends in the limit where it is the other, is not. Where it alone explains all, it need
-    only be told from the other.
+    One that ends in the limit where it is the other, or follows an encoder's rounding, is not.
+    Where it alone explains all, it need only be told from the other.
     """
     limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
-    if any(fit.named()[each.name] <= each.lower for each in limits):
+    if only_rounding(simpler) or any(fit.named()[each.name] <= each.lower for each in limits):
         return False
     share = 1.0 - fit.ratio / simpler.ratio
     needed = TIE if explained(fit) and not explained(simpler) else SIMPLER
