@@ -88,7 +88,7 @@ def test_stiffening_tissue_is_as_scipy_has_it(probe, tmp_path):
 SIMULATED = [
     "standard_linear_solid", "hertz_contact", "contact_loss", "coulomb_friction", "backlash",
     "structural_mode", "load_cell_stiffness_error", "tissue_motion", "force_lag", "mains_hum",
-    "encoder_interpolation", "stiffness_ramp",
+    "encoder_interpolation", "stiffness_ramp", "coulomb_friction 1", "stribeck_friction 1",
 ]  # fmt: skip
 
 
@@ -96,7 +96,8 @@ SIMULATED = [
 @pytest.mark.parametrize("name", SIMULATED)
 def test_what_the_probe_measures_is_what_the_model_predicts(name, probe, tmp_path):
     """Two integrators on one model: with the coil's own motion, and with the motion given."""
-    composition = Composition(effects=(EFFECTS[name],))
+    name, _, form = name.partition(" ")
+    composition = Composition(effects=(EFFECTS[name].every_form[int(form or 0)],))
     path = written(tmp_path / "model.yaml", composition)
     position, force = run(probe(exact=True, model=path), SINES, (0.0, 600))
     kernel = composition.kernel

@@ -82,7 +82,7 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     breathing) began at another phase in the file's recording: its strengths are always estimated.
 
     A switch, such as contact, remembers nothing live: it is on where it would come on. So adhesion
-    holds the tip only while it is in the tissue, as without it.
+    holds the tip only while it is in the tissue, as without it; friction that sticks creeps.
 
     Parameters
     ----------
@@ -149,8 +149,14 @@ def _estimating(model: Model, priors: Mapping[str, Prior]) -> Model:
 
 
 def _memoryless(model: Model) -> Model:
-    on = {s.symbol: sp.Piecewise((1, s.alone < 0), (0, True)) for s in model.switches}
-    return replace(model, motion=model.motion.subs(on), output=model.output.subs(on), switches=())
+    alone = {
+        switch.symbol: sp.Piecewise((1, switch.off < 0), (0, True))
+        if switch.alone is None
+        else switch.alone
+        for switch in model.switches
+    }
+    motion, output = model.motion.subs(alone), model.output.subs(alone)
+    return replace(model, motion=motion, output=output, switches=())
 
 
 def _of_state(state: State, settings: EstimatorSettings) -> Prior:

@@ -289,9 +289,13 @@ def _compose(
     at = {TISSUE_FORCE: pressed.bonded, STRETCH: stretch, NET_FORCE: net}
     for effect in effects:
         for switch in effect.switches:
-            sides = (switch.on, switch.off, switch.off if switch.alone is None else switch.alone)
-            on, off, alone = (pressed.seen_by(effect)(side).subs(at) for side in sides)
-            switches[switch.symbol] = Switch(switch.symbol, on, off, switch.first, alone)
+            place = pressed.seen_by(effect)
+            switches[switch.symbol] = replace(
+                switch,
+                on=place(switch.on).subs(at),
+                off=place(switch.off).subs(at),
+                alone=None if switch.alone is None else place(switch.alone),
+            )
     offset = [OFFSET] if force_offset else []
     own = [entry.symbol for effect in effects for entry in effect.parameters]
     return Model(

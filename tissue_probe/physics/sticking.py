@@ -9,6 +9,8 @@ import sympy as sp
 
 from tissue_probe.physics.effects.effect import NET_FORCE, TIP_VELOCITY, Switch
 
+#: Transition velocity [m/s] of friction that creeps, below which it is hardly told from sticking.
+SHARPEST = 1e-4
 #: A recording may begin in motion: a tip that moves faster than this [m/s] slides.
 STILL = 1e-6
 #: More than any force [N]: what slides one way does not begin to slide the other.
@@ -19,7 +21,8 @@ def sliding(name: str, breakaway: sp.Expr) -> tuple[Switch, Switch]:
     """Return switches of a tip that slides forward, into the tissue, and back; both off: it sticks.
 
     It sticks where its velocity turns, and slides, maybe at once, where the other forces on it
-    exceed what friction holds (Karnopp, J. Dynamic Systems 107 (1985), 100).
+    exceed what friction holds (Karnopp, J. Dynamic Systems 107 (1985), 100). For a filter, which
+    remembers no switch, it creeps instead.
 
     Parameters
     ----------
@@ -37,7 +40,7 @@ def sliding(name: str, breakaway: sp.Expr) -> tuple[Switch, Switch]:
             on=way * TIP_VELOCITY,
             off=holds + BARRED * other,
             first=False,
-            alone=-way * TIP_VELOCITY,
+            alone=(1 + way * sp.tanh(TIP_VELOCITY / SHARPEST)) / 2,
         )
 
     return switch(forward, back, 1), switch(back, forward, -1)

@@ -5,12 +5,10 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
-from tissue_probe.physics.sticking import sliding
+from tissue_probe.physics.sticking import SHARPEST, sliding
 
 FRICTION = sp.Symbol("coulomb_force", real=True)
 TRANSITION = sp.Symbol("transition_velocity", positive=True)
-#: Transition velocity [m/s] below which a turn is hardly told from a tip that sticks.
-SHARPEST = 1e-4
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:

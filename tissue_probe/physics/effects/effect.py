@@ -62,8 +62,8 @@ class Switch:
     """Something that is on (1) or off (0), such as contact, and when that changes.
 
     While on, it goes off as soon as ``on`` is negative; while off, it comes on as soon as ``off``
-    is negative. The simulation finds the instant within the step. ``alone``, by default ``off``, is
-    negative where it is on for who remembers nothing, such as a filter.
+    is negative. The simulation finds the instant within the step. ``alone`` is what it is, between
+    0 and 1, for who remembers nothing, such as a filter: by default on where ``off`` is negative.
     """
 
     symbol: sp.Symbol

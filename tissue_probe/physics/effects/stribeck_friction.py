@@ -5,14 +5,12 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import TIP_VELOCITY, Effect, Extent, Parameter
-from tissue_probe.physics.sticking import sliding
+from tissue_probe.physics.sticking import SHARPEST, sliding
 
 COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
 BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
 STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
 TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
-#: Transition velocity [m/s] below which a turn is hardly told from a tip that sticks.
-SHARPEST = 1e-4
 _CURVE = COULOMB + BREAKAWAY * sp.exp(-((TIP_VELOCITY / STRIBECK) ** 2))
 
 
