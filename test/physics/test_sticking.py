@@ -7,7 +7,6 @@ from composed import PERIOD, force_of, risen, values_of
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.effects.effect import TIME
-from tissue_probe.physics.rigs import admits, obstacle
 
 K0, B0 = 9700.0, 0.8
 STICKING = {
@@ -106,9 +105,12 @@ def test_friction_in_the_guide_knows_nothing_of_a_surface_that_breathes():
         assert not own.isdisjoint(acceleration.free_symbols)
 
 
-def test_a_tip_that_follows_the_coil_cannot_stick():
+def test_a_tip_that_follows_the_coil_is_dragged_at_once_whichever_way_it_goes():
     (form,) = EFFECTS["coulomb_friction"].forms
-    assert not admits("rigid_probe", form)
-    assert "lets the tip stick" in obstacle("rigid_probe", form)
-    assert admits("rigid_probe", EFFECTS["coulomb_friction"])
-    assert admits("force_driven", form)
+    plain, rubbed = (Composition("rigid_probe", effects=e) for e in ((), (form,)))
+    position = 1e-3 * np.sin(62.8 * TIMES)
+    alone = force_of(plain, values_of(plain), position).output
+    force = force_of(rubbed, values_of(rubbed, coulomb_force=0.1), position).output
+    speed = np.cos(62.8 * TIMES)
+    moving = np.abs(speed) > 0.02
+    assert (force - alone)[moving] == pytest.approx(0.1 * np.sign(speed[moving]), abs=1e-9)

@@ -212,8 +212,6 @@ def obstacle(rig: str, effect: Effect) -> str:
         1,
     ):
         return f"acts on the load cell's spring, and {rig} has none"
-    if rig == "rigid_probe" and effect.moving != 1:
-        return f"lets the tip stick, and in {rig} it follows the coil"
     if RIGS[rig].input is quantities.POSITION:
         return ""
     coil = (effect.coil, effect.position, effect.rounded)

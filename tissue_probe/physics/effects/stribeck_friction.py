@@ -11,6 +11,9 @@ COULOMB = sp.Symbol("stribeck_coulomb_force", real=True)
 BREAKAWAY = sp.Symbol("breakaway_excess", real=True)
 STRIBECK = sp.Symbol("stribeck_velocity", positive=True)
 TRANSITION = sp.Symbol("stribeck_transition_velocity", positive=True)
+#: Transition velocity [m/s] from which on, falling at such speeds, the friction never reaches its
+#: breakaway force.
+BLUNTEST = 1e-3
 _CURVE = COULOMB + BREAKAWAY * sp.exp(-((TIP_VELOCITY / STRIBECK) ** 2))
 
 
@@ -38,8 +41,12 @@ def around(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]
 
 def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose speeds, and how sharply the friction turns with the direction."""
-    turns = (3e-4, 3e-3)
-    return [{**each, "stribeck_transition_velocity": t} for each in speeds(extent) for t in turns]
+    falls = {max(each["stribeck_velocity"], BLUNTEST) for each in speeds(extent)}
+    return [
+        {"stribeck_velocity": fall, "stribeck_transition_velocity": turn}
+        for fall in sorted(falls)
+        for turn in (3e-4, BLUNTEST)
+    ]
 
 
 def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
@@ -50,17 +57,16 @@ def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
     return [{**each, "stribeck_transition_velocity": SHARPEST} for each in tried]
 
 
-_PARAMETERS = (
+_FORCES = (
     Parameter(COULOMB, "N", default=0.03, lower=0.0, upper=1e3),
     Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
-    Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0),
 )
 _FORWARD, _BACK = sliding("stribeck", COULOMB + BREAKAWAY)
 _STICKS = Effect(
     name="stribeck_friction",
     family="friction",
     physics="Dry friction that falls from breakaway to Coulomb level; the tip sticks as it turns",
-    parameters=_PARAMETERS,
+    parameters=(*_FORCES, Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0)),
     drag=_CURVE * (_FORWARD.symbol - _BACK.symbol),
     moving=_FORWARD.symbol + _BACK.symbol,
     switches=(_FORWARD, _BACK),
@@ -74,8 +80,9 @@ STRIBECK_FRICTION = Effect(
     family="friction",
     physics="Dry friction that falls from breakaway to Coulomb level, (Fc + Fb e^-(v/vs)^2) sign v",
     parameters=(
-        *_PARAMETERS,
-        Parameter(TRANSITION, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),
+        *_FORCES,
+        Parameter(STRIBECK, "m/s", default=1e-2, lower=BLUNTEST, upper=1.0),
+        Parameter(TRANSITION, "m/s", default=BLUNTEST, lower=SHARPEST, upper=BLUNTEST),
     ),
     drag=_CURVE * sp.tanh(TIP_VELOCITY / TRANSITION),
     strengths=2,
