@@ -104,6 +104,16 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert "held-out" not in again.out
 
 
+def test_the_equations_say_when_contact_comes_and_goes():
+    contact = Composition().plus(EFFECTS["contact_loss"].plain)
+    rates = len(contact.model.states)
+    *_, force, leaves, touches = equations = improved.equations(contact)
+    assert len(equations) == rates + 3
+    assert force.startswith("F = ")
+    assert leaves == r"\text{touching}: \; 1 \to 0 \text{ as soon as } x < 0"
+    assert touches == r"\text{touching}: \; 0 \to 1 \text{ as soon as } - x < 0"
+
+
 def test_the_live_filter_predicts_the_same_recording_better_on_the_improved_model(
     run, recorded, tmp_path
 ):

@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.ranking import added
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.story import Candidate, draw_story
+from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.model_file import Data, DataFile, save
 from tissue_probe.quantities import FORCE
 from tissue_probe.report.contents import (
@@ -149,7 +150,7 @@ def report(
             ReportStep(
                 _rung(fit, before),
                 _reason(diagnosis, fit, before) + ("" if fit.converged else UNSETTLED),
-                equations(fit),
+                equations(fit.composition),
                 _parameters(fit),
                 fit.rmse,
                 diagnosis.heldout(fit),
@@ -209,15 +210,20 @@ def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
     )
 
 
-def equations(fit: Fit) -> tuple[str, ...]:
-    """Return a model's equations in LaTeX: a rate a state, then what is measured."""
-    model = fit.composition.model
+def equations(composition: Composition) -> tuple[str, ...]:
+    """Return a model's equations in LaTeX: each state's rate, what is measured, and switches."""
+    model = composition.model
     lines = [
         f"\\frac{{d}}{{dt}} {_latex(state)} = {_latex(rate)}"
         for state, rate in zip(model.states, model.motion, strict=True)
     ]
-    measured = "F" if fit.output is FORCE else "u"
-    return (*lines, f"{measured} = {_latex(model.output)}")
+    measured = "F" if composition.output is FORCE else "u"
+    turns = [
+        f"{_latex(each.symbol)}: \\; {turn} \\text{{ as soon as }} {_latex(past)} < 0"
+        for each in model.switches
+        for turn, past in (("1 \\to 0", each.on), ("0 \\to 1", each.off))
+    ]
+    return (*lines, f"{measured} = {_latex(model.output)}", *turns)
 
 
 def _latex(expression: sp.Expr) -> str:

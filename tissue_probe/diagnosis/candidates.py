@@ -182,10 +182,16 @@ def fit_candidates(
         fits += _by_turns(pool, [each.fits(Bar(), enough) for each in again])
         behind = _behind(proposed, fits, bar)
         fits += _by_turns(pool, [each.fits_from(better, bar) for each, better in behind])
-    best: dict[str, Fit] = {}
-    for fit in sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic):
-        best.setdefault(added(fit).name, fit)
-    return list(best.values())
+    told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
+    return list(_first_of_each(told).values())
+
+
+def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
+    """Return, by its name, the first fit of each effect that was added."""
+    first: dict[str, Fit] = {}
+    for fit in fits:
+        first.setdefault(added(fit).name, fit)
+    return first
 
 
 def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> list[Fit]:
@@ -228,10 +234,7 @@ def _behind(
 
     The way to where a tip sticks and slides may lead through friction that only creeps.
     """
-    best: dict[str, Fit] = {}
-    for fit in sorted(fits, key=lambda fit: fit.cost):
-        best.setdefault(added(fit).name, fit)
-    found = []
+    best, found = _first_of_each(sorted(fits, key=lambda fit: fit.cost)), []
     for each in proposed:
         better = best.get(each.effect.name)
         if better is None or _is_settled(better, bar):
@@ -286,6 +289,8 @@ class _Proposals:
         pairs = list(proposed(base, effect, instrument))
         for known, proposal in pairs:
             values = start_values(self.problem, known, effect, proposal)
+            if any(np.array_equal(values, other) for _, other, _ in proposals):
+                continue
             starts = begin_states(self.problem, base, values)
             proposals.append((self._promise(values, starts), values, starts))
         proposals.sort(key=lambda proposal: proposal[0])

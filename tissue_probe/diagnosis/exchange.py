@@ -117,7 +117,9 @@ def _in_its_place(
     needed = _needed(final)
     # Where all is explained, what was given up before would not come near now either; but what is
     # simpler, and as good, may have been found badly from its own side.
+    # So may be what was found beside another form of what stays.
     found = further.known(without.composition, rivals) if explained(final) else []
+    found = [fit for fit in found if fit.composition == without.composition.plus(added(fit))]
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
     # What is simpler may be reached from where the other one is as good as it.
@@ -126,17 +128,25 @@ def _in_its_place(
     )
     found += [fit for fit in nested if fit is not None]
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
-    if stays and old.name in alone:
-        bar = RELATED * alone[old.name].cost
-        near = [alone[each.name] for each in rivals if alone[each.name].cost < bar]
+    own = [(alone[old.name], stays)] if stays and old.name in alone else []
+    for begun, _ in own:
+        near = [alone[e.name] for e in rivals if alone[e.name].cost < RELATED * begun.cost]
         pairs += [(fit, stays) for fit in near]
-    for fit, both in further.longer(pairs, needed):
-        told = both if fit is without else _with_last(both, added(fit), further.instrument)
-        found += [told] if told is not None else []
+    found += _told(further.longer(pairs, needed), without, further)
     if any(fit.bic < final.bic for fit in found):
-        found = ranked([*found, *further.searched(without, [old], needed)])
+        again = further.longer([(without, [old]), *own], needed)
+        found = ranked([*found, *_told(again, without, further)])
     further.note(found)
     return found
+
+
+def _told(paths: Sequence[Path], without: Fit, further: Further) -> list[Fit]:
+    """Return the ends of paths, told as if all began with what is without an effect."""
+    told = [
+        path[-1] if path[0] is without else _with_last(path[-1], added(path[0]), further.instrument)
+        for path in paths
+    ]
+    return [fit for fit in told if fit is not None]
 
 
 def _with_last(fit: Fit, effect: Effect, instrument: Instrument) -> Fit | None:

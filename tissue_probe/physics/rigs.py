@@ -125,6 +125,7 @@ def rigid_probe(
         states=[],
         pressed=pressed,
         stretch=sp.Integer(0),
+        # The coil leads the tip whatever resists: friction never holds it, and turns as it turns.
         net=sp.Integer(0),
         load=load,
         reaction=load,
