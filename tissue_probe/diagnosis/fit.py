@@ -33,6 +33,8 @@ SETTLED_SHARE, SETTLED = 1e-5, 0.02
 HOPELESS = 1.5
 #: And this share of the noise, where only what exceeds it is compared.
 LEAST_EXCESS = 0.04
+#: And none in so many first steps that are damped by more than this: as it falls they gain more.
+FIRST, DAMPED = 10, 0.3
 #: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
 KEPT = 0.4
 #: Share to which damping falls after a step; and after one that follows a refused one: it falls
@@ -561,9 +563,11 @@ def search(
 
 def _descend(problem: Problem, point: _Point, bar: Bar) -> Fit:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
-    for _ in range(MOST_STEPS):
+    for step in range(MOST_STEPS):
         values, starts, promised = _solve(problem, point, damping)
-        if bar.out_of_reach(point.cost, max(gain, KEPT * (point.cost - promised))):
+        hoped = max(gain, KEPT * (point.cost - promised))
+        judged = damping < DAMPED or step >= FIRST
+        if judged and bar.out_of_reach(point.cost, hoped):
             break
         trial = _point(problem, values, starts, point.cost)
         if trial is None:
