@@ -8,6 +8,7 @@ import numpy as np
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.exchange import anew
 from tissue_probe.diagnosis.further import Further
 from tissue_probe.diagnosis.ranking import explained
 from tissue_probe.physics.composition import Composition
@@ -106,3 +107,32 @@ def test_a_pair_of_which_coarse_steps_explain_the_rest_comes_before_what_smooths
     assert set(best[-1].composition.names) == set(hidden)
     assert explained(best[-1])
     assert min(path[-1].bic for path in others) < best[-1].bic
+
+
+def test_beside_relaxing_tissue_every_form_of_lost_contact_is_tried():
+    """What receded from the tip is lost sooner: the form that promised more leads astray."""
+    made = challenge(6000039, "standard_linear_solid", "hertz_contact", excitation="stepped30")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    (maxwell,) = fit_candidates(base, [EFFECTS["generalized_maxwell"]], EXACT)
+    forms = EFFECTS["hertz_contact"].every_form
+    alone = [fit for form in forms for fit in fit_candidates(maxwell, [form], EXACT)]
+    astray = max(alone, key=lambda fit: fit.ratio)
+    assert astray.ratio > 2.0
+    further = Further(base, EXACT, library("hertz_contact"))
+    ((first, both),) = further.losing_contact([maxwell], astray.cost)
+    assert first is maxwell
+    assert explained(both)
+
+
+def test_contact_is_lost_beside_relaxing_tissue_though_alone_it_is_not():
+    hidden = ("generalized_maxwell", "adhesion")
+    made = challenge(6000050, *hidden, excitation="stepped30")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    maxwell, adhesion = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in hidden)
+    assert adhesion.ratio > base.ratio
+    further = Further(base, EXACT, EFFECTS)
+    found = further.losing_contact([maxwell], maxwell.cost)
+    assert {path[-1].composition.names[0] for path in found} == {"generalized_maxwell"}
+    path = anew(found[0], further)
+    assert path[-1].composition.names == hidden
+    assert explained(path[-1])

@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.ranking import FORMS, TIE, added, explained, preferr
 from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects.effect import TISSUE_FORCE
 
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.65
@@ -135,6 +136,28 @@ class Further:
             if added(fit).name in allowed and not self.has_settled(fit, effect)
         ]
         found = self.longer([(fit, [effect]) for fit in others], bar)
+        self.note(path[-1] for path in found)
+        return sorted(found, key=lambda path: path[-1].bic)
+
+    def losing_contact(self, firsts: Iterable[Fit], needed: float) -> list[Path]:
+        """Return paths from first effects to each that changes contact, the best first.
+
+        Where contact is lost depends on all else: tissue that relaxes recedes from the tip. What
+        was promised without, or how another form did, says little of it. Searches that will not
+        come near the cost that is needed are given up.
+        """
+        pairs = []
+        for fit in firsts:
+            allowed = addable(fit.composition, self._library).values()
+            forms = [(each, each.every_form) for each in allowed]
+            changing = [
+                each
+                for each, of in forms
+                if any(form.contact != TISSUE_FORCE for form in of)
+                and (len(of) > 1 or self.is_new(fit, each))
+            ]
+            pairs.append((fit, changing))
+        found = self.longer(pairs, needed)
         self.note(path[-1] for path in found)
         return sorted(found, key=lambda path: path[-1].bic)
 

@@ -20,6 +20,7 @@ from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
+    RELAXATION,
     SIMPLER,
     TIE,
     added,
@@ -246,8 +247,9 @@ def _longest(
 
     The second may have been found beside a first that only stands for another: whatever else goes
     with it is tried. Where none leaves noise beyond doubt, those that promise less are tried, too;
-    where none leaves noise, they are tried beside other forms of a first, and simpler ones; then
-    the best first beside each that alone leads somewhere: to some pairs a way leads from one only.
+    where none leaves noise, lost contact beside relaxing tissue is tried in every form, as no
+    promise tells of it; then all beside other forms of a first, and simpler ones; then the best
+    first beside each that alone leads somewhere: to some pairs a way leads from one only.
     """
     longer = further.of(paths)
     best = anew(longer[0], further) if longer else ()
@@ -259,12 +261,22 @@ def _longest(
     best = _better(best, further.of(paths[:1], promising=False), further)
     if best and explained(best[-1]):
         return best
+    relaxing = [fit for fit in _best_of_each(leading) if added(fit).family == RELAXATION]
+    best = _better(best, further.losing_contact(relaxing, _most(best)), further)
+    if best and explained(best[-1]):
+        return best
     others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
     best = _better(best, further.of(others), further)
     if best and explained(best[-1]):
         return best
-    needed = best[-1].cost if best else np.inf
-    return _better(best, further.towards(paths[0][0], leading, needed), further)
+    return _better(best, further.towards(paths[0][0], leading, _most(best)), further)
+
+
+def _most(path: Path) -> float:
+    """Return the cost that is asked of what is tried late: a good part less than was reached."""
+    if not path:
+        return np.inf
+    return path[-1].floor + (1.0 - SHARE) * max(path[-1].cost - path[-1].floor, 0.0)
 
 
 def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
@@ -347,10 +359,16 @@ def _begun(ranking: Sequence[Fit]) -> list[Path]:
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:
     """Put the best of each family before their others."""
+    best = _best_of_each(ranking)
+    return best + [fit for fit in ranking if not any(fit is each for each in best)]
+
+
+def _best_of_each(ranking: Sequence[Fit]) -> list[Fit]:
+    """Return the best of each family."""
     best: dict[str, Fit] = {}
     for fit in ranking:
         best.setdefault(added(fit).family, fit)
-    return sorted(ranking, key=lambda fit: fit is not best[added(fit).family])
+    return list(best.values())
 
 
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:

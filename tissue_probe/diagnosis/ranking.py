@@ -39,7 +39,8 @@ BEYOND_DOUBT = 0.6
 
 #: Families whose effects are forms of one law: beside one of them another only bends it. Of an
 #: encoder with coarse steps nothing finer is known.
-FORMS = ("relaxation", "stiffening", "friction", "time-varying", "encoder")
+RELAXATION = "relaxation"
+FORMS = (RELAXATION, "stiffening", "friction", "time-varying", "encoder")
 
 
 def significant(simple: Fit, better: Fit) -> bool:
