@@ -465,7 +465,7 @@ def table(fit: Fit) -> list[tuple[str, str, str]]:
 
 def exhaustion(fits: Sequence[Fit]) -> str:
     """Say what it means that values are at their limit; empty where none is."""
-    from tissue_probe.diagnosis.fit import FARTHEST
+    from tissue_probe.diagnosis.problem import FARTHEST
 
     if not any(fit.exhausted for fit in fits):
         return ""
@@ -531,8 +531,9 @@ def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
     """
     from tissue_probe.diagnosis.coloured import whitened
     from tissue_probe.diagnosis.diagnosis import cleaned
-    from tissue_probe.diagnosis.fit import Problem, search
     from tissue_probe.diagnosis.measurement import Instrument
+    from tissue_probe.diagnosis.problem import Problem
+    from tissue_probe.diagnosis.search import search
 
     rig = Instrument(model.composition.rig, {})
     problem = Problem(model.composition, cleaned(taken)[0], rig, model.values)

@@ -14,9 +14,11 @@ import numpy as np
 
 from tissue_probe.diagnosis.coloured import whitened
 from tissue_probe.diagnosis.first_guess import first_guesses
-from tissue_probe.diagnosis.fit import HOPELESS, Bar, Fit, Problem, promise, search
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.diagnosis.ranking import added, explained
+from tissue_probe.diagnosis.search import HOPELESS, Bar, promise, search
 from tissue_probe.diagnosis.starts import begin_states, extent, proposed, start_values
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect

@@ -1,7 +1,7 @@
 """How the force answers to the position, to a first look: stiffness, damping, mass and lag.
 
 What belongs here: a regression good enough to see a wrong sign, unit or clock.
-What does not: fitting models (``fit``), and words (``inspection``).
+What does not: fitting models (``search``), and words (``inspection``).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Noise of a force that drives, as it comes out in the position: slow, and no longer white.
 
 What belongs here: its colour by a fitted model, and the filter that takes the colour out again.
-What does not: the fit (``fit``), how white noise is estimated (``residuals``).
+What does not: the fit (``search``), how white noise is estimated (``residuals``).
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.fit import Fit, Problem, search
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.diagnosis.residuals import noise_floor
+from tissue_probe.diagnosis.search import search
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray

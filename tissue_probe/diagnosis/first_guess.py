@@ -1,7 +1,7 @@
 """Where the search for a base model begins.
 
 What belongs here: values read off the samples without simulating. What does not: the search
-(``fit``), effects (``candidates``).
+(``search``), effects (``candidates``).
 """
 
 from __future__ import annotations

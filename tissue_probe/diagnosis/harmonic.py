@@ -11,9 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_probe.diagnosis.drive import dominant_period, drive_of
-from tissue_probe.diagnosis.fit import Fit, Problem, promise, search
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.diagnosis.ranking import TIE
+from tissue_probe.diagnosis.search import promise, search
 from tissue_probe.diagnosis.starts import begin_states
 from tissue_probe.physics.effects.mains_hum import COSINE, FREQUENCY, MAINS_HUM, SINE
 from tissue_probe.physics.rigs import admits

@@ -1,7 +1,7 @@
 """Adding effect after effect until the residual is noise.
 
 What belongs here: the ladder from the base model to the one that is left, and its verdict.
-What does not: fitting one model (``fit``), comparing models (``ranking``).
+What does not: fitting one model (``search``), comparing models (``ranking``).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Which effect is missing: the candidates in order, and what may be said of them.
 
 What belongs here: the rules by which fits are compared, and the verdict.
-What does not: fitting (``fit``, ``candidates``), further effects (``improvement``).
+What does not: fitting (``search``, ``candidates``), further effects (``improvement``).
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tissue_probe.diagnosis.fit import Problem
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.signals import FloatArray
 
 

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.diagnosis.candidates import refit
-from tissue_probe.diagnosis.fit import Fit, Problem
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.diagnosis.ranking import differing
 from tissue_probe.diagnosis.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.visibility import SEEN, visibilities

@@ -13,8 +13,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import find_peaks
 
-from tissue_probe.diagnosis.fit import Fit, Problem, search
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.measurement import Instrument
+from tissue_probe.diagnosis.problem import Problem
+from tissue_probe.diagnosis.search import search
 from tissue_probe.physics.effects import Effect, Extent
 from tissue_probe.physics.effects.effect import TISSUE_FORCE
 from tissue_probe.signals import FloatArray

@@ -12,9 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from tissue_probe.diagnosis.candidates import THREADS
-from tissue_probe.diagnosis.fit import Fit, Problem
+from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.further import addable
 from tissue_probe.diagnosis.measurement import Instrument
+from tissue_probe.diagnosis.problem import Problem
 from tissue_probe.diagnosis.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.starts import begin_states, start_values
 from tissue_probe.physics.composition import Composition
