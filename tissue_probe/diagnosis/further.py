@@ -47,6 +47,11 @@ def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str
     }
 
 
+def asked(fit: Fit) -> float:
+    """Return the cost at which a model removes enough of what a fit leaves beyond the noise."""
+    return fit.floor * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0))
+
+
 def _is_clear(fit: Fit, better: Fit) -> bool:
     """Whether a further effect explains all, and of what exceeded the noise leaves next to none."""
     return explained(better) and better.ratio**2 - 1.0 < (1.0 - CLEAR) * (fit.ratio**2 - 1.0)
@@ -135,9 +140,7 @@ class Further:
             for fit in firsts
             if added(fit).name in allowed and not self.has_settled(fit, effect)
         ]
-        found = self.longer([(fit, [effect]) for fit in others], bar)
-        self.note(path[-1] for path in found)
-        return sorted(found, key=lambda path: path[-1].bic)
+        return self._noted([(fit, [effect]) for fit in others], bar)
 
     def losing_contact(self, firsts: Iterable[Fit], needed: float) -> list[Path]:
         """Return paths from first effects to each that changes contact, the best first.
@@ -149,14 +152,17 @@ class Further:
         pairs = []
         for fit in firsts:
             allowed = addable(fit.composition, self._library).values()
-            forms = [(each, each.every_form) for each in allowed]
-            changing = [
-                each
-                for each, of in forms
-                if any(form.contact != TISSUE_FORCE for form in of)
-                and (len(of) > 1 or self.is_new(fit, each))
-            ]
-            pairs.append((fit, changing))
+            pairs.append((fit, [each for each in allowed if self._may_lose_contact(fit, each)]))
+        return self._noted(pairs, needed)
+
+    def _may_lose_contact(self, fit: Fit, effect: Effect) -> bool:
+        """Whether an effect changes contact in one of its forms, not all being tried with a fit."""
+        forms = effect.every_form
+        changes = any(form.contact != TISSUE_FORCE for form in forms)
+        return changes and (len(forms) > 1 or self.is_new(fit, effect))
+
+    def _noted(self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float) -> list[Path]:
+        """Return what ``longer`` finds, the best first, and keep it among what was tried."""
         found = self.longer(pairs, needed)
         self.note(path[-1] for path in found)
         return sorted(found, key=lambda path: path[-1].bic)
@@ -240,7 +246,7 @@ class Further:
         for effect in order:
             first.setdefault(effect.family, effect)
         part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
-        needed = fit.floor * min(1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0), lowest**2)
+        needed = min(asked(fit), fit.floor * lowest**2)
         chosen = list(first.values())[part]
         fits = fit_candidates(fit, chosen, self.instrument, needed)
         if not fits:

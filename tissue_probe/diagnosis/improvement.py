@@ -15,7 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.further import RELATED, SHARE, Further, Path, addable
+from tissue_probe.diagnosis.further import RELATED, SHARE, Further, Path, addable, asked
 from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
@@ -261,22 +261,20 @@ def _longest(
     best = _better(best, further.of(paths[:1], promising=False), further)
     if best and explained(best[-1]):
         return best
-    relaxing = [fit for fit in _best_of_each(leading) if added(fit).family == RELAXATION]
-    best = _better(best, further.losing_contact(relaxing, _most(best)), further)
+    relaxing = [fit for fit in leading if added(fit).family == RELAXATION][:1]
+    best = _better(best, further.losing_contact(relaxing, _asked(best)), further)
     if best and explained(best[-1]):
         return best
     others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
     best = _better(best, further.of(others), further)
     if best and explained(best[-1]):
         return best
-    return _better(best, further.towards(paths[0][0], leading, _most(best)), further)
+    return _better(best, further.towards(paths[0][0], leading, _asked(best)), further)
 
 
-def _most(path: Path) -> float:
+def _asked(path: Path) -> float:
     """Return the cost that is asked of what is tried late: a good part less than was reached."""
-    if not path:
-        return np.inf
-    return path[-1].floor + (1.0 - SHARE) * max(path[-1].cost - path[-1].floor, 0.0)
+    return asked(path[-1]) if path else np.inf
 
 
 def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
@@ -359,16 +357,10 @@ def _begun(ranking: Sequence[Fit]) -> list[Path]:
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:
     """Put the best of each family before their others."""
-    best = _best_of_each(ranking)
-    return best + [fit for fit in ranking if not any(fit is each for each in best)]
-
-
-def _best_of_each(ranking: Sequence[Fit]) -> list[Fit]:
-    """Return the best of each family."""
     best: dict[str, Fit] = {}
     for fit in ranking:
         best.setdefault(added(fit).family, fit)
-    return list(best.values())
+    return sorted(ranking, key=lambda fit: fit is not best[added(fit).family])
 
 
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:

@@ -37,9 +37,10 @@ STRAINED = 30.0
 #: Share of these limits within which a residual is noise beyond doubt.
 BEYOND_DOUBT = 0.6
 
+#: The family of what recedes from the tip.
+RELAXATION = "relaxation"
 #: Families whose effects are forms of one law: beside one of them another only bends it. Of an
 #: encoder with coarse steps nothing finer is known.
-RELAXATION = "relaxation"
 FORMS = (RELAXATION, "stiffening", "friction", "time-varying", "encoder")
 
 
