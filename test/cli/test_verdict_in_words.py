@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from tissue_probe.cli.diagnose import ranked
-from tissue_probe.cli.diagnosing import verdict
+from tissue_probe.cli.verdict_in_words import verdict
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.improvement import Ladder
 from tissue_probe.diagnosis.separation import Suggestion

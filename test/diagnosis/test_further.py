@@ -11,6 +11,7 @@ from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.exchange import anew
 from tissue_probe.diagnosis.further import Further
 from tissue_probe.diagnosis.ranking import explained
+from tissue_probe.diagnosis.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -107,6 +108,18 @@ def test_a_pair_of_which_coarse_steps_explain_the_rest_comes_before_what_smooths
     assert set(best[-1].composition.names) == set(hidden)
     assert explained(best[-1])
     assert min(path[-1].bic for path in others) < best[-1].bic
+
+
+def test_lost_motion_beside_another_effect_is_tried_in_every_form():
+    """What it promises does not tell whether it is in the drive or in the coupling."""
+    made = challenge(480107, "backlash", "added_mass", excitation="sine10ss")
+    base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], EXACT)
+    (mass,) = fit_candidates(base, [EFFECTS["added_mass"]], EXACT)
+    (promising,) = screened(mass, Composition(), [EFFECTS["backlash"]], EXACT)
+    (astray,) = fit_candidates(mass, [promising], EXACT)
+    assert astray.ratio > 3.0
+    ((_, both),) = Further(base, EXACT, library("backlash")).of([(mass,)])
+    assert explained(both)
 
 
 def test_beside_relaxing_tissue_every_form_of_lost_contact_is_tried():

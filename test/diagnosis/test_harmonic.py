@@ -11,7 +11,7 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.cli import diagnosing
+from tissue_probe.cli.verdict_in_words import verdict
 from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.harmonic import HIGHEST, better_harmonic
@@ -57,7 +57,7 @@ def test_a_mode_that_is_tuned_to_a_multiple_of_a_steady_sine_stands_for_anything
     assert (none.verdict, none.ladder.harmonic) == ("adequate", None)
     assert (found.verdict, found.effects) == ("unexplained", ("structural_mode",))
     assert found.ladder.harmonic == pytest.approx(2.0 * SINE, rel=1e-3)
-    assert "a line at 20 Hz, a multiple of the drive's frequency" in diagnosing.verdict(found)[0]
+    assert "a line at 20 Hz, a multiple of the drive's frequency" in verdict(found)[0]
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.ranking import (
     ROUNDING,
     SIMPLER,
     STRAINED,
+    STRONG,
     TIE,
     WHITE,
     added,
@@ -253,6 +254,23 @@ def test_where_several_are_not_told_apart_neither_are_their_kin_that_leave_as_li
 def test_an_effect_is_no_rival_of_one_that_it_contains():
     order = ranked([fit("standard_linear_solid", 100.0), fit("generalized_maxwell", 99.0)])
     assert names(ties(order)) == ["standard_linear_solid"]
+
+
+@pytest.mark.parametrize(
+    ("gain", "told"),
+    [(0.9 * STRONG, False), (1.1 * STRONG, True), (0.9 * SIMPLER, True), (1.1 * SIMPLER, False)],
+)
+def test_what_contains_another_is_told_beside_it_where_there_is_strong_evidence(gain, told):
+    """Of a large gain that is no share of the residual, nothing is believed."""
+    order = ranked([fit("contact_loss", 100.0), fit("adhesion", 100.0 - gain)])
+    assert names(ties(order)) == ["contact_loss", "adhesion"][: 1 + told]
+
+
+def test_what_follows_an_encoders_rounding_is_no_rival_of_what_it_contains():
+    simpler = replace(fit("contact_loss", 100.0, 0.99), rounding=1.1 * base().noise)
+    better = fit("adhesion", simpler.bic - 2.0 * STRONG, 0.9)
+    assert only_rounding(simpler)
+    assert alike(simpler, [better]) == [simpler]
 
 
 @given(st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=4))

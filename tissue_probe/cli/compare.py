@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from tissue_probe.cli import diagnosing as asked
-from tissue_probe.cli import measured
+from tissue_probe.cli import fit_shown, measured
 from tissue_probe.cli.arguments import picture
 
 if TYPE_CHECKING:
@@ -71,8 +71,9 @@ def compare(
         fit = fit_base(composition, cleaned(taken)[0], instrument)
     asked.note_fit(fit, fit)
     _print_errors(fit, model)
-    _print_failures(fit, [segment.source for segment in segments])
-    asked.picture(fit, fit.worst, [segment.source for segment in segments]).savefig(output, dpi=100)
+    sources = [segment.source for segment in segments]
+    _print_failures(fit, sources)
+    fit_shown.picture(fit, fit.worst, sources).savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
         asked.write_answer(json, fit, begun, taken, instrument)
@@ -86,9 +87,9 @@ def _print_errors(fit: Fit, model: Path | None) -> None:
     if not output.zeroed:
         share += " about its mean"
     values = f"values held, as in {model}" if model else "values +- 95 % intervals"
-    print(f"{asked.title(fit)}, {values}:")
-    for name, value, unit in asked.table(fit):
-        print(f"  {name:26s} {value} {unit}{asked.AT_LIMIT if name in fit.exhausted else ''}")
+    print(f"{fit_shown.title(fit)}, {values}:")
+    for name, value, unit in fit_shown.table(fit):
+        print(f"  {name:26s} {value} {unit}{fit_shown.AT_LIMIT if name in fit.exhausted else ''}")
     print(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
     if not model:
         print(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
@@ -100,16 +101,17 @@ def _print_errors(fit: Fit, model: Path | None) -> None:
     if not fit.converged:
         print("  the fit did not settle: take its values for a guess")
     if fit.exhausted:
-        print(asked.exhaustion([fit]))
+        print(fit_shown.exhaustion([fit]))
 
 
 def _print_failures(fit: Fit, sources: Sequence[str]) -> None:
     """Print where a model fails, in the measurement that it predicts worst."""
-    if shown := asked.stretch(fit, fit.worst, sources):
+    if shown := fit_shown.stretch(fit, fit.worst, sources):
         error = fit.output.tell(fit.error(fit.worst), 4)
         print(f"What follows, and the picture, is of {shown}; the error in it is {error} rms.")
-    failed = [t for t in asked.tests(fit, fit.worst) if not t.passed and np.isfinite(t.statistic)]
-    where = asked.where(fit, fit.worst)
+    tests = fit_shown.tests(fit, fit.worst)
+    failed = [t for t in tests if not t.passed and np.isfinite(t.statistic)]
+    where = fit_shown.where(fit, fit.worst)
     if failed or where.here:
         print("Where it fails, known 1/f noise taken out:")
     for test in failed:

@@ -9,6 +9,7 @@ from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
+from tissue_probe.cli import verdict_in_words as words
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.answer import Answer
@@ -72,7 +73,7 @@ def diagnose(
     shown = told.ranking[:SHOWN]
     if not (diagnosis.ladder.base.converged and all(each.converged for each in shown)):
         print(UNSETTLED)
-    asked.tell(diagnosis)
+    words.tell(diagnosis)
     if json:
         json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
 

@@ -11,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
-from tissue_probe.cli import measured
+from tissue_probe.cli import fit_shown, measured
+from tissue_probe.cli import verdict_in_words as words
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
@@ -85,9 +86,9 @@ def improve(
     console = Console(markup=False, highlight=False)  # units stand in square brackets
     console.print(_errors(diagnosis, steps))
     console.print(_values(steps))
-    if told := asked.exhaustion(steps):
+    if told := fit_shown.exhaustion(steps):
         print(told)
-    asked.tell(diagnosis)
+    words.tell(diagnosis)
     output.mkdir(parents=True, exist_ok=True)
     sources = [segment.source for segment in segments]
     write(output, diagnosis, files, sources, validate or [], begun.effect_files)
@@ -108,7 +109,7 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
         heldout = diagnosis.heldout(fit)
         table.add_row(
             str(number),
-            asked.title(fit).replace(" + ", "\n+ ")
+            fit_shown.title(fit).replace(" + ", "\n+ ")
             + ("" if fit.converged else "\n(did not settle)"),
             f"{output.per_small * fit.rmse:.4g}",
             f"{output.per_small * heldout:.4g}",
@@ -126,9 +127,9 @@ def _values(steps: Sequence[Fit]) -> Table:
     table.add_column("unit", no_wrap=True)
     rows: dict[tuple[str, str], list[str]] = {}
     for number, fit in enumerate(steps):
-        for name, value, unit in asked.table(fit):
+        for name, value, unit in fit_shown.table(fit):
             row = rows.setdefault((name, unit), [""] * len(steps))
-            row[number] = value + (asked.AT_LIMIT if name in fit.exhausted else "")
+            row[number] = value + (fit_shown.AT_LIMIT if name in fit.exhausted else "")
     for (name, unit), row in rows.items():
         table.add_row(name, *row, unit)
     table.add_row("whitened / noise", *(f"{fit.ratio:.3g}" for fit in steps), "1")

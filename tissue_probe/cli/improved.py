@@ -15,7 +15,8 @@ from pathlib import Path
 import sympy as sp
 from matplotlib.figure import Figure
 
-from tissue_probe.cli import diagnosing as asked
+from tissue_probe.cli import fit_shown
+from tissue_probe.cli import verdict_in_words as words
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fit import Fit
 from tissue_probe.diagnosis.ranking import added
@@ -83,7 +84,7 @@ def write(
     save(folder / "model.yaml", final.composition, values, deviations, data, effect_files)
     draw_ladder(_rungs(diagnosis)).savefig(folder / "ladder.png", dpi=100)
     _story(diagnosis, sources).savefig(folder / "story.png", dpi=100)
-    drawn = asked.picture(ladder.base, ladder.base.worst, sources)
+    drawn = fit_shown.picture(ladder.base, ladder.base.worst, sources)
     drawn.savefig(folder / "compare.png", dpi=100)
     (folder / "report.html").write_text(
         render(report(diagnosis, files, sources, validation)), encoding="utf-8"
@@ -114,7 +115,7 @@ def _story(diagnosis: Diagnosis, sources: Sequence[str]) -> Figure:
         measurement.times,
         measurement.output_values,
         base.predicted[shown],
-        asked.where(base, shown),
+        fit_shown.where(base, shown),
         measurement.noise,
         base.output,
     )
@@ -127,8 +128,8 @@ def _story(diagnosis: Diagnosis, sources: Sequence[str]) -> Figure:
         )
         for fit in (() if ladder.asked else ladder.ranking)
     ]
-    verdict, *_ = asked.verdict(diagnosis)[0].split(". ")
-    name = asked.stretch(base, shown, sources)
+    verdict, *_ = words.verdict(diagnosis)[0].split(". ")
+    name = fit_shown.stretch(base, shown, sources)
     return draw_story(verdict.rstrip("."), compared, ranking, _rungs(diagnosis), name)
 
 
@@ -139,12 +140,12 @@ def report(
     ladder = diagnosis.ladder
     base, final = ladder.base, ladder.final
     shown = base.worst
-    signals = _signals(base, final, shown, asked.stretch(base, shown, sources) or files[0].name)
+    signals = _signals(base, final, shown, fit_shown.stretch(base, shown, sources) or files[0].name)
     steps = (base, *ladder.steps)
     return Report(
         title=f"What the model misses: {', '.join(path.name for path in files)}",
         verdict=diagnosis.verdict,
-        summary=tuple(asked.verdict(diagnosis)),
+        summary=tuple(words.verdict(diagnosis)),
         noise_floor=final.noise,
         steps=tuple(
             ReportStep(
@@ -172,8 +173,8 @@ def report(
         ),
         signals=(signals,),
         findings=tuple(finding.sentence for finding in diagnosis.findings),
-        base_tests=asked.tests(base, shown),
-        final_tests=asked.tests(final, shown) if final is not base else (),
+        base_tests=fit_shown.tests(base, shown),
+        final_tests=fit_shown.tests(final, shown) if final is not base else (),
         excitations=_next(diagnosis),
         sources=(
             *(ReportSource(path.name, "fitted", _digest(path)[:16]) for path in files),
@@ -186,7 +187,7 @@ def report(
         },
         created=datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         seconds=diagnosis.seconds,
-        exhaustion=asked.exhaustion(steps),
+        exhaustion=fit_shown.exhaustion(steps),
         output=base.output,
     )
 
@@ -205,8 +206,8 @@ def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
         measurement.output_values[cut],
         base.predicted[shown][cut],
         final.predicted[shown][cut],
-        asked.where(base, shown),
-        asked.where(final, shown) if final is not base else None,
+        fit_shown.where(base, shown),
+        fit_shown.where(final, shown) if final is not base else None,
     )
 
 
@@ -246,7 +247,7 @@ def _words(name: str) -> str:
 
 def _rung(fit: Fit, before: Fit | None) -> str:
     if before is None:
-        return asked.title(fit)
+        return fit_shown.title(fit)
     gained = [name for name in fit.composition.names if name not in before.composition.names]
     lost = [name for name in before.composition.names if name not in fit.composition.names]
     return ", ".join([*(f"+ {name}" for name in gained), *(f"− {name}" for name in lost)])
@@ -289,7 +290,7 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
         ReportExcitation(
             shown if suggestion.shows else apart,
             command.line,
-            asked.settings(suggestion),
+            words.settings(suggestion),
             command.notes,
         )
     ]

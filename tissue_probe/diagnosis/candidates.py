@@ -42,6 +42,8 @@ ENOUGH = 1.04
 SAME = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
 ROUNDS, BETTER = 3, 0.995
+#: Where a further effect gained nothing, those near are searched that promise less than this share.
+SURELY = 0.95
 #: How often a search that did not settle is taken up again.
 ONWARD = 3
 #: Two shared cores: compiled code runs beside the interpreter's lock.
@@ -379,8 +381,11 @@ class _Proposals:
         known = [best.named() | dict(each) for each in self.effect.near(reach, best.named())]
         lower, upper = self.problem.lower, self.problem.upper
         near = [np.clip(list(each.values()), lower, upper) for each in known]
+        gained = best.cost < (1.0 - LEAST_SHARE) * self.alone or not bar.noise
+        most = np.inf if gained else SURELY * best.cost
         with ThreadPoolExecutor(THREADS) as pool:
             promises = list(pool.map(lambda values: self._promise(values, best.starts), near))
-            first = [near[index] for index in np.argsort(promises, kind="stable")[:2]]
+            order = np.argsort(promises, kind="stable")[:2]
+            first = [near[index] for index in order if promises[index] < most]
             fits = pool.map(lambda values: search(self.problem, values, best.starts, bar), first)
             return [fit for fit in fits if fit is not None]

@@ -64,6 +64,15 @@ def _leave_the_same(fit: Fit, other: Fit) -> bool:
     return float(np.sqrt(np.mean(difference**2))) < UNSEEN * fit.noise
 
 
+def _gives_way(effect: Effect) -> bool:
+    """Whether an effect may part the tip from the tissue, or the coil from the tip."""
+    return _changes_contact(effect) or any(form.engaged != 1 for form in effect.every_form)
+
+
+def _changes_contact(effect: Effect) -> bool:
+    return any(form.contact != TISSUE_FORCE for form in effect.every_form)
+
+
 class Further:
     """Paths with one effect more.
 
@@ -152,14 +161,9 @@ class Further:
         pairs = []
         for fit in firsts:
             allowed = addable(fit.composition, self._library).values()
-            pairs.append((fit, [each for each in allowed if self._may_lose_contact(fit, each)]))
+            losing = filter(_changes_contact, allowed)
+            pairs.append((fit, [each for each in losing if not self.has_settled(fit, each)]))
         return self._noted(pairs, needed)
-
-    def _may_lose_contact(self, fit: Fit, effect: Effect) -> bool:
-        """Whether an effect changes contact in one of its forms, not all being tried with a fit."""
-        forms = effect.every_form
-        changes = any(form.contact != TISSUE_FORCE for form in forms)
-        return changes and (len(forms) > 1 or self.is_new(fit, effect))
 
     def _noted(self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float) -> list[Path]:
         """Return what ``longer`` finds, the best first, and keep it among what was tried."""
@@ -257,10 +261,15 @@ class Further:
         return fits + fit_candidates(fit, others, self.instrument, needed, fits)
 
     def _order(self, fit: Fit) -> list[Effect]:
-        """Order what may be added by what it promises."""
+        """Order what may be added by what it promises, in the form that promises most.
+
+        What gives way is tried in every form of it: no promise tells them apart.
+        """
         names = fit.composition.names
         if names not in self._orders:
             allowed = addable(fit.composition, self._library).values()
             alone = self._base.composition
-            self._orders[names] = screened(fit, alone, allowed, self.instrument)
+            forms = screened(fit, alone, allowed, self.instrument)
+            pairs = [(form, self._library[form.name]) for form in forms]
+            self._orders[names] = [whole if _gives_way(whole) else form for form, whole in pairs]
         return self._orders[names]

@@ -21,6 +21,8 @@ TIE = 14.0
 #: An effect that contains a simpler one stands back where its BIC gains less than this, or the
 #: residual less than the share above.
 SIMPLER = 30.0
+#: But is told beside it where it gains at least this: strong evidence (Kass and Raftery 1995).
+STRONG = 6.0
 #: Residual over noise up to which nothing is left to explain.
 EXPLAINED = 1.07
 #: The same where an encoder's rounding is as large as the noise: its size is known roughly. Where
@@ -162,18 +164,32 @@ def ties(order: Sequence[Fit]) -> list[Fit]:
 
 
 def alike(final: Fit, others: Iterable[Fit]) -> list[Fit]:
-    """Return a model, and those as good that differ from it in one effect: not containing it."""
+    """Return a model, and those as good that differ from it in one effect.
+
+    One that contains the other does as well wherever that is right: it must do better to be told.
+    """
     found = [final]
     for fit in others:
         own, lost = _not_in(final, fit), _not_in(fit, final)
-        if len(own) == len(lost) == 1 and lost[0].name not in own[0].simpler:
-            found += [fit] if _as_good(fit, final) else []
+        if len(own) == len(lost) == 1:
+            contains = lost[0].name in own[0].simpler
+            told = _is_likelier(fit, final) if contains else _as_good(fit, final)
+            found += [fit] if told else []
     return found
 
 
 def _not_in(model: Fit, fit: Fit) -> list[Effect]:
     """Return the effects of a fit that a model has not."""
     return [each for each in fit.composition.effects if each.name not in model.composition.names]
+
+
+def _is_likelier(fit: Fit, final: Fit) -> bool:
+    """Whether there is strong evidence for a fit that stands back behind one that it contains.
+
+    Of many samples any model that is not quite right gains more: a gain that is large, and yet no
+    share of the residual, is none. Nor is one that follows an encoder's rounding.
+    """
+    return STRONG <= final.bic - fit.bic <= SIMPLER and not only_rounding(final)
 
 
 def _as_good(fit: Fit, final: Fit) -> bool:

@@ -1,0 +1,95 @@
+"""What the commands show of a fit: its name, its values, and where it fails.
+
+What belongs here: what ``compare``, ``diagnose`` and ``improve`` print and draw alike of one model.
+What does not: the verdict (``verdict_in_words``), drawing itself (``figures``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tissue_probe.diagnosis.fit import Fit
+    from tissue_probe.diagnosis.localise import Localisation
+    from tissue_probe.diagnosis.residual_test import ResidualTest
+
+#: Said of a value that the rig's tolerance lets go no farther.
+AT_LIMIT = ", at its limit"
+
+
+def title(fit: Fit) -> str:
+    """Name a model by what it consists of."""
+    names = {"kelvin_voigt": "Kelvin-Voigt", "maxwell": "Maxwell"}
+    tissue = names.get(fit.composition.tissue, "Kelvin-Voigt")
+    return " + ".join([tissue, *fit.composition.names])
+
+
+def table(fit: Fit) -> list[tuple[str, str, str]]:
+    """Return the name of every fitted value, itself with its 95 % interval, and its unit."""
+    deviations, values = fit.deviations(), fit.named()
+    fitted = [entry for entry in fit.composition.values if deviations[entry.name] > 0]
+    return [
+        (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g}", e.unit) for e in fitted
+    ]
+
+
+def exhaustion(fits: Sequence[Fit]) -> str:
+    """Say what it means that values are at their limit; empty where none is."""
+    from tissue_probe.diagnosis.problem import FARTHEST
+
+    if not any(fit.exhausted for fit in fits):
+        return ""
+    return (
+        f"At its limit is what lies {FARTHEST:g} standard deviations of the rig's tolerance off, "
+        "where its search ends: something is missing in the model, or the stated tolerance "
+        "(--constant) is too small; its interval says nothing."
+    )
+
+
+def where(fit: Fit, index: int) -> Localisation:
+    """Say where in one of its measurements a model fails."""
+    from tissue_probe.diagnosis.localise import localise
+
+    shown = fit.measurements[index]
+    return localise(
+        fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise
+    )
+
+
+def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:
+    """Test what a model leaves of one of its measurements."""
+    from tissue_probe.diagnosis.residuals import residual_tests
+
+    shown = fit.measurements[index]
+    return residual_tests(
+        fit.evened[index], shown.input_values, shown.sample_period, shown.noise, fit.output
+    )
+
+
+def stretch(fit: Fit, index: int, sources: Sequence[str]) -> str:
+    """Say which of several measurements is shown; empty where there is one only."""
+    if len(sources) == 1:
+        return ""
+    number = f"stretch {index + 1} of {len(sources)}, that with most of the error"
+    return f"{Path(sources[index]).name} ({number})"
+
+
+def picture(fit: Fit, index: int, sources: Sequence[str]) -> Figure:
+    """Draw a comparison of one of the measurements with what a model predicts of it."""
+    from tissue_probe.figures.compare import draw_comparison
+
+    shown = fit.measurements[index]
+    return draw_comparison(
+        shown.times,
+        shown.output_values,
+        fit.predicted[index],
+        where(fit, index),
+        shown.noise,
+        fit.output,
+        shown.used,
+        stretch(fit, index, sources),
+    )
