@@ -20,6 +20,7 @@ from tissue_probe.diagnosis.harmonic import better_harmonic, is_multiple
 from tissue_probe.diagnosis.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking import (
     EXPLAINED,
+    FORMS,
     RELAXATION,
     SIMPLER,
     TIE,
@@ -269,7 +270,7 @@ def _longest(
     best = _better(best, further.of(others), further)
     if best and explained(best[-1]):
         return best
-    return _better(best, further.towards(paths[0][0], leading, _asked(best)), further)
+    return _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
 
 
 def _asked(path: Path) -> float:
@@ -341,6 +342,15 @@ def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[P
     tried = {added(each[0]).name for each in paths}
     last = {added(path[-1]).name} - tried if path else set()
     return [(fit,) for fit in ranking if added(fit).name in last]
+
+
+def _forms(ranking: Sequence[Fit]) -> list[Fit]:
+    """Leave out other forms of a law than the best: it gives way to them later if they do better."""
+    best: dict[str, Fit] = {}
+    for fit in ranking:
+        law = added(fit).family if added(fit).family in FORMS else added(fit).name
+        best.setdefault(law, fit)
+    return list(best.values())
 
 
 def _begun(ranking: Sequence[Fit]) -> list[Path]:
