@@ -345,7 +345,7 @@ def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[P
 
 
 def _forms(ranking: Sequence[Fit]) -> list[Fit]:
-    """Leave out other forms of a law than the best: it gives way to them later if they do better."""
+    """Leave out all forms of a law but the best, which gives way to them where they do better."""
     best: dict[str, Fit] = {}
     for fit in ranking:
         law = added(fit).family if added(fit).family in FORMS else added(fit).name
