@@ -122,11 +122,10 @@ def _in_its_place(
     found = [fit for fit in found if fit.composition == without.composition.plus(added(fit))]
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
-    # What is simpler may be reached from where the other one is as good as it.
-    nested = (
-        refit(final, less.plus(e), further.instrument) for e in rivals if e.name in old.simpler
-    )
-    found += [fit for fit in nested if fit is not None]
+    # Of two of which one contains the other, either may be reached from where they are as good.
+    nested = [each for each in rivals if each.name in old.simpler or old.name in each.simpler]
+    refitted = (refit(final, less.plus(each), further.instrument) for each in nested)
+    found += [fit for fit in refitted if fit is not None]
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
     own = [(alone[old.name], stays)] if stays and old.name in alone else []
     for begun, _ in own:
