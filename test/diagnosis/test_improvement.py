@@ -433,6 +433,14 @@ def test_both_of_two_effects_give_way_each_to_another_of_its_family():
     assert ladder.final.ratio < EXPLAINED
 
 
+def test_an_effect_gives_way_to_what_contains_it_from_where_it_is():
+    """On its own way from contact as Hunt and Crossley have it, adhesion was given up."""
+    made = challenge(480229, "adhesion", "hunt_crossley", excitation="sine10ss")
+    effects = library("contact_loss", "adhesion", "hunt_crossley")
+    ladder = climb(Composition(), [measurement(made.recording, at_rest=False)], EXACT, effects)
+    assert (ladder.verdict, set(ladder.effects)) == ("missing", {"adhesion", "hunt_crossley"})
+
+
 def test_a_search_goes_round_a_bend_beside_lost_motion():
     """Its first step gains next to nothing, and from there the next promises much."""
     made = challenge(489106, "structural_mode", "backlash")
