@@ -64,7 +64,7 @@ def _leave_the_same(fit: Fit, other: Fit) -> bool:
     return float(np.sqrt(np.mean(difference**2))) < UNSEEN * fit.noise
 
 
-def _gives_way(effect: Effect) -> bool:
+def _may_part(effect: Effect) -> bool:
     """Whether an effect may part the tip from the tissue, or the coil from the tip."""
     return _changes_contact(effect) or any(form.engaged != 1 for form in effect.every_form)
 
@@ -263,7 +263,7 @@ class Further:
     def _order(self, fit: Fit) -> list[Effect]:
         """Order what may be added by what it promises, in the form that promises most.
 
-        What gives way is tried in every form of it: no promise tells them apart.
+        What may part is tried in every form of it: no promise tells them apart.
         """
         names = fit.composition.names
         if names not in self._orders:
@@ -271,5 +271,5 @@ class Further:
             alone = self._base.composition
             forms = screened(fit, alone, allowed, self.instrument)
             pairs = [(form, self._library[form.name]) for form in forms]
-            self._orders[names] = [whole if _gives_way(whole) else form for form, whole in pairs]
+            self._orders[names] = [whole if _may_part(whole) else form for form, whole in pairs]
         return self._orders[names]
