@@ -23,7 +23,7 @@ from tissue_probe.challenge.simulator import PINK_NOISE, Challenge, Rig, make_ch
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
-from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.physics import machine_code
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

@@ -14,8 +14,8 @@ import yaml
 from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.cli import improved
-from tissue_probe.diagnosis import search
 from tissue_probe.diagnosis.answer import Answer
+from tissue_probe.diagnosis.fitting import search
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from tissue_probe.cli import measured
 from tissue_probe.cli.diagnosing import measurements
 from tissue_probe.cli.measured import Starts, layout, read_measured
-from tissue_probe.diagnosis.inspection import inspect
+from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.quantities import FORCE
 from tissue_probe.recording.layout import Layout
 

@@ -10,9 +10,9 @@ from rich.console import Console
 
 from tissue_probe.cli.diagnose import ranked
 from tissue_probe.cli.verdict_in_words import verdict
+from tissue_probe.diagnosis.advice.separation import Suggestion
 from tissue_probe.diagnosis.diagnosis import Diagnosis
-from tissue_probe.diagnosis.improvement import Ladder
-from tissue_probe.diagnosis.separation import Suggestion
+from tissue_probe.diagnosis.improvement.ladder import Ladder
 from tissue_probe.quantities import FORCE
 
 NOISE = 5e-3

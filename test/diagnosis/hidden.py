@@ -6,7 +6,7 @@ from functools import cache
 
 from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.simulator import Challenge, make_challenge
-from tissue_probe.diagnosis.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.physics.effects import EFFECTS
 
 TOLERANT = Instrument()

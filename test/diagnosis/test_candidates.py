@@ -9,7 +9,7 @@ from hidden import EXACT, TOLERANT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.candidates import _by_turns, fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.candidates import _by_turns, fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

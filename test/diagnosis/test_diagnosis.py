@@ -12,10 +12,10 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.measurement import Measurement
-from tissue_probe.diagnosis.ranking import EXPLAINED, STRAINED, added
-from tissue_probe.diagnosis.separation import suggest
+from tissue_probe.diagnosis.advice.separation import suggest
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import EXPLAINED, STRAINED, added
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.response import course, respond

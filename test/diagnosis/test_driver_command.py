@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from hidden import EXACT, challenge, library, measurement
 
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.driver_command import LARGEST, USUAL, coil_gain, driver_command
-from tissue_probe.diagnosis.separation import AMPLITUDE, EXPERIMENTS, Suggestion, suggest
+from tissue_probe.diagnosis.advice.driver_command import LARGEST, USUAL, coil_gain, driver_command
+from tissue_probe.diagnosis.advice.separation import AMPLITUDE, EXPERIMENTS, Suggestion, suggest
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

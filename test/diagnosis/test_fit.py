@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
-from tissue_probe.diagnosis.measurement import PAPER_RIG, Measurement
-from tissue_probe.diagnosis.problem import FARTHEST, history
-from tissue_probe.diagnosis.search import Bar
-from tissue_probe.diagnosis.starts import extent
+from tissue_probe.diagnosis.fitting.measurement import PAPER_RIG, Measurement
+from tissue_probe.diagnosis.fitting.problem import FARTHEST, history
+from tissue_probe.diagnosis.fitting.search import Bar
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.ranking.starts import extent
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

@@ -9,9 +9,9 @@ from shaken import PERIOD, TIMES, push, shaken
 from shaken import Specimen as Shaken
 from specimen import Specimen, chirp, sine
 
-from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.fit_checks import check_fit
-from tissue_probe.diagnosis.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import POSITION
 

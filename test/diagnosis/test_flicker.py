@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tissue_probe.challenge.instrument import pink_noise
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.flicker import evened, flicker_weights
-from tissue_probe.diagnosis.ranking import significant
-from tissue_probe.diagnosis.residuals import residual_tests
+from tissue_probe.diagnosis.fitting.flicker import evened, flicker_weights
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import significant
+from tissue_probe.diagnosis.residuals.all_tests import residual_tests
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

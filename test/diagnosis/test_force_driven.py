@@ -7,9 +7,9 @@ import pytest
 from shaken import ENCODER, PERIOD, TIMES, Specimen, push, shaken
 
 from tissue_probe.diagnosis.answer import answer
-from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.measurement import FORCE_DRIVEN, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, Instrument, Measurement
+from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.quantities import POSITION

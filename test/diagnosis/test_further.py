@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.exchange import anew
-from tissue_probe.diagnosis.further import Further
-from tissue_probe.diagnosis.ranking import explained
-from tissue_probe.diagnosis.screen import screened
+from tissue_probe.diagnosis.improvement.exchange import anew
+from tissue_probe.diagnosis.improvement.further import Further
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import explained
+from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_probe.cli.verdict_in_words import verdict
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.harmonic import HIGHEST, better_harmonic
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.harmonic import HIGHEST, better_harmonic
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

@@ -9,11 +9,15 @@ import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.challenge.coil import PERFECT
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.exchange import _without_first, anew, both_exchanged, exchanged
-from tissue_probe.diagnosis.further import FOLLOWED, Further
-from tissue_probe.diagnosis.improvement import (
+from tissue_probe.diagnosis.improvement.exchange import (
+    _without_first,
+    anew,
+    both_exchanged,
+    exchanged,
+)
+from tissue_probe.diagnosis.improvement.further import FOLLOWED, Further
+from tissue_probe.diagnosis.improvement.ladder import (
     _alone,
     _bettered,
     _from_beside,
@@ -24,8 +28,9 @@ from tissue_probe.diagnosis.improvement import (
     climb_by,
     settled,
 )
-from tissue_probe.diagnosis.ranking import EXPLAINED
-from tissue_probe.diagnosis.screen import screened
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import EXPLAINED
+from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

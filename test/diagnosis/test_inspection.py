@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.signal import decimate
 from specimen import Specimen, chirp, multisine, sine
 
-from tissue_probe.diagnosis.inspection import inspect
+from tissue_probe.diagnosis.inspection.inspection import inspect
 
 PERIOD = 5e-4
 MOTIONS = {"sine": sine(), "chirp": chirp(), "multisine": multisine(), "slow": sine(1.0)}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from specimen import Specimen, chirp, kelvin_voigt_residual, sine
 
-from tissue_probe.diagnosis.localise import localise
+from tissue_probe.diagnosis.residuals.localise import localise
 
 PERIOD, NOISE = 5e-4, 5e-3
 TIME = PERIOD * np.arange(4000)

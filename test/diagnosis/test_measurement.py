@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.measurement import OFTEN, Instrument, Measurement
-from tissue_probe.diagnosis.problem import Problem
+from tissue_probe.diagnosis.fitting.measurement import OFTEN, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.physics.composition import Composition
 
 RANDOM = np.random.default_rng(5)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from specimen import Specimen, chirp, multisine, sine
 
-from tissue_probe.diagnosis.residuals import noise_floor
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 
 SEEDS = range(20)
 SOFT = Specimen()

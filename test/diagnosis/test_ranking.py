@@ -11,8 +11,8 @@ from hidden import EXACT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.candidates import fit_base
-from tissue_probe.diagnosis.ranking import (
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.rules import (
     BEYOND_DOUBT,
     EVEN,
     EXPLAINED,
@@ -36,7 +36,7 @@ from tissue_probe.diagnosis.ranking import (
     ties,
     whitest,
 )
-from tissue_probe.diagnosis.whiteness import colour
+from tissue_probe.diagnosis.residuals.whiteness import colour
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from specimen import Specimen, chirp, kelvin_voigt_residual, multisine, sine
 
-from tissue_probe.diagnosis.drive import drive_of
-from tissue_probe.diagnosis.residuals import noise_floor, residual_tests
+from tissue_probe.diagnosis.residuals.all_tests import residual_tests
+from tissue_probe.diagnosis.residuals.drive import drive_of
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 
 PERIOD, NOISE = 5e-4, 5e-3
 TIME = PERIOD * np.arange(8000)

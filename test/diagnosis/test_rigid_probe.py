@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tissue_probe.diagnosis.candidates import fit_base
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.improvement import climb_by
-from tissue_probe.diagnosis.measurement import RIGID, Instrument, Measurement
-from tissue_probe.diagnosis.residuals import noise_floor
+from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.improvement.ladder import climb_by
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.recording.lowpass import lowpassed

@@ -6,8 +6,8 @@ import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis import diagnosis
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.visibility import SEEN, unseen, visibilities
+from tissue_probe.diagnosis.advice.visibility import SEEN, unseen, visibilities
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 
 PLAIN = Composition()

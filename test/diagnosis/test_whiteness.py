@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.ranking import EVEN, WHITE
-from tissue_probe.diagnosis.whiteness import SMALL, colour, unevenness
+from tissue_probe.diagnosis.ranking.rules import EVEN, WHITE
+from tissue_probe.diagnosis.residuals.whiteness import SMALL, colour, unevenness
 
 COUNT = 4000
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from tissue_probe.diagnosis.localise import localise
+from tissue_probe.diagnosis.residuals.localise import localise
 from tissue_probe.figures.compare import _title, draw_comparison
 from tissue_probe.quantities import FORCE
 

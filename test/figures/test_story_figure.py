@@ -5,7 +5,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from tissue_probe.diagnosis.localise import localise
+from tissue_probe.diagnosis.residuals.localise import localise
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs
 from tissue_probe.figures.story import Candidate, draw_story

@@ -8,8 +8,8 @@ import pytest
 import rclpy
 
 from tissue_probe.devices import Limits
-from tissue_probe.diagnosis.driver_command import DRIVER, LARGEST, USUAL, driver_command
-from tissue_probe.diagnosis.separation import AMPLITUDE, EXPERIMENTS, Suggestion
+from tissue_probe.diagnosis.advice.driver_command import DRIVER, LARGEST, USUAL, driver_command
+from tissue_probe.diagnosis.advice.separation import AMPLITUDE, EXPERIMENTS, Suggestion
 from tissue_probe.nodes.driver import ExcitationSettings
 from tissue_probe.nodes.parameters import declare, read
 

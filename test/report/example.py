@@ -9,8 +9,9 @@ import numpy as np
 import sympy
 from specimen import Specimen, kelvin_voigt_residual, sine
 
-from tissue_probe.diagnosis.localise import localise
-from tissue_probe.diagnosis.residuals import noise_floor, residual_tests
+from tissue_probe.diagnosis.residuals.all_tests import residual_tests
+from tissue_probe.diagnosis.residuals.localise import localise
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.report.contents import (
     Report,
     ReportCandidate,

@@ -14,7 +14,7 @@ from tissue_probe.cli import fit_shown, measured
 from tissue_probe.cli.arguments import picture
 
 if TYPE_CHECKING:
-    from tissue_probe.diagnosis.fit import Fit
+    from tissue_probe.diagnosis.fitting.fit import Fit
 
 
 def compare(
@@ -53,8 +53,8 @@ def compare(
     The model is fitted first, unless --model names one that was. Errors are of the force, or of the
     position where a force drives; the noise floor is what a right model would leave.
     """
-    from tissue_probe.diagnosis.candidates import fit_base
     from tissue_probe.diagnosis.diagnosis import cleaned
+    from tissue_probe.diagnosis.ranking.candidates import fit_base
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,

@@ -19,8 +19,8 @@ from tissue_probe.cli.measured import Segment, Starts
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
-    from tissue_probe.diagnosis.fit import Fit
-    from tissue_probe.diagnosis.measurement import Instrument, Measurement
+    from tissue_probe.diagnosis.fitting.fit import Fit
+    from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
     from tissue_probe.physics.model_file import FittedModel
     from tissue_probe.quantities import Quantity
 
@@ -173,7 +173,7 @@ def instrument(rig: str, known: bool, constants: Sequence[str]) -> Instrument:
     ValueError
         If a constant is not one of the rig's, or is not a number within its bounds.
     """
-    from tissue_probe.diagnosis.measurement import KNOWN, Instrument
+    from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
     from tissue_probe.physics.composition import Composition
 
     values = dict(KNOWN[rig])
@@ -224,9 +224,9 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
     ValueError
         If the samples are such that any fit would be worthless.
     """
-    from tissue_probe.diagnosis.driver_command import coil_gain
-    from tissue_probe.diagnosis.inspection import inspect
-    from tissue_probe.diagnosis.measurement import Measurement
+    from tissue_probe.diagnosis.advice.driver_command import coil_gain
+    from tissue_probe.diagnosis.fitting.measurement import Measurement
+    from tissue_probe.diagnosis.inspection.inspection import inspect
 
     found = []
     for each in segments:
@@ -269,11 +269,11 @@ def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
     ValueError
         If it cannot be simulated on these measurements.
     """
-    from tissue_probe.diagnosis.coloured import whitened
     from tissue_probe.diagnosis.diagnosis import cleaned
-    from tissue_probe.diagnosis.measurement import Instrument
-    from tissue_probe.diagnosis.problem import Problem
-    from tissue_probe.diagnosis.search import search
+    from tissue_probe.diagnosis.fitting.coloured import whitened
+    from tissue_probe.diagnosis.fitting.measurement import Instrument
+    from tissue_probe.diagnosis.fitting.problem import Problem
+    from tissue_probe.diagnosis.fitting.search import search
 
     rig = Instrument(model.composition.rig, {})
     problem = Problem(model.composition, cleaned(taken)[0], rig, model.values)

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tissue_probe.diagnosis.fit import Fit
-    from tissue_probe.diagnosis.localise import Localisation
-    from tissue_probe.diagnosis.residual_test import ResidualTest
+    from tissue_probe.diagnosis.fitting.fit import Fit
+    from tissue_probe.diagnosis.residuals.localise import Localisation
+    from tissue_probe.diagnosis.residuals.residual_test import ResidualTest
 
 #: Said of a value that the rig's tolerance lets go no farther.
 AT_LIMIT = ", at its limit"
@@ -39,7 +39,7 @@ def table(fit: Fit) -> list[tuple[str, str, str]]:
 
 def exhaustion(fits: Sequence[Fit]) -> str:
     """Say what it means that values are at their limit; empty where none is."""
-    from tissue_probe.diagnosis.problem import FARTHEST
+    from tissue_probe.diagnosis.fitting.problem import FARTHEST
 
     if not any(fit.exhausted for fit in fits):
         return ""
@@ -52,7 +52,7 @@ def exhaustion(fits: Sequence[Fit]) -> str:
 
 def where(fit: Fit, index: int) -> Localisation:
     """Say where in one of its measurements a model fails."""
-    from tissue_probe.diagnosis.localise import localise
+    from tissue_probe.diagnosis.residuals.localise import localise
 
     shown = fit.measurements[index]
     return localise(
@@ -62,7 +62,7 @@ def where(fit: Fit, index: int) -> Localisation:
 
 def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:
     """Test what a model leaves of one of its measurements."""
-    from tissue_probe.diagnosis.residuals import residual_tests
+    from tissue_probe.diagnosis.residuals.all_tests import residual_tests
 
     shown = fit.measurements[index]
     return residual_tests(

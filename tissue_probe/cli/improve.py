@@ -16,7 +16,7 @@ from tissue_probe.cli import verdict_in_words as words
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
-    from tissue_probe.diagnosis.fit import Fit
+    from tissue_probe.diagnosis.fitting.fit import Fit
 
 
 def improve(

@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from tissue_probe.cli import fit_shown
 from tissue_probe.cli import verdict_in_words as words
 from tissue_probe.diagnosis.diagnosis import Diagnosis
-from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.story import Candidate, draw_story

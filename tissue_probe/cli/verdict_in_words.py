@@ -9,8 +9,8 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
-    from tissue_probe.diagnosis.separation import Suggestion
 
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."

@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from tissue_probe.diagnosis.diagnosis import Diagnosis
-from tissue_probe.diagnosis.fit import Fit
-from tissue_probe.diagnosis.ranking import added
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.ranking.rules import added
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A number, or null where there is none (JSON knows neither NaN nor infinity).

@@ -13,19 +13,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tissue_probe.diagnosis.candidates import fit_base, fit_candidates, refit
-from tissue_probe.diagnosis.coloured import filtered
-from tissue_probe.diagnosis.driver_command import DriverCommand, driver_command
-from tissue_probe.diagnosis.finding import Finding
-from tissue_probe.diagnosis.fit import Fit
+from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
+from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
+from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.fit_checks import check_fit
-from tissue_probe.diagnosis.improvement import Ladder, Verdict, climb, climb_by, settled
-from tissue_probe.diagnosis.inspection import inspect
-from tissue_probe.diagnosis.measurement import BoolArray, Instrument, Measurement
-from tissue_probe.diagnosis.problem import Problem
-from tissue_probe.diagnosis.ranking import added, ranked, significant
-from tissue_probe.diagnosis.separation import Suggestion, suggest
-from tissue_probe.diagnosis.visibility import unseen
+from tissue_probe.diagnosis.fitting.coloured import filtered
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import BoolArray, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by, settled
+from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.inspection import inspect
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.channel_delay import LONGEST

@@ -16,7 +16,7 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.ticker import LogFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from tissue_probe.diagnosis.localise import Localisation, Profile
+from tissue_probe.diagnosis.residuals.localise import Localisation, Profile
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from tissue_probe.diagnosis.localise import Localisation
-from tissue_probe.diagnosis.residual_test import ResidualTest
+from tissue_probe.diagnosis.residuals.localise import Localisation
+from tissue_probe.diagnosis.residuals.residual_test import ResidualTest
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 

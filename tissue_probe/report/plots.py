@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from tissue_probe.diagnosis.localise import Localisation, Profile
+from tissue_probe.diagnosis.residuals.localise import Localisation, Profile
 from tissue_probe.quantities import Quantity
 from tissue_probe.report.contents import Report, ReportSignals
 from tissue_probe.signals import FloatArray

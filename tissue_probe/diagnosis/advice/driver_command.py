@@ -1,0 +1,124 @@
+"""The command line that runs a suggested experiment on the suite's driver.
+
+What belongs here: the driver's parameters by name, the coil's volts, and what to do beside it.
+What does not: which experiment it is (``separation``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.diagnosis.advice.separation import Suggestion
+from tissue_probe.signals import FloatArray
+
+#: The driver's amplitude where none is given, and the largest that its limits let pass [V].
+USUAL, LARGEST = 0.85, 5.0
+DRIVER = "ros2 run tissue_probe driver --ros-args -r __ns:=/probe"
+STAGE = "ros2 run tissue_probe stage --ros-args -r __ns:=/stage"
+RECORDER = "ros2 run tissue_probe recorder --ros-args -r __ns:=/probe -p output:=next.mcap"
+#: How well first touch is known where a stage presses the probe in [m].
+TOUCH = 3e-5
+
+
+@dataclass(frozen=True)
+class DriverCommand:
+    """How to run an experiment.
+
+    Attributes
+    ----------
+    line : str
+        To be pasted into a shell.
+    notes : tuple of str
+        What to do before, where the amplitude comes from, and how it is recorded, in sentences.
+    """
+
+    line: str
+    notes: tuple[str, ...]
+
+
+def coil_gain(position: FloatArray, command: FloatArray) -> float:
+    """Return how far a coil goes for each volt of its command, both rms about their means [m/V].
+
+    NaN where the command is not known throughout, or the coil was not driven.
+
+    Parameters
+    ----------
+    position : array, shape (n,)
+        Displacement of the coil [m].
+    command : array, shape (n,)
+        Voltage commanded to it [V]; NaN where not known.
+    """
+    volts, way = float(np.std(command)), float(np.std(position))
+    return way / volts if volts > 0.0 and way > 0.0 else np.nan
+
+
+def driver_command(suggestion: Suggestion, gain: float) -> DriverCommand | None:
+    """Return what runs a suggested experiment; None where it suggests none.
+
+    Parameters
+    ----------
+    suggestion : Suggestion
+        Its amplitude is the coil's way.
+    gain : float
+        As measured by ``coil_gain`` [m/V]; NaN where it is not known.
+    """
+    if not suggestion.excitation:
+        return None
+    volts, told = _amplitude(float(str(suggestion.excitation["amplitude"])), gain)
+    settings = {**suggestion.excitation, "amplitude": volts}
+    words = (f"-p excitation.{name}:={_ros(value)}" for name, value in settings.items())
+    notes = (_contact(suggestion.preload), told, _recorded(suggestion.duration))
+    return DriverCommand(" ".join([DRIVER, *words]), notes)
+
+
+def _amplitude(way: float, gain: float) -> tuple[float, str]:
+    """Return the volts for a coil's way [m], and where they come from."""
+    wanted = f"{1e3 * way:g} mm"
+    if not np.isfinite(gain):
+        return USUAL, (
+            f"What the coil was told is not in these measurements: {USUAL:g} V is the driver's "
+            f"usual amplitude; set excitation.amplitude so that the coil moves by about {wanted}."
+        )
+    volts = float(f"{way / gain:.3g}")
+    measured = f"the coil went {1e3 * gain:.3g} mm for each volt here (rms about the means)"
+    if volts > LARGEST:
+        return LARGEST, (
+            f"For {wanted} the coil needs {volts:g} V: {measured}. The driver's "
+            f"limits.command_limit is {LARGEST:g} V, with which it goes "
+            f"{1e3 * LARGEST * gain:.3g} mm."
+        )
+    return volts, f"With {volts:g} V the coil moves by about {wanted}: {measured}."
+
+
+def _contact(preload: float) -> str:
+    """Say where the probe must be before the driver is activated."""
+    if preload == 0.0:
+        return (
+            "Let the tip just touch before the driver is activated (stage or robot; the simulated "
+            f"stage: {STAGE} -p z:=0.0)."
+        )
+    return (
+        f"Press the probe in by {1e3 * preload:g} mm before the driver is activated (stage or "
+        f"robot; the simulated stage: {STAGE} -p z:={_ros(-preload)}). The position does not hold "
+        f"that way: diagnose what you record with "
+        f"--constant contact_position={_ros(-preload)}+-{TOUCH:g}."
+    )
+
+
+def _recorded(duration: float) -> str:
+    """Say how the experiment is begun, recorded and ended."""
+    return (
+        f"In another shell: {RECORDER}. In a third: ros2 lifecycle set /probe/driver configure, "
+        f"the same with activate, and {duration:g} s later with deactivate. The wheels have no "
+        "ros2: there the nodes are .venv/lib/tissue_probe/driver, recorder and stage, with the "
+        "same arguments, and a program of yours calls the service /probe/driver/change_state."
+    )
+
+
+def _ros(value: object) -> str:
+    """Write a parameter's value as ROS takes it: numbers in full, with a decimal point."""
+    if isinstance(value, float):
+        return np.format_float_positional(value, trim="0")
+    return str(value)

@@ -1,0 +1,217 @@
+"""The experiment that would separate effects which this one cannot.
+
+What belongs here: simulated experiments with fitted models, and calibrations that help where no
+excitation does. What does not: judging the experiment that was made (``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.advice.visibility import SEEN, visibilities
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
+from tissue_probe.diagnosis.ranking.candidates import refit
+from tissue_probe.diagnosis.ranking.rules import differing
+from tissue_probe.excitation import parse_excitation
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.response import course, respond
+from tissue_probe.quantities import FORCE
+
+#: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
+EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
+    ({"kind": "sine", "frequency": 10.0}, 0.0, 2.0),
+    ({"kind": "sine", "frequency": 10.0}, 2e-3, 2.0),
+    ({"kind": "multisine", "start": 1.0, "stop": 60.0, "spacing": 1.0}, 0.0, 2.0),
+    ({"kind": "multisine", "start": 1.0, "stop": 60.0, "spacing": 1.0}, 2e-3, 2.0),
+    ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 0.0, 4.0),
+    ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
+)
+AMPLITUDE = 1e-3
+#: Of models that explain equally well, so many are held to be the right one, in their order.
+COMPARED = 3
+#: Residual over noise of the wrong models from which an experiment tells them from the right one,
+#: and from which it needs no calibration besides.
+TOLD, CLEARLY = 1.02, 1.1
+
+#: What tells an effect that hides within the rig's tolerances.
+CALIBRATIONS = {
+    "force_bias": "record the force in free air, and tare (tissue_probe calibrate)",
+    "force_gain": "hang a known weight on the load cell",
+    "load_cell_stiffness_error": "press the tip on a rigid stop: the force against the coil's way "
+    "is the load cell's stiffness",
+    "added_mass": "let the tip ring down in free air: its frequency gives its mass",
+    "structural_mode": "let the tip ring down in free air: a second resonance shows as a beat",
+    "force_drift": "record the force for a minute in free air, with the coil standing still",
+    "tissue_motion": "record the force with the tip on the tissue and the coil standing still",
+    "mains_hum": "record the force with the coil standing still",
+    "force_lag": "let the tip ring down in free air, and compare force with position",
+    "channel_delay": "tap the tip on a rigid stop: force and position must break off together",
+    "contact_loss": "touch off: go down slowly until the force rises, and set the zero there",
+    "adhesion": "touch off and pull back slowly: the force at which the tip comes off",
+}
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """What to do next.
+
+    Attributes
+    ----------
+    excitation : mapping
+        As the driver takes it (kind, frequencies), but for the amplitude, which is the coil's way
+        [m]; empty where no excitation would help.
+    preload : float
+        Mean displacement of the coil [m].
+    duration : float
+        Time to record, from rest [s].
+    separation : float
+        Predicted residual of the wrong model over the noise; 1 tells nothing, NaN where there is
+        no wrong one.
+    shows : tuple of str
+        Effects that could not be seen, and would be.
+    calibration : str
+        What would tell where no excitation does.
+    """
+
+    excitation: Mapping[str, object]
+    preload: float
+    duration: float
+    separation: float
+    shows: tuple[str, ...] = ()
+    calibration: str = ""
+
+
+#: Excitation, preload [m] and duration [s] of an experiment, and how it would come out.
+_Made = tuple[dict[str, object], float, float, Measurement]
+
+
+def suggest(
+    rivals: Sequence[Fit],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    unseen: Sequence[str] = (),
+) -> Suggestion | None:
+    """Choose the experiment under which rival models differ most, or unseen effects show.
+
+    Parameters
+    ----------
+    rivals : sequence of Fit
+        Models that explain the measurement equally well, the best first; or one alone.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        All effects.
+    unseen : sequence of str
+        Effects that the measurement could not have shown.
+    """
+    if len(rivals) > 1:
+        return _between(rivals, instrument)
+    return _showing(rivals[0], instrument, library, unseen) if unseen else None
+
+
+def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None:
+    """Choose the experiment that the wrong models could not follow if one of the first were right.
+
+    Where each could follow the best, being faint, one of the others may be what is to be found.
+    """
+    helps = _calibrations(differing(rivals))
+    if rivals[0].composition.input is FORCE:
+        # The experiments are motions of a coil; which forces another drive can make is not known.
+        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
+    apart, best = 0.0, None
+    for right in rivals[:COMPARED]:
+        wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
+        for made in _experiments(right):
+            left = min(_misfit(rival, made[-1], instrument) for rival in wrong)
+            if left > apart:
+                apart, best = left, made
+        if apart >= TOLD:
+            break
+    if best is None:  # the samples come too slowly for any
+        return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
+    if apart < TOLD:
+        return Suggestion({}, 0.0, 0.0, apart, calibration=helps or "calibrate the rig")
+    excitation, preload, duration, _ = best
+    return Suggestion(excitation, preload, duration, apart, (), helps if apart < CLEARLY else "")
+
+
+def _showing(
+    base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
+) -> Suggestion | None:
+    """Choose the experiment that shows most of what could not be seen, and name what it shows."""
+    if base.composition.input is FORCE:  # another force may show them: see ``_between``
+        return None
+    effects = [library[name] for name in unseen]
+    most, best = (0, 0.0), None
+    for excitation, preload, duration, measurement in _experiments(base):
+        fit = refit(base, base.composition, instrument, [measurement])
+        if fit is None:
+            continue
+        seen = visibilities(fit, effects, instrument, fit.composition)
+        shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
+        if (len(shows), min(seen)) > most:
+            most = len(shows), min(seen)
+            best = Suggestion(excitation, preload, duration, np.nan, shows)
+    if best is None or not best.shows:
+        best = Suggestion({}, 0.0, 0.0, np.nan)
+    helps = _calibrations([name for name in unseen if name not in best.shows])
+    return replace(best, calibration=helps) if best.shows or helps else None
+
+
+def _calibrations(names: Sequence[str]) -> str:
+    """Say what tells effects by calibrating."""
+    return "; ".join(CALIBRATIONS[name] for name in names if name in CALIBRATIONS)
+
+
+def _experiments(right: Fit) -> Iterator[_Made]:
+    """Simulate the experiments that a recorder can follow, with a fitted model."""
+    for excitation, preload, duration in EXPERIMENTS:
+        if _is_sampled(excitation, right.measurements[0].sample_period):
+            measurement = _made(right, excitation, preload, duration)
+            if measurement is not None:
+                yield {**excitation, "amplitude": AMPLITUDE}, preload, duration, measurement
+
+
+def _is_sampled(excitation: Mapping[str, object], period: float) -> bool:
+    """Whether a recorder of this sample period follows the excitation."""
+    fastest = float(str(excitation.get("stop", excitation.get("frequency"))))
+    return fastest * period * PER_CYCLE <= 1.0
+
+
+def _made(
+    fit: Fit, excitation: Mapping[str, object], preload: float, duration: float
+) -> Measurement | None:
+    """Simulate an experiment with a fitted model, from rest, with the noise it was fitted to."""
+    first = fit.measurements[0]
+    count = round(duration / first.sample_period)
+    times = np.arange(count) * first.sample_period
+    position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
+    problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
+    start = problem.kernel.begin(fit.values, position[0], _static(fit, position[0]))
+    coil = course(problem.kernel, position, first.sample_period, fit.values)
+    force = respond(problem.kernel, fit.values, start, coil).output
+    if not np.isfinite(force).all():
+        return None
+    noisy = force + first.noise * np.random.default_rng(0).standard_normal(count)
+    return Measurement(position, noisy, first.sample_period, True, first.noise)
+
+
+def _static(fit: Fit, position: float) -> float:
+    """Force of a coil that has stood at a position for long [N]."""
+    known = fit.named()
+    k, zero = known["stiffness"], known["contact_position"]
+    k0 = known.get("load_cell_stiffness", np.inf)
+    series = k if not np.isfinite(k0) else k * k0 / (k + k0)
+    return series * (position - zero)
+
+
+def _misfit(rival: Fit, measurement: Measurement, instrument: Instrument) -> float:
+    """Residual over noise that a rival leaves of another model's simulated measurement."""
+    moved = refit(rival, rival.composition, instrument, [measurement])
+    return np.inf if moved is None else moved.ratio

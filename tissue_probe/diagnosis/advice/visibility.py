@@ -1,0 +1,123 @@
+"""How well an excitation shows an effect, before anybody has seen it.
+
+What belongs here: what an effect of typical strength would change in the force, beyond what the
+model can absorb. What does not: choosing excitations (``separation``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
+from tissue_probe.diagnosis.improvement.further import addable
+from tissue_probe.diagnosis.ranking.candidates import THREADS
+from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.signals import FloatArray
+
+#: Squared signal over noise from which an effect is found.
+SEEN = 50.0
+#: An effect that changes the force by this many times the noise is not expected to hide.
+PLAIN = 2.0
+#: Share of the typical strength at which the response is taken as linear in it.
+FAINT = 0.01
+
+
+def visibilities(
+    fit: Fit, effects: Iterable[Effect], instrument: Instrument, alone: Composition
+) -> list[float]:
+    """Squared change of the force over the noise that effects leave, summed over the samples.
+
+    Each has typical strength, or the one that changes the force by ``PLAIN`` times the noise (rms)
+    if that is less: an excitation should show it well before it spoils the other values. The part
+    of the change that the model's own parameters, the rig's tolerances and the unknown start would
+    absorb is taken off (a Schur complement of the normal matrix). Infinite for effects whose
+    strength is not small of first order, such as lost contact: they show or they are absent.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model without the effects, and the measurements.
+    effects : iterable of Effect
+        With their parameters at their defaults.
+    instrument : Instrument
+        What is known of the rig.
+    alone : Composition
+        The model to which an effect is added to see what it changes: that of the fit, or, where
+        the fit has further effects, the one without them, whose pairs are compiled already.
+    """
+    with np.errstate(all="ignore"):  # what is beyond all bounds shows nothing
+        own = _Absorbed(fit, instrument)
+        with ThreadPoolExecutor(THREADS) as pool:
+            seen = pool.map(lambda each: _visibility(fit, own, each, instrument, alone), effects)
+            return list(seen)
+
+
+def unseen(
+    fit: Fit, library: Mapping[str, Effect], instrument: Instrument, alone: Composition
+) -> tuple[str, ...]:
+    """Name the effects that the measurements could not have shown (see ``visibilities``)."""
+    others = addable(fit.composition, library)
+    seen = visibilities(fit, others.values(), instrument, alone)
+    return tuple(name for name, each in zip(others, seen, strict=True) if each < SEEN)
+
+
+class _Absorbed:
+    """What a fitted model can absorb of a change of the force."""
+
+    def __init__(self, fit: Fit, instrument: Instrument) -> None:
+        problem = Problem(fit.composition, fit.measurements, instrument)
+        free = unknown(problem)
+        self.columns = by_unknown(problem, fit.values, fit.starts)[:, free]
+        self.precision = precision(problem, fit.values)[free]
+
+    def left(self, change: FloatArray, further: FloatArray, known: FloatArray) -> float:
+        """Sum of squares of a change, less what the model and further columns absorb.
+
+        Parameters
+        ----------
+        change : array, shape (N,)
+            Of the force over the noise.
+        further : array, shape (N, m)
+            What unknowns that the model has not change.
+        known : array, shape (m,)
+            Their precision.
+        """
+        whole = np.column_stack([self.columns, further])
+        normal = whole.T @ whole + np.diag(np.concatenate([self.precision, known]))
+        root = np.sqrt(np.diag(normal))
+        used = root > 0.0
+        inner = normal[np.ix_(used, used)] / np.outer(root[used], root[used])
+        across = (whole.T @ change)[used] / root[used]
+        return float(change @ change - across @ np.linalg.pinv(inner, 1e-11, True) @ across)
+
+
+def _visibility(
+    fit: Fit, own: _Absorbed, effect: Effect, instrument: Instrument, alone: Composition
+) -> float:
+    if not effect.parameters or effect.neutral != 0.0 or effect.switches or effect.rounded != 0:
+        return np.inf
+    problem = Problem(alone.plus(effect), fit.measurements, instrument)
+    strengths = effect.parameters[: effect.strengths]
+    typical = {each.name: each.default for each in strengths}
+    # Not at none: the start of what the effect remembers matters in proportion to its strength.
+    faint = {name: FAINT * size for name, size in typical.items()}
+    values = start_values(problem, fit.named(), effect, faint)
+    columns = by_unknown(problem, values, begin_states(problem, fit, values))
+    names = problem.kernel.values
+    grown = columns[:, [names.index(name) for name in typical]]
+    change = grown @ np.array(list(typical.values()))
+    states = [state not in fit.composition.kernel.states for state in problem.kernel.states]
+    begun = np.array([False] * len(names) + states * len(fit.measurements), dtype=bool)
+    whole = float(change @ change)
+    if not np.isfinite(whole) or whole == 0.0:
+        return 0.0
+    left = own.left(change, columns[:, begun] / FAINT, precision(problem, values)[begun])
+    return max(left, 0.0) * min(1.0, PLAIN**2 * fit.samples / whole)

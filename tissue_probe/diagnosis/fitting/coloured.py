@@ -1,0 +1,84 @@
+"""Noise of a force that drives, as it comes out in the position: slow, and no longer white.
+
+What belongs here: its colour by a fitted model, and the filter that takes the colour out again.
+What does not: the fit (``search``), how white noise is estimated (``residuals``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
+from tissue_probe.physics.response import course, respond
+from tissue_probe.quantities import FORCE
+from tissue_probe.signals import FloatArray
+
+#: Coefficients of the autoregression; a second-order system under noise, read with noise, is one of
+#: moving average too, which so many follow.
+ORDER = 24
+#: What is fainter than this share of the position's own noise is left aside.
+FAINT = 0.1
+
+
+def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None) -> Fit:
+    """Fit again with the noise that the driving force leaves, if it is seen and not known yet.
+
+    Least squares on residuals that are white is what the criteria of ``ranking`` suppose: effects
+    would else follow the slow wanderings of a tip that is shaken by noise. What compares with this
+    fit takes its measurements, and so the same filter.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model's first fit.
+    instrument, held
+        As for ``Problem``.
+    """
+    known = any(measurement.whitening is not None for measurement in fit.measurements)
+    if fit.composition.input is not FORCE or known:
+        return fit
+    measurements = filtered(fit)
+    if all(measurement.whitening is None for measurement in measurements):
+        return fit
+    problem = Problem(fit.composition, measurements, instrument, held)
+    return search(problem, fit.values, fit.starts) or fit
+
+
+def filtered(fit: Fit) -> list[Measurement]:
+    """Return the measurements of a fit, with filters for the noise in its model."""
+    pairs = zip(fit.measurements, fit.starts, strict=True)
+    return [_filtered(fit, measurement, start) for measurement, start in pairs]
+
+
+def _filtered(fit: Fit, measurement: Measurement, start: FloatArray) -> Measurement:
+    """Draw an error that the force's noise and the position's make, and whiten it."""
+    kernel, force = fit.composition.kernel, measurement.force
+    random = np.random.default_rng(0)
+    noisy = force + noise_floor(force) * random.standard_normal(force.size)
+    right, wrong = (
+        respond(kernel, fit.values, start, course(kernel, u, measurement.sample_period, fit.values))
+        for u in (force, noisy)
+    )
+    error = wrong.output - right.output
+    if not np.sqrt(np.mean(error**2)) > FAINT * measurement.noise:
+        return measurement
+    error += measurement.noise * random.standard_normal(force.size)
+    return replace(measurement, whitening=_autoregression(error))
+
+
+def _autoregression(error: FloatArray) -> FloatArray:
+    """Coefficients a of sum a_k e[n - k], k = 0 ... ORDER, that is white and of variance 1.
+
+    By least squares (Ljung, System Identification, 2nd ed. (1999), section 10.1).
+    """
+    lagged = np.lib.stride_tricks.sliding_window_view(error, ORDER + 1)[:, ::-1]
+    coefficients = np.linalg.lstsq(lagged[:, 1:], lagged[:, 0], rcond=None)[0]
+    filtered = np.concatenate([[1.0], -coefficients])
+    return filtered / np.std(lagged @ filtered)

@@ -1,0 +1,50 @@
+"""Where the search for a base model begins.
+
+What belongs here: values read off the samples without simulating. What does not: the search
+(``search``), effects (``candidates``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.quantities import FORCE
+
+#: Stiffnesses [N/m] from which the force of a known motion is fitted.
+STIFFNESSES = (300.0, 2000.0)
+#: Samples, and degree, of the polynomials that give a motion's derivatives: of short ones noise
+#: hides the mass, long ones flatten what is quick.
+WINDOWS, DEGREE = (9, 33, 129), 4
+
+
+def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]:
+    """Return values by name from which to begin, each in its turn.
+
+    The force of a known motion is nearly linear in what is searched, so that any stiffness will do.
+    The motion under a known force is not: its resonance must be met. There the equation of motion
+    itself is regressed first, on derivatives of the measured position.
+    """
+    if measurements[0].input is not FORCE:
+        return [{"stiffness": stiffness} for stiffness in STIFFNESSES]
+    longest = max(measurements, key=lambda each: each.position.size)
+    windows = [window for window in WINDOWS if 2 * window < longest.position.size]
+    return [_regressed(longest, window) for window in windows]
+
+
+def _regressed(measurement: Measurement, window: int) -> dict[str, float]:
+    """Regress F = c + k x + beta x' + m x''; what comes out negative is left to its default."""
+    period = measurement.sample_period
+    columns = [
+        savgol_filter(measurement.position, window, DEGREE, deriv=order, delta=period)
+        for order in range(3)
+    ]
+    columns = np.stack([*columns, np.ones_like(columns[0])], axis=1)
+    scale = np.abs(columns).max(axis=0) + 1e-300
+    force = savgol_filter(measurement.force, window, DEGREE)
+    found = np.linalg.lstsq(columns / scale, force, rcond=None)[0] / scale
+    names = ("stiffness", "damping", "tip_mass")
+    return {name: value for name, value in zip(names, found[:3], strict=True) if value > 0}

@@ -1,0 +1,189 @@
+"""A model fitted to measurements: its values, and what it leaves.
+
+What belongs here: what is kept of a fit, and what follows from that alone.
+What does not: the least-squares problem (``problem``), its solution (``search``), what a fit means
+(``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.quantities import POSITION, Quantity
+from tissue_probe.signals import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model fitted to measurements; errors are in the unit of ``output``.
+
+    Attributes
+    ----------
+    composition : Composition
+        The model.
+    measurements : tuple of Measurement
+        What it was fitted to.
+    values : array, shape (q,)
+        Constants and parameters, in the order of ``composition.values``.
+    starts : tuple of array
+        The states at the first sample of each measurement.
+    covariance : array, shape (q, q)
+        Of the values' errors; rows of what was held are 0.
+    residuals : tuple of array
+        Measured minus simulated output.
+    evened : tuple of array
+        The same with flicker noise, and what a force's noise shakes, made white: noise alone would
+        leave white noise of each measurement's ``noise``.
+    misfits : tuple of float
+        Sum of squared residuals of each measurement over its noise, flicker noise weighed as such.
+    cost : float
+        Sum of the misfits, and of squared departures from the priors.
+    unknowns : int
+        How many parameters were free (the rig's tolerances and the starts not counted).
+    start_penalty : float
+        What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
+        how many times narrower the data make their prior, of each state up to a parameter's cost.
+    heldout : tuple of array
+        Residuals of each eighth of the record when the values are fitted to the other seven
+        (to first order in what that changes).
+    converged : bool
+        Whether the search settled.
+    rounding : float
+        What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
+        or corrects the position; 0 where it does not.
+    colour, unevenness : float
+        How slow what is left is, and how far from even over the frequencies (``whiteness``).
+    strain : float
+        Sum of squared departures from the priors, those of the rig's tolerances and of the starts.
+    exhausted : tuple of str
+        Constants of the rig that ended where the search of them ends, `FARTHEST` standard
+        deviations off.
+    """
+
+    composition: Composition
+    measurements: tuple[Measurement, ...]
+    values: FloatArray
+    starts: tuple[FloatArray, ...]
+    covariance: FloatArray
+    residuals: tuple[FloatArray, ...]
+    evened: tuple[FloatArray, ...]
+    heldout: tuple[FloatArray, ...]
+    misfits: tuple[float, ...]
+    cost: float
+    unknowns: int
+    start_penalty: float
+    converged: bool
+    rounding: float
+    colour: float
+    unevenness: float
+    strain: float
+    exhausted: tuple[str, ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """How many samples were fitted."""
+        return sum(int(np.sum(measurement.used)) for measurement in self.measurements)
+
+    @cached_property
+    def rmse(self) -> float:
+        """Root mean square of the residual."""
+        return self._rms(self.residuals)
+
+    @cached_property
+    def heldout_rmse(self) -> float:
+        """Root mean square of the residual of what was left out of the fit."""
+        return self._rms(self.heldout)
+
+    def error(self, index: int) -> float:
+        """Root mean square of the residual of one measurement."""
+        used = self.residuals[index][self.measurements[index].used]
+        return float(np.sqrt(np.mean(used**2)))
+
+    @property
+    def worst(self) -> int:
+        """Which measurement holds most of the squared residual over the noise."""
+        return int(np.argmax(self.misfits))
+
+    @property
+    def output(self) -> Quantity:
+        """What the model predicts, and its unit."""
+        return self.composition.output
+
+    def _rms(self, parts: Sequence[FloatArray]) -> float:
+        used = [part[m.used] for part, m in zip(parts, self.measurements, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(used) ** 2)))
+
+    @cached_property
+    def ratio(self) -> float:
+        """Residual over noise, root mean square: 1 where nothing is left to explain."""
+        squares = [
+            misfit / (1.0 + (self.rounding / measurement.noise) ** 2)
+            for misfit, measurement in zip(self.misfits, self.measurements, strict=True)
+        ]
+        return float(np.sqrt(sum(squares) / self.samples))
+
+    @property
+    def floor(self) -> float:
+        """Cost that noise alone would leave, an encoder's rounding counted as such."""
+        parts = [np.sum(m.used) * (1.0 + (self.rounding / m.noise) ** 2) for m in self.measurements]
+        return float(sum(parts))
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the output's white noise over all measurements."""
+        squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]
+        return float(np.sqrt(sum(squares) / self.samples))
+
+    @property
+    def excess(self) -> float:
+        """Root mean square of what a residual holds beyond the output's white noise."""
+        return float(np.sqrt(max(self.rmse**2 - self.noise**2, 0.0)))
+
+    @property
+    def bic(self) -> float:
+        """Bayesian information criterion, the noise's level being unknown.
+
+        What an encoder's rounding is known to leave is not held against a model that says so; for
+        saying so it pays as for noise that is larger by as much.
+        """
+        counted = self.unknowns * np.log(self.samples) + self.start_penalty
+        cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
+        if self.rounding > 0.0:
+            share = (self.rounding / self.noise) ** 2
+            left = max(cost - self.samples * share, self.samples)
+            cost = left + self.samples * np.log1p(share)
+        return float(self.samples * np.log(cost) + counted)
+
+    @property
+    def predicted(self) -> tuple[FloatArray, ...]:
+        """Simulated output of each measurement."""
+        return tuple(
+            measurement.output_values - residual
+            for measurement, residual in zip(self.measurements, self.residuals, strict=True)
+        )
+
+    @property
+    def tip(self) -> tuple[FloatArray, ...]:
+        """Displacement of the tip in each measurement, as far as the model says [m]."""
+        if self.output is POSITION:
+            return self.predicted
+        stiffness = self.named().get("load_cell_stiffness", np.inf)
+        return tuple(
+            measurement.position - force / stiffness
+            for measurement, force in zip(self.measurements, self.predicted, strict=True)
+        )
+
+    def named(self) -> dict[str, float]:
+        """Return values by name."""
+        return dict(zip(self.composition.kernel.values, map(float, self.values), strict=True))
+
+    def deviations(self) -> dict[str, float]:
+        """Return standard deviations of the values by name."""
+        deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return dict(zip(self.composition.kernel.values, map(float, deviations), strict=True))

@@ -1,0 +1,222 @@
+"""What a model is compared with: one stretch of samples, and the instrument that took them.
+
+What belongs here: measured position and force, what is known of the probe and how well.
+What does not: reading files (``recording``), judging the samples (``inspection``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
+from tissue_probe.physics.effects import Extent
+from tissue_probe.quantities import FORCE, Quantity, other
+from tissue_probe.signals import FloatArray
+
+BoolArray = NDArray[np.bool_]
+#: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
+#: 20 %, the coil's position at first touch to 30 um.
+PAPER_RIG = {
+    "tip_mass": (0.04, 0.0004),
+    "load_cell_stiffness": (9700.0, 145.5),
+    "load_cell_damping": (0.8, 0.16),
+    "contact_position": (0.0, 3e-5),
+}
+#: Rms of the 1/f noise of the paper's load cell over a recording [N].
+FLICKER_NOISE = 1e-3
+#: A rig without spring: the mass between load cell and tissue is not known.
+RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
+#: A force moves an armature of its own, whose mass is not known; touch is known as on the paper's.
+FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
+#: What is known of each rig where nothing is said.
+KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
+
+#: Finer steps of the position are digits of its text, not an encoder's [m].
+FINEST = 5e-9
+#: Time between samples from which a start's promise is told [s]: much less than a coil's period.
+OFTEN = 1e-3
+#: Samples at the start from which the velocity there is told.
+FEW = 8
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """The rig, and its constants as (value, standard deviation), SI units.
+
+    A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
+    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]; where it is not
+    given, that of the paper's on the paper's rig, and none on others.
+    """
+
+    rig: str = "compliant_probe"
+    constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
+    flicker_noise: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.flicker_noise is None:
+            paper = self.rig == "compliant_probe"
+            object.__setattr__(self, "flicker_noise", FLICKER_NOISE if paper else 0.0)
+
+    def exact(self) -> Instrument:
+        """Return the same instrument, its constants taken as known but those that nobody gave.
+
+        Its noise is white.
+        """
+        held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
+        return Instrument(self.rig, held, flicker_noise=0.0)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Consecutive samples of one run.
+
+    Attributes
+    ----------
+    position, force : array, shape (n,)
+        Displacement of the coil [m], load-cell force [N], positive in compression; finite. Where
+        a force drives: displacement of the tip, and that force, positive into the tissue.
+    sample_period : float
+        Time between two samples [s].
+    at_rest : bool
+        Whether the probe had been at rest before the first sample.
+    noise : float
+        Standard deviation of the output's white noise [its unit]; estimated where not given.
+    used : array of bool, shape (n,)
+        Which samples a fit weighs; all by default.
+    output : Quantity
+        What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
+    whitening : array, optional
+        Filter that makes the output's noise white and of variance 1, where that is not white.
+    misread : array, shape (n,), optional
+        Of a position that was smoothed: one of the errors that it may still have [m].
+    coil_gain : float
+        Way of the coil for each volt of its command [m/V]; NaN where that is not known.
+    notes : tuple of str
+        What was done to read it, in sentences: resampled, filled in, cut.
+    source : str
+        Where it came from, such as a file; what is wrong with its samples is told of that.
+    """
+
+    position: FloatArray
+    force: FloatArray
+    sample_period: float
+    at_rest: bool = False
+    noise: float = 0.0
+    used: BoolArray | None = None
+    output: Quantity = FORCE
+    whitening: FloatArray | None = None
+    misread: FloatArray | None = None
+    coil_gain: float = np.nan
+    notes: tuple[str, ...] = ()
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if self.used is None:
+            object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
+        if not self.noise > 0:
+            output, drive = self.output_values[self.used], self.input_values[self.used]
+            floor = noise_floor(output, drive, np.flatnonzero(self.used))
+            object.__setattr__(self, "noise", max(floor, 1e-12))
+
+    @property
+    def input(self) -> Quantity:
+        """What drives the model."""
+        return other(self.output)
+
+    @property
+    def input_values(self) -> FloatArray:
+        """What was measured of it."""
+        return getattr(self, self.input.name)
+
+    @property
+    def output_values(self) -> FloatArray:
+        """What was measured of that which a model predicts."""
+        return getattr(self, self.output.name)
+
+    def over_noise(self, values: FloatArray) -> FloatArray:
+        """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
+        if self.whitening is None or not values.size:
+            return (values.T * (self.used / self.noise)).T
+        filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
+        # The filter reaches back: what follows an unused sample is unused too.
+        lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5
+        return (filtered.T * ~lost).T
+
+    @property
+    def times(self) -> FloatArray:
+        """Time of each sample after the first [s]."""
+        return np.arange(self.position.size) * self.sample_period
+
+    def thinned(self) -> Measurement:
+        """Return the same in as few samples as tell which start of a search promises most.
+
+        What a filter makes white needs all samples.
+        """
+        times = int(OFTEN / self.sample_period + 1e-6)
+        if times < 2 or self.whitening is not None:
+            return self
+        kept = slice(None, None, times)
+        return replace(
+            self,
+            position=self.position[kept],
+            force=self.force[kept],
+            used=self.used[kept],
+            misread=None if self.misread is None else self.misread[kept],
+            sample_period=self.sample_period * times,
+        )
+
+    def pressed(self, stiffness: float) -> BoolArray:
+        """Which samples were taken with the tip in the tissue for 15 ms and more.
+
+        The indentation is u - F / k0, ``stiffness`` being the load cell's k0 [N/m]; it must exceed
+        a tenth of the coil's travel.
+        """
+        indentation = self.position - self.force / stiffness
+        inside = indentation > 0.1 * self.extent.indentation
+        settling = max(1, round(15e-3 / self.sample_period))
+        outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
+        return self.used & ~outside
+
+    @cached_property
+    def first_speed(self) -> float:
+        """Velocity of the position at the first sample [m/s], by the parabola of the first few."""
+        few = slice(0, FEW)
+        parabola = np.polynomial.Polynomial.fit(self.times[few], self.position[few], 2)
+        return float(parabola.deriv()(0.0))
+
+    @cached_property
+    def extent(self) -> Extent:
+        """How far position, speed and force reach."""
+        rate = np.abs(np.diff(self.position)) / self.sample_period
+        return Extent(
+            duration=self.position.size * self.sample_period,
+            indentation=float(np.ptp(self.position)) / 2 + 1e-9,
+            depth=float(np.max(self.position)),
+            speed=float(np.quantile(rate, 0.99)) + 1e-9,
+            force=float(np.std(self.force)) + 1e-9,
+            pull=max(-float(np.min(self.force)), 0.0),
+            step=_step(self.position[self.used]),
+        )
+
+
+def _step(position: FloatArray) -> float:
+    """Return the step of which all differences of position are multiples [m]; 0 if there is none.
+
+    Found as Euclid finds a common divisor: what is left over by the smallest is the next smallest.
+    """
+    moves = np.unique(np.abs(np.diff(position)))
+    step = np.min(moves[moves > FINEST], initial=np.inf)
+    while FINEST < step < np.inf:
+        off = np.abs(moves - step * np.rint(moves / step))
+        left = off[off > 0.05 * step]
+        if not left.size:
+            times = np.rint(moves / step)
+            return float(moves @ times / (times @ times))
+        step = np.min(left)
+    return 0.0

@@ -1,0 +1,172 @@
+"""What the end of a search tells: a fit with its covariance, its rest, and its held-out error.
+
+What belongs here: what is computed once, from the normal equations at the end.
+What does not: the search (``search``), what may be said of a fit (``ranking``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.fft import dct, idct
+from scipy.linalg import eigh
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.fitting.point import Point, scale_of
+from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
+from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
+from tissue_probe.physics.response import course, respond
+from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.signals import FloatArray
+
+#: Parts of a record that are left out of the fit in turn.
+BLOCKS = 8
+
+
+def finished(problem: Problem, point: Point, converged: bool) -> Fit:
+    """Return the fit at a point: covariance, what is left, and what that says of noise and rig."""
+    q = problem.count
+    free = np.flatnonzero(np.diag(point.normal) > 0)
+    free = free[(free >= q) | problem.free[np.minimum(free, q - 1)]]
+    covariance = np.zeros((q, q))
+    root = np.sqrt(np.diag(point.normal)[free])
+    scaled = point.normal[np.ix_(free, free)] / np.outer(root, root)
+    inverse = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True) / np.outer(root, root)
+    own = free < q
+    scale = scale_of(problem, point.values)[free[own]]
+    covariance[np.ix_(free[own], free[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
+    samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
+    excess = max(1.0, point.cost / samples)
+    cosines = _cosines(problem, point)
+    return Fit(
+        composition=problem.composition,
+        measurements=problem.measurements,
+        values=point.values,
+        starts=tuple(point.starts),
+        covariance=covariance * excess,
+        residuals=tuple(residual for residual, _ in point.simulated),
+        evened=tuple(
+            m.noise * idct(each, norm="ortho")
+            for m, each in zip(problem.measurements, cosines, strict=True)
+        ),
+        heldout=tuple(_left_out(problem, point)),
+        misfits=tuple(point.misfits),
+        cost=point.cost,
+        unknowns=problem.unknowns,
+        start_penalty=_start_penalty(problem, point),
+        converged=converged,
+        rounding=_rounding(problem, point),
+        colour=colour(cosines),
+        unevenness=unevenness(cosines),
+        strain=point.cost - sum(point.misfits),
+        exhausted=_exhausted(problem, point.values),
+    )
+
+
+def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
+    """Name the constants whose tolerances a fit has used up."""
+    farthest = FARTHEST * (1.0 - 1e-9) * problem.deviation
+    ended = np.abs(values - problem.nominal) >= farthest
+    return tuple(problem.kernel.values[index] for index in problem.drawn if ended[index])
+
+
+def _cosines(problem: Problem, point: Point) -> list[FloatArray]:
+    """Return the cosines of each measurement's residual, white where it is noise."""
+    cosines = []
+    for index, (residual, _) in enumerate(point.simulated):
+        over_noise = problem.weighed(index, residual)
+        if problem.weights[index] is None:
+            over_noise = dct(over_noise, norm="ortho")
+        cosines.append(over_noise)
+    return cosines
+
+
+def _rounding(problem: Problem, point: Point) -> float:
+    """Simulate an error that rounding of the position may have left; rms of the force [N].
+
+    It counts where a model smooths coarse steps, and where it undoes an error of a fine encoder:
+    that makes the rounding larger wherever two positions read nearly alike. Coarse steps that a
+    model does not smooth are no noise to be counted, but something that it lacks.
+    """
+    kernel, values = problem.kernel, point.values.copy()
+    smooths = kernel.rounded >= 0 and values[kernel.rounded] > 0
+    fine = all(measurement.extent.step <= COARSE for measurement in problem.measurements)
+    if not smooths and not (kernel.moves_position and fine):
+        return 0.0
+    step = values[kernel.rounded] if smooths else 0.0
+    if smooths:
+        values[kernel.rounded] = 0.0  # what follows is smoothed already
+    changes = []
+    for m, start in zip(problem.measurements, point.starts, strict=True):
+        right, wrong = (
+            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).output
+            for u in _as_read(m, step)
+        )
+        changes.append((wrong - right)[m.used])
+    return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
+
+
+def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatArray]:
+    """Return the position that is taken for the true one, and one as likely; smooth for a step."""
+    if step > 0.0:
+        found = smoothed(measurement.position, step)
+        return found.course, found.course + found.error
+    if measurement.misread is not None:
+        return measurement.position, measurement.position + measurement.misread
+    error = np.random.default_rng(0).uniform(-0.5, 0.5, measurement.position.size)
+    return measurement.position, measurement.position + measurement.extent.step * error
+
+
+def _start_penalty(problem: Problem, point: Point) -> float:
+    """Log of how many times the samples narrow what was known beforehand of the starts.
+
+    Summed over what they tell apart of them, and of each no more than a parameter costs: the BIC
+    takes a parameter for known beforehand as well as one sample tells it.
+    """
+    q, n = problem.count, problem.states
+    own = [
+        i
+        for i, spread in enumerate(problem.kernel.spreads)
+        if spread in ("length", "branch") or spread in problem.kernel.values
+    ]
+    penalty = 0.0
+    for index, begun in enumerate(point.begins if own else []):
+        place = np.array([q + index * n + i for i in own])
+        scale = np.outer(begun.deviation[own], begun.deviation[own])
+        after = point.normal[np.ix_(place, place)] * scale
+        narrower = eigh(after, begun.precision[np.ix_(own, own)] * scale, eigvals_only=True)
+        costs = np.log(np.maximum(narrower, 1.0))
+        samples = np.sum(problem.measurements[index].used)
+        penalty += float(np.sum(np.minimum(costs, np.log(samples))))
+    return penalty
+
+
+def _left_out(problem: Problem, point: Point) -> list[FloatArray]:
+    """Return each block's residual with the values fitted to the others only.
+
+    With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
+    the noise, of which flicker noise is left aside.
+    """
+    q, n = problem.count, problem.states
+    own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
+    scale = scale_of(problem, point.values)[own]
+    by_value = [sensitivity[:, n:][:, own] * scale for _, sensitivity in point.simulated]
+    pairs = zip(problem.measurements, by_value, strict=True)
+    over_noise = [measurement.over_noise(each) for measurement, each in pairs]
+    whole = np.diag((scale / problem.deviation[own]) ** 2) + sum(J.T @ J for J in over_noise)
+    root = np.sqrt(np.diag(whole))
+    left = []
+    for index, J in enumerate(over_noise):
+        residual = point.simulated[index][0]
+        r = problem.measurements[index].over_noise(residual)
+        out = residual.copy()
+        for block in np.array_split(np.arange(residual.size), BLOCKS):
+            rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
+            # What only this block tells would be unknown without it; it stays within reason.
+            rest[np.diag_indices(own.size)] += 1e-2
+            out[block] += by_value[index][block] @ (
+                np.linalg.solve(rest, J[block].T @ r[block] / root) / root
+            )
+        left.append(out)
+    return left

@@ -1,0 +1,184 @@
+"""Fitting a composed model by output error: what is searched, in which scale, with what priors.
+
+What belongs here: unknowns, tolerances, what is known of a start, noise and its weights.
+What does not: cost and its derivatives (``point``), the search (``search``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.flicker import evened, flicker_weights
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.response import course, respond
+from tissue_probe.signals import FloatArray
+
+#: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
+#: motion that goes on of its prior. Where the model lacks an effect, its residual would else
+#: outweigh any prior, and rig or start make up for the effect.
+FARTHEST = 4.0
+#: Parameters whose bounds span more than this factor are searched by their logarithm.
+LOGARITHMIC = 50.0
+
+
+class Begin(NamedTuple):
+    """What is known beforehand of the states at a first sample: where they are, and how well.
+
+    ``precision``, shape (n, n), is the inverse of their covariance.
+    """
+
+    mean: FloatArray
+    deviation: FloatArray
+    precision: FloatArray
+
+
+@lru_cache(maxsize=64)
+def history(rates: bytes) -> FloatArray:
+    """Return the inverse correlation of states that forget one history at these rates [1/s].
+
+    A branch that forgets at the rate r holds the integral of exp(-r s) x'(-s) over the time s
+    before the first sample. Of a tip's velocity x' that may have been any, as white noise, two
+    branches hold what correlates as 2 sqrt(r q) / (r + q): nearly the same where rates are near.
+    States that do not forget, of rate 0, have each its own start, and so has what forgets at once.
+
+    Parameters
+    ----------
+    rates : bytes
+        Those of an array of float64, shape (n,).
+
+    Returns
+    -------
+    array, shape (n, n)
+    """
+    r = np.frombuffer(rates)
+    branches = np.flatnonzero((r > 0.0) & np.isfinite(r))
+    inverse = np.eye(r.size)
+    if branches.size > 1:
+        r = r[branches]
+        alike = 2.0 * np.sqrt(np.multiply.outer(r, r)) / np.add.outer(r, r)
+        # Two of one rate are one: what tells them apart is nothing but rounding.
+        alike.flat[:: r.size + 1] += 1e-6
+        inverse[np.ix_(branches, branches)] = np.linalg.inv(alike)
+    return inverse
+
+
+class Problem:
+    """Unknowns of a model under measurements: what is searched, in which scale, with what priors.
+
+    The unknowns are the values (constants of the rig held or drawn to their tolerances), then the
+    states at the start of each measurement, drawn to where a probe at rest has them.
+
+    Parameters
+    ----------
+    composition : Composition
+        The model.
+    measurements : sequence of Measurement
+        All of one specimen.
+    instrument : Instrument
+        What is known of the rig.
+    """
+
+    def __init__(
+        self,
+        composition: Composition,
+        measurements: Sequence[Measurement],
+        instrument: Instrument,
+        held: Mapping[str, float] | None = None,
+    ) -> None:
+        self.composition = composition
+        self.measurements = tuple(measurements)
+        _check_output(composition, self.measurements)
+        self.kernel = composition.kernel
+        self.held = dict(held or {})
+        entries = composition.values
+        constants = instrument.constants
+        self.nominal = np.array([constants.get(e.name, (e.default, 0.0))[0] for e in entries])
+        deviation = [constants.get(e.name, (0.0, np.inf))[1] for e in entries]
+        self.deviation = np.array(deviation)
+        for index, entry in enumerate(entries):
+            if entry.name in self.held:
+                self.nominal[index], self.deviation[index] = self.held[entry.name], 0.0
+        own = np.isinf(self.deviation)
+        self.lower = np.array([e.lower for e in entries])
+        self.upper = np.array([e.upper for e in entries])
+        tolerated = ~own & (self.deviation > 0)
+        reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
+        self.lower = np.where(tolerated, np.maximum(self.lower, self.nominal - reach), self.lower)
+        self.upper = np.where(tolerated, np.minimum(self.upper, self.nominal + reach), self.upper)
+        self.logarithmic = own & (self.lower > 0)
+        self.logarithmic &= self.upper > LOGARITHMIC * np.where(self.lower > 0, self.lower, 1.0)
+        self.free = self.deviation > 0
+        self.unknowns = int(np.sum(own))
+        self.states = len(self.kernel.states)
+        self.count = len(entries)
+        self.drawn = np.flatnonzero(tolerated)
+        begun = self.states * len(self.measurements)
+        self.searched = np.concatenate([self.free, np.ones(begun, dtype=bool)])
+        self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
+        flicker = instrument.flicker_noise
+        self.weights = [
+            flicker_weights(m.force.size, flicker / m.noise) if flicker else None
+            for m in self.measurements
+        ]
+
+    def begin(self, values: FloatArray) -> list[Begin]:
+        """Return what is known beforehand of the states at the start of each measurement."""
+        alike = history(self.kernel.relaxation_rates(values).tobytes())
+        begins = []
+        for measurement in self.measurements:
+            extent = measurement.extent
+            z = self.kernel.begin(values, measurement.position[0], measurement.force[0])
+            loaded = abs(self._indentation(values, z, measurement.position[0]))
+            depth = extent.indentation + loaded
+            still = measurement.at_rest
+            if not still:  # all that moves goes with the coil
+                z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
+            length = loaded + 1e-8 if still else depth
+            spreads = {
+                **dict(zip(self.kernel.values, map(float, values), strict=True)),
+                "free": depth,
+                "length": length,
+                "branch": length,
+                "speed": 1e-4 if still else 2 * extent.speed,
+                "none": 2 * measurement.noise,
+            }
+            deviation = np.array([spreads[name] for name in self.kernel.spreads])
+            begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
+        return begins
+
+    def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:
+        """Indentation at the start: a state where the load cell yields, else the coil's place."""
+        if "free" in self.kernel.spreads:
+            return float(z[self.kernel.spreads.index("free")])
+        return float(position - values[self.kernel.values.index("contact_position")])
+
+    def simulate(
+        self, values: FloatArray, starts: Sequence[FloatArray]
+    ) -> list[tuple[FloatArray, FloatArray]]:
+        """Residual and sensitivity of the output for each measurement."""
+        result = []
+        for measurement, start in zip(self.measurements, starts, strict=True):
+            coil = course(self.kernel, measurement.input_values, measurement.sample_period, values)
+            response = respond(self.kernel, values, start, coil)
+            result.append((measurement.output_values - response.output, response.sensitivity))
+        return result
+
+    def weighed(self, index: int, columns: FloatArray) -> FloatArray:
+        """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""
+        over_noise, weights = self.measurements[index].over_noise(columns), self.weights[index]
+        return over_noise if weights is None else evened(over_noise, weights)
+
+
+def _check_output(composition: Composition, measurements: Sequence[Measurement]) -> None:
+    output = composition.output
+    for measurement in measurements:
+        if measurement.output is not output:
+            raise ValueError(
+                f"the rig {composition.rig} predicts the {output.name}, and the measurement is for "
+                f"one that predicts the {measurement.output.name}; give Measurement(output=...)"
+            )

@@ -1,0 +1,185 @@
+"""Levenberg and Marquardt's search for the values of a model that fit best.
+
+What belongs here: steps, damping, bounds, when a search has settled or is given up.
+What does not: what is searched (``problem``), where it begins (``starts``, ``first_guess``), and
+which models are searched (``candidates``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dposv
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import BoolArray
+from tissue_probe.diagnosis.fitting.outcome import finished
+from tissue_probe.diagnosis.fitting.point import Point, point_at
+from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
+from tissue_probe.signals import FloatArray
+
+MOST_STEPS = 40
+#: The cost counts as settled where a step lowers it by less than this share, or this much.
+SETTLED_SHARE, SETTLED = 1e-5, 0.02
+#: A search is given up where ten more steps like the last leave more than this times the best.
+HOPELESS = 1.5
+#: And this share of the noise, where only what exceeds it is compared.
+LEAST_EXCESS = 0.04
+#: And none in so many first steps that are damped by more than this: as it falls they gain more.
+FIRST, DAMPED = 10, 0.3
+#: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
+KEPT = 0.4
+#: Share to which damping falls after a step; and after one that follows a refused one: it falls
+#: faster with each, since in a valley what was refused will be again.
+EASE, CAREFUL = 0.1, 0.7
+#: A branch of tissue at rest has been pressed in, and is compressed by as much as the tissue at the
+#: most; or it was drawn back a little. In shares of that.
+DRAWN, PRESSED = 0.25, 1.1
+
+
+def _solve(
+    problem: Problem, point: Point, damping: float
+) -> tuple[FloatArray, list[FloatArray], float]:
+    """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
+
+    What a step would carry beyond a bound stops there, and the rest steps again without.
+    """
+    q, n = problem.count, problem.states
+    diagonal = np.diag(point.normal)
+    free = problem.searched & (diagonal > 0)
+    whole = np.concatenate([point.values, *point.starts])
+    lower, upper = _bounds(problem, point)
+    logarithmic = problem.by_logarithm
+    step = np.zeros(free.size)
+    for _ in range(4):
+        index = np.flatnonzero(free)
+        if not index.size:
+            break
+        root = np.sqrt(diagonal[index])
+        scaled = point.normal[index[:, None], index] / (root[:, None] * root)
+        scaled.flat[:: index.size + 1] += damping + 1e-12
+        rest = (point.gradient - point.normal @ np.where(free, 0.0, step))[index]
+        step[index] = _solution(scaled, rest / root) / root
+        moved = _moved(logarithmic, whole, step)
+        beyond = free & ((moved < lower) | (moved > upper))
+        if not beyond.any():
+            break
+        held = np.clip(moved, lower, upper)
+        step[beyond] = _unmoved(logarithmic, whole, held)[beyond]
+        free &= ~beyond
+    moved = np.clip(_moved(logarithmic, whole, step), lower, upper)
+    promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
+    return moved[:q], [moved[q + i * n :][:n] for i in range(len(point.starts))], float(promised)
+
+
+def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve by Cholesky's method; by least squares where the matrix is as good as singular."""
+    _, solution, failed = dposv(matrix, right)
+    return np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if failed else solution
+
+
+def _bounds(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray]:
+    """Return how far values may go, and starts where the probe is not at rest.
+
+    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but what
+    relaxes has been pressed.
+    """
+    relaxing = np.array([spread == "branch" for spread in problem.kernel.spreads], dtype=bool)
+    lower, upper = [problem.lower], [problem.upper]
+    for measurement, (mean, deviation, _) in zip(problem.measurements, point.begins, strict=True):
+        back = ahead = FARTHEST * deviation
+        if measurement.at_rest:
+            back = np.where(relaxing, DRAWN * deviation, np.inf)
+            ahead = np.where(relaxing, PRESSED * deviation, np.inf)
+        lower.append(mean - back)
+        upper.append(mean + ahead)
+    return np.concatenate(lower), np.concatenate(upper)
+
+
+def _moved(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
+    grown = at * np.exp(np.clip(step, -3.0, 3.0))
+    return np.where(logarithmic, grown, at + step)
+
+
+def _unmoved(logarithmic: BoolArray, at: FloatArray, held: FloatArray) -> FloatArray:
+    ratio = np.where(logarithmic, held / np.where(at != 0, at, 1.0), 1.0)
+    return np.where(logarithmic, np.log(np.maximum(ratio, 1e-300)), held - at)
+
+
+def promise(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> float:
+    """Return the cost that one Gauss-Newton step promises."""
+    with np.errstate(all="ignore"):
+        point = point_at(problem, values, starts)
+    return np.inf if point is None else _solve(problem, point, 1e-9)[2]
+
+
+@dataclass
+class Bar:
+    """The lowest cost that any search of a comparison has reached so far.
+
+    ``noise`` is the part of any cost that is not counted: what is left by noise alone, where only
+    what comes near the best is asked for.
+    """
+
+    cost: float = np.inf
+    noise: float = 0.0
+
+    def out_of_reach(self, cost: float, gain: float) -> bool:
+        """Whether a search at a cost, which a step lowers by a gain, will not come near."""
+        near = max(HOPELESS * (self.cost - self.noise), LEAST_EXCESS * self.noise)
+        return cost - 10.0 * gain - self.noise > near
+
+
+def search(
+    problem: Problem,
+    values: FloatArray,
+    starts: Sequence[FloatArray],
+    bar: Bar | None = None,
+) -> Fit | None:
+    """Minimise the cost from a starting point (Levenberg 1944, Marquardt 1963).
+
+    Parameters
+    ----------
+    problem : Problem
+        What is searched.
+    values : array, shape (q,)
+        Where to begin.
+    starts : sequence of array
+        The states at the first sample of each measurement.
+    bar : Bar, optional
+        Of a comparison: searches that will not come near the best are given up.
+
+    Returns
+    -------
+    Fit or None
+        None where the model cannot be simulated at the starting point.
+    """
+    with np.errstate(all="ignore"):
+        point = point_at(problem, values, starts)
+        return None if point is None else _descend(problem, point, bar or Bar())
+
+
+def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
+    damping, ease, settled, gain = 1e-3, EASE, False, np.inf
+    for step in range(MOST_STEPS):
+        values, starts, promised = _solve(problem, point, damping)
+        hoped = max(gain, KEPT * (point.cost - promised))
+        judged = damping < DAMPED or step >= FIRST
+        if judged and bar.out_of_reach(point.cost, hoped):
+            break
+        trial = point_at(problem, values, starts, point.cost)
+        if trial is None:
+            damping, ease = max(damping, 1e-7) * 8.0, CAREFUL
+            if damping > 1e6:
+                settled = True
+                break
+            continue
+        gain = point.cost - trial.cost
+        settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
+        point, damping, ease = trial, damping * ease, max(ease**2, EASE)
+        if settled:
+            break
+    bar.cost = min(bar.cost, point.cost)
+    return finished(problem, point, settled)

@@ -1,0 +1,275 @@
+"""A further effect beside those of a path: which are tried, and how they are kept.
+
+What belongs here: paths with one effect more. What does not: which path is taken, and what its
+effects are worth in the end (``ladder``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.ranking.candidates import SAME, THREADS, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
+from tissue_probe.diagnosis.ranking.screen import screened
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects.effect import TISSUE_FORCE
+
+#: A further effect must remove this share of what exceeds the noise.
+SHARE = 0.65
+#: Where one removes this share, and all is explained, it is sought beside no other first effect.
+CLEAR = 0.95
+#: Families of which a second effect is tried first.
+FOLLOWED = 5
+#: Of families whose best effect leaves no more than this many times the lowest cost, all are.
+NEAR = 4.0
+#: Where no two effects explain all, other forms of a first one are tried that alone leave no more
+#: than this many times its cost; and where one gives way, kin of it from their own side.
+RELATED = 1.2
+#: Share of the noise, rms, by which what two forms of a first effect leave must differ.
+UNSEEN = 1e-6
+
+Path = tuple[Fit, ...]
+
+
+def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Return what may stand beside a model's effects: no second form of a law that it has."""
+    taken = {each.family for each in composition.all_effects if each.family in FORMS}
+    return {
+        name: effect
+        for name, effect in library.items()
+        if effect.family not in taken and name not in composition.names
+    }
+
+
+def asked(fit: Fit) -> float:
+    """Return the cost at which a model removes enough of what a fit leaves beyond the noise."""
+    return fit.floor * (1.0 + (1.0 - SHARE) * (fit.ratio**2 - 1.0))
+
+
+def _is_clear(fit: Fit, better: Fit) -> bool:
+    """Whether a further effect explains all, and of what exceeded the noise leaves next to none."""
+    return explained(better) and better.ratio**2 - 1.0 < (1.0 - CLEAR) * (fit.ratio**2 - 1.0)
+
+
+def _leave_the_same(fit: Fit, other: Fit) -> bool:
+    """Whether two forms of an effect leave the same: such as where the tip never comes off."""
+    pairs = zip(fit.residuals, other.residuals, strict=True)
+    difference = np.concatenate([one - another for one, another in pairs])
+    return float(np.sqrt(np.mean(difference**2))) < UNSEEN * fit.noise
+
+
+def _may_part(effect: Effect) -> bool:
+    """Whether an effect may part the tip from the tissue, or the coil from the tip."""
+    return _changes_contact(effect) or any(form.engaged != 1 for form in effect.every_form)
+
+
+def _changes_contact(effect: Effect) -> bool:
+    return any(form.contact != TISSUE_FORCE for form in effect.every_form)
+
+
+class Further:
+    """Paths with one effect more.
+
+    Parameters
+    ----------
+    base : Fit
+        Where all paths begin.
+    instrument : Instrument
+        What is known of the rig.
+    library : mapping of str to Effect
+        What may be added.
+    """
+
+    def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
+        self._base, self.instrument, self._library = base, instrument, library
+        self._orders: dict[tuple[str, ...], list[Effect]] = {}
+        self._extended: set[tuple[tuple[str, ...], bool]] = set()
+        self._settled: dict[tuple[str, ...], float] = {}
+        #: The best fit of every set of effects that was tried.
+        self.tried: dict[frozenset[str], Fit] = {}
+
+    def reformed(self, paths: Iterable[Path]) -> list[Path]:
+        """Return first effects of paths in other forms that do nearly as well alone.
+
+        What makes one form the better may be the lack of the second effect.
+        """
+        found: list[Path] = []
+        for first in (path[0] for path in paths):
+            for form in self._library[added(first).name].every_form:
+                if form != added(first).plain:
+                    fits = fit_candidates(self._base, [form], self.instrument)
+                    near = [fit for fit in fits if fit.cost < RELATED * first.cost]
+                    found += [(fit,) for fit in near if not _leave_the_same(fit, first)]
+        return found
+
+    def searched(self, fit: Fit, effects: Iterable[Effect], needed: float = np.inf) -> list[Fit]:
+        """Add each effect to a model, in the form of it that fits best beside the others.
+
+        Alone it may have done better in another form: see ``fit_candidates``.
+        """
+        whole = [self._library[effect.name] for effect in effects]
+        return fit_candidates(fit, whole, self.instrument, needed)
+
+    def longer(
+        self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float = np.inf
+    ) -> list[Path]:
+        """Return what ``searched`` finds beside each of several models, two of them at a time."""
+        with ThreadPoolExecutor(THREADS) as pool:
+            searches = [(fit, pool.submit(self.searched, fit, each, needed)) for fit, each in pairs]
+            return [(fit, both) for fit, search in searches for both in search.result()]
+
+    def note(self, fits: Iterable[Fit]) -> None:
+        """Keep fits among those that were tried."""
+        for fit in fits:
+            names = frozenset(fit.composition.names)
+            if names not in self.tried or fit.bic < self.tried[names].bic:
+                self.tried[names] = fit
+
+    def known(self, composition: Composition, effects: Iterable[Effect]) -> list[Fit]:
+        """Return what was found before of a model with one of these effects more."""
+        sets = [(each, frozenset((*composition.names, each.name))) for each in effects]
+        found = [(each, self.tried[names]) for each, names in sets if names in self.tried]
+        return [fit for each, fit in found if added(fit).name == each.name]
+
+    def towards(self, last: Fit, firsts: Iterable[Fit], needed: float) -> list[Path]:
+        """Return paths from each of other effects to one that was found alone, the best first.
+
+        Searches that will not come near the cost that is needed, or that of the one, are given up.
+        """
+        bar = min(needed, last.cost)
+        effect, allowed = added(last), addable(last.composition, self._library)
+        others = [
+            fit
+            for fit in firsts
+            if added(fit).name in allowed and not self.has_settled(fit, effect)
+        ]
+        return self._noted([(fit, [effect]) for fit in others], bar)
+
+    def losing_contact(self, firsts: Iterable[Fit], needed: float) -> list[Path]:
+        """Return paths from first effects to each that changes contact, the best first.
+
+        Where contact is lost depends on all else: tissue that relaxes recedes from the tip. What
+        was promised without, or how another form did, says little of it. Searches that will not
+        come near the cost that is needed are given up.
+        """
+        pairs = []
+        for fit in firsts:
+            allowed = addable(fit.composition, self._library).values()
+            losing = filter(_changes_contact, allowed)
+            pairs.append((fit, [each for each in losing if not self.has_settled(fit, each)]))
+        return self._noted(pairs, needed)
+
+    def _noted(self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float) -> list[Path]:
+        """Return what ``longer`` finds, the best first, and keep it among what was tried."""
+        found = self.longer(pairs, needed)
+        self.note(path[-1] for path in found)
+        return sorted(found, key=lambda path: path[-1].bic)
+
+    def is_new(self, fit: Fit, effect: Effect) -> bool:
+        """Whether an effect was not tried yet together with those of a fit, in whatever order."""
+        return frozenset((*fit.composition.names, effect.name)) not in self.tried
+
+    def has_settled(self, fit: Fit, effect: Effect) -> bool:
+        """Whether a search for an effect beside this fit, or one as good, has led somewhere."""
+        begun = self._settled.get((*fit.composition.names, effect.name), np.inf)
+        return 1.0 / SAME < fit.cost / begun < SAME
+
+    def explains(self, fit: Fit, other: Fit) -> bool:
+        """Whether both fits' effects together were found to explain all, in whatever order."""
+        names = frozenset((*fit.composition.names, *other.composition.names))
+        return names in self.tried and explained(self.tried[names])
+
+    def unasked(self, paths: Iterable[Path], final: Fit) -> list[Path]:
+        """Return what ``of`` does of paths that were not yet extended, or by half of the families.
+
+        Parameters
+        ----------
+        paths : iterable of tuple of Fit
+            What is to be extended.
+        final : Fit
+            What will not come near it is given up. Where it explains all, others could only do as
+            well: what promises less, or was tried, is passed over.
+        """
+        found: list[Path] = []
+        for path in paths:
+            for promising in (True,) if explained(final) else (True, False):
+                if (path[-1].composition.names, promising) not in self._extended:
+                    found += self.of([path], promising, final)
+        return sorted(found, key=lambda path: path[-1].bic)
+
+    def of(
+        self, paths: Sequence[Path], promising: bool = True, final: Fit | None = None
+    ) -> list[Path]:
+        """Return every path with one effect more, the best first, each set of effects once.
+
+        Of two ways to the same effects that end as well, the one stays that began better. Where one
+        of a path is clear, those after it are not extended.
+
+        Parameters
+        ----------
+        paths : sequence of tuple of Fit
+            What is to be extended.
+        promising : bool
+            By the families that promise most, or by the others: a promise is made as if nothing
+            had been added yet, which beside a strong nonlinear effect says little.
+        final : Fit, optional
+            A model that is there already: see ``unasked``.
+        """
+        longer: dict[frozenset[str], Path] = {}
+        again = final is None or not explained(final)
+        for path in paths:
+            self._extended.add((path[-1].composition.names, promising))
+            others = [final] if final else [each[-1] for each in longer.values()]
+            lowest = min((fit.ratio for fit in others), default=np.inf)
+            for fit in ranked(self._followed(path[-1], promising, lowest, again)):
+                names = frozenset(fit.composition.names)
+                if names not in longer or fit.bic < longer[names][-1].bic - TIE:
+                    longer[names] = (*path, fit)
+                self.note([fit])
+                if fit.converged:
+                    self._settled[fit.composition.names] = path[-1].cost
+            if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
+                break
+        order = preferred(path[-1] for path in longer.values())
+        return sorted(longer.values(), key=lambda path: order.index(path[-1]))
+
+    def _followed(self, fit: Fit, promising: bool, lowest: float, again: bool) -> list[Fit]:
+        """Fit the best of each family, then all of those families that keep their promise best.
+
+        What will not come near the lowest residual of another path is given up; what was tried is
+        tried again, or passed over.
+        """
+        order = [each for each in self._order(fit) if again or self.is_new(fit, each)]
+        first: dict[str, Effect] = {}
+        for effect in order:
+            first.setdefault(effect.family, effect)
+        part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
+        needed = min(asked(fit), fit.floor * lowest**2)
+        chosen = list(first.values())[part]
+        fits = fit_candidates(fit, chosen, self.instrument, needed)
+        if not fits:
+            return []
+        enough = NEAR * min(each.cost for each in fits)
+        kept = {added(each).family for each in fits if each.cost <= enough}
+        others = [each for each in order if each.family in kept and each is not first[each.family]]
+        return fits + fit_candidates(fit, others, self.instrument, needed, fits)
+
+    def _order(self, fit: Fit) -> list[Effect]:
+        """Order what may be added by what it promises, in the form that promises most.
+
+        What may part is tried in every form of it: no promise tells them apart.
+        """
+        names = fit.composition.names
+        if names not in self._orders:
+            allowed = addable(fit.composition, self._library).values()
+            alone = self._base.composition
+            forms = screened(fit, alone, allowed, self.instrument)
+            pairs = [(form, self._library[form.name]) for form in forms]
+            self._orders[names] = [whole if _may_part(whole) else form for form, whole in pairs]
+        return self._orders[names]

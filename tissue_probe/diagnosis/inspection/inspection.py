@@ -1,0 +1,140 @@
+"""Whether samples are fit to be fitted: what is wrong with them, and what to do.
+
+What belongs here: the list of checks, their order, and what is said of each.
+What does not: judging models by sound samples (``residuals``, ``ranking``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
+from tissue_probe.diagnosis.inspection.response_checks import check_response, check_size
+from tissue_probe.diagnosis.inspection.sampling_checks import check_sampling, check_times
+from tissue_probe.diagnosis.inspection.value_checks import check_values
+from tissue_probe.signals import FloatArray
+
+_FEWEST = 16  # samples that the checks of values need
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What is wrong with samples, and how fine they are.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+        Fatal ones first.
+    position_step, force_step : float or None
+        Step in which the values come [m], [N]; None where they come in none.
+    """
+
+    findings: tuple[Finding, ...]
+    position_step: float | None = None
+    force_step: float | None = None
+
+    @property
+    def fatal(self) -> bool:
+        """Whether a fit would be worthless."""
+        return any(finding.fatal for finding in self.findings)
+
+    @property
+    def answer(self) -> str | None:
+        """``adc_saturation`` or ``stuck_samples``, where that is what is wrong with the data."""
+        names = [finding.name for finding in self.findings]
+        return next((name for name in ("adc_saturation", "stuck_samples") if name in names), None)
+
+    def __getitem__(self, name: str) -> Finding:
+        """Return the finding of a name; KeyError if there is none."""
+        for finding in self.findings:
+            if finding.name == name:
+                return finding
+        raise KeyError(name)
+
+
+def inspect(
+    position: FloatArray, force: FloatArray, sample_period: float, time: FloatArray | None = None
+) -> Inspection:
+    """Check samples before a model is fitted to them.
+
+    Findings, by name: ``too_short``, ``missing_samples``, ``irregular_sampling``, ``gaps``,
+    ``constant_position``, ``constant_force``, ``no_motion``, ``no_contact``, ``low_rate``,
+    ``coarse_encoder``, ``adc_saturation``, ``stuck_samples``, ``spikes``,
+    ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``.
+
+    Parameters
+    ----------
+    position : array, shape (n,)
+        Displacement of the coil [m], positive into the tissue. NaN where not known.
+    force : array, shape (n,)
+        Load-cell force [N], positive in compression. NaN where not known.
+    sample_period : float
+        Time between two samples [s].
+    time : array, shape (n,), optional
+        When each sample was taken [s], where that is known.
+
+    Raises
+    ------
+    ValueError
+        If the arrays are not one-dimensional and of one length, or the period is not positive.
+    """
+    position, force = (np.asarray(column, dtype=np.float64) for column in (position, force))
+    if position.ndim != 1 or position.shape != force.shape:
+        raise ValueError(
+            f"position and force have shapes {position.shape} and {force.shape}; give one value of "
+            "each a sample"
+        )
+    if not 0.0 < sample_period < float("inf"):
+        raise ValueError(f"sample_period is {sample_period} s; it must be positive")
+    known = np.isfinite(position) & np.isfinite(force)
+    findings = list(_check_known(known, sample_period))
+    if time is not None:
+        findings += check_times(np.asarray(time, dtype=np.float64), sample_period)
+    if np.count_nonzero(known) < _FEWEST:
+        return Inspection(tuple(findings))
+    u, f = (Channel(*named) for named in _filled(position, force, known))
+    if beyond := list(check_size(u, f)):
+        return Inspection((*findings, *beyond))
+    findings += check_sampling(u, f, sample_period)
+    if not any(finding.name.startswith(("constant", "no_motion")) for finding in findings):
+        findings += check_values(u, f, known)
+        findings += check_response(u, f, sample_period)
+    findings.sort(key=lambda finding: not finding.fatal)
+    return Inspection(tuple(findings), u.step or None, f.step or None)
+
+
+def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
+    count = int(np.count_nonzero(known))
+    duration = count * sample_period
+    if count < 200 or duration < 0.2:
+        yield Finding(
+            "too_short",
+            f"The recording has {count} samples in {duration:.3g} s: record at least 200 samples "
+            "and 0.2 s, better several seconds.",
+            fatal=True,
+        )
+    if missing := known.size - count:
+        share = missing / known.size
+        yield Finding(
+            "missing_samples",
+            f"{missing} of {known.size} samples have no number for position or force: cut them "
+            "out, or find out why the recorder lost them.",
+            fatal=bool(share > 0.1),
+            spans=tuple(spans_of(~known)),
+        )
+
+
+def _filled(
+    position: FloatArray, force: FloatArray, known: np.ndarray
+) -> Iterator[tuple[str, FloatArray]]:
+    """Bridge what is missing by straight lines, so that only known values decide."""
+    number = np.arange(known.size)
+    for name, column in (("position", position), ("force", force)):
+        if known.all():
+            yield name, column
+        else:
+            yield name, np.interp(number, number[known], column[known])

@@ -1,0 +1,135 @@
+"""Whether force and position can belong together: contact, clocks, signs, units.
+
+What belongs here: what a first look at their relation says. What does not: the regression
+(``coarse_response``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.coarse_response import (
+    CoarseResponse,
+    best_lag,
+    coarse_response,
+    regressors,
+)
+from tissue_probe.diagnosis.inspection.finding import Finding
+
+LAG = 4e-3
+"""Lag between the channels that is one of clocks, not of the effects of ``channel_delay`` [s]."""
+
+LEFT = 0.25
+"""Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
+
+LONGEST_LAG = 0.25
+"""Lags are looked for up to this [s], and to an eighth of the record."""
+
+STIFFEST, SOFTEST = 1e6, 1e-1
+"""Apparent stiffnesses of no tissue [N/m]."""
+
+HUGE = 1e30
+"""Position [m] or force [N] of nothing that is measured; nor is its inverse."""
+
+WIDEST = 0.5
+"""Travel of no probe [m]."""
+
+
+def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
+    """Yield ``suspicious_units`` of values with which nothing can be computed."""
+    for channel in (position, force):
+        largest = np.abs(channel.values).max()
+        if largest > HUGE or 0.0 < largest < 1.0 / HUGE:
+            yield Finding(
+                "suspicious_units",
+                f"The {channel.name} reaches {largest:.3g}: no instrument measures that; look "
+                "whether this is the right column, and state its unit.",
+                fatal=True,
+            )
+
+
+def check_response(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
+    """Yield what is wrong between the channels.
+
+    ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``.
+    """
+    yield from _check_units(position, force)
+    if np.std(force.values) < 1.3 * force.noise:
+        yield Finding(
+            "no_contact",
+            f"The force is no more than its noise of {force.noise:.3g} N: bring the probe into "
+            "contact, or look whether this is the right column or topic.",
+            fatal=True,
+        )
+        return
+    both = regressors(position.values / position.span, force.values / force.span, sample_period)
+    found = coarse_response(both)
+    lag = _lag(both, found, force, sample_period)
+    if lag:
+        yield Finding(
+            "unsynchronised",
+            f"The force is {1e3 * abs(lag) * sample_period:.3g} ms "
+            f"{'late' if lag > 0 else 'early'} against the position: the channels have different "
+            "clocks or delays; shift one, or sample both by one clock.",
+            fatal=True,
+        )
+        found = coarse_response(both, lag)
+    yield from _check_sign(found, force.span / position.span)
+
+
+def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
+    stiffness = np.std(force.values / force.span) / np.std(position.values / position.span)
+    stiffness *= force.span / position.span
+    if not SOFTEST < stiffness < STIFFEST:
+        yield Finding(
+            "suspicious_units",
+            f"Force over position is {stiffness:.3g} N/m, which no tissue has: are they in newtons "
+            "and metres? State the units.",
+        )
+    elif position.span > WIDEST:
+        yield Finding(
+            "suspicious_units",
+            f"The position moves over {position.span:.3g} m, more than a probe can: is it in "
+            "metres? State the unit.",
+        )
+
+
+def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> int:
+    """Return a lag [samples] that explains the force far better than none; 0 if none does."""
+    longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
+    lag = best_lag(both, longest)
+    if abs(lag) * sample_period < LAG or found.unexplained < LEFT:
+        return 0  # without a lag they belong together, too: damping passes for one of milliseconds
+    shifted = coarse_response(both, lag)
+    passive = shifted.stiffness * shifted.damping > 0.0
+    right = shifted.unexplained < min(0.5 * found.unexplained, LEFT)
+    return lag if passive and right else 0
+
+
+def _check_sign(found: CoarseResponse, scale: float) -> Iterator[Finding]:
+    """Tissue resists: it pushes back, and takes up energy; mass alone does neither."""
+    gives_energy = found.viscous < -0.05 and found.elastic < -0.5 * found.viscous
+    pulls = found.separable and found.elastic < -0.2 and found.viscous < 0.05
+    inertia = -found.stiffness * scale / (2.0 * np.pi * found.frequency) ** 2
+    floats = not found.separable and found.elastic < -0.9 and abs(found.viscous) < 0.03
+    if gives_energy or pulls or (floats and inertia > 0.3):
+        yield Finding(
+            "wrong_polarity",
+            "The force falls as the probe goes in: force or position has the wrong sign; state "
+            "--force-polarity, or --position-polarity for heights.",
+            fatal=True,
+        )
+    elif floats or (
+        found.separable
+        and found.inertial > 0.9
+        and max(abs(found.elastic), abs(found.viscous)) < 0.05
+    ):
+        mass = inertia if floats else found.mass * scale
+        yield Finding(
+            "no_contact",
+            f"The force is that of a mass of {mass:.3g} kg moving freely: bring the probe into "
+            "contact.",
+        )

@@ -1,0 +1,120 @@
+"""Whether enough was sampled, evenly, of something that moves.
+
+What belongs here: checks of times, and of each channel by itself. What does not: repeated values
+(``value_checks``), how the channels go together (``response_checks``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.signals import FloatArray
+
+IRREGULAR = 0.05
+"""Deviation from even spacing that matters [periods]."""
+
+PER_CYCLE = 8.0
+"""Samples in a cycle of the fastest motion below which a model cannot be integrated."""
+
+
+FEWEST_STEPS = 1000.0
+"""Encoder steps in the whole travel below which they show in the force.
+
+On the paper's rig 2 um of 2 mm shake the force by 9700 N/m * 2 um / sqrt(12) = 5.6 mN, its noise.
+"""
+
+
+SEEN = 0.3
+"""Correlation with the force from which what looks like noise of the position is motion."""
+
+
+def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
+    """Check when samples were taken [s]; yields ``irregular_sampling`` and ``gaps``."""
+    steps = np.diff(time) / sample_period
+    gaps = steps > 1.5
+    if gaps.any():
+        yield Finding(
+            "gaps",
+            f"There are {np.count_nonzero(gaps)} gaps in time, the longest "
+            f"{steps.max() * sample_period:.3g} s: fit the parts between them as recordings of "
+            "their own.",
+            fatal=True,
+            spans=tuple((int(place), int(place) + 2) for place in np.flatnonzero(gaps)),
+        )
+    off = np.abs(steps[~gaps] - 1.0)
+    if not (off <= IRREGULAR).all():
+        yield Finding(
+            "irregular_sampling",
+            f"Steps in time differ by up to {100.0 * np.nanmax(off, initial=0.0):.0f} % from the "
+            f"period of {sample_period:.4g} s: resample onto even times, or have the samples timed "
+            "by hardware.",
+        )
+
+
+def check_sampling(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
+    """Yield what is wrong with a channel by itself.
+
+    ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``.
+    """
+    for channel, cause in ((position, "the encoder"), (force, "the load cell")):
+        if channel.span == 0.0:
+            yield Finding(
+                f"constant_{channel.name}",
+                f"The {channel.name} is {channel.values[0]:.4g} throughout: look whether {cause} "
+                "is connected, and whether this is the right column or topic.",
+                fatal=True,
+            )
+    if position.span == 0.0:
+        return
+    if _stands_still(position, force):
+        yield Finding(
+            "no_motion",
+            f"The position moves by {position.span:.3g} m in all, no more than its noise and "
+            "resolution: without motion nothing is learnt of the tissue; excite the coil.",
+            fatal=True,
+        )
+        return
+    yield from _check_rate(position, sample_period)
+    yield from _check_encoder(position)
+
+
+def _stands_still(position: Channel, force: Channel) -> bool:
+    """Whether the position moves within its resolution, or as noise that the force does not see.
+
+    A motion sampled too slowly looks like noise in the position alone.
+    """
+    if position.span <= 2.0 * position.step:
+        return True
+    spread = np.std(position.values / position.span) * position.span
+    likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
+    return bool(spread < 2.0 * position.noise and abs(likeness) < SEEN)
+
+
+def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
+    """Look where 99 % of the displacement's energy lies below."""
+    centred = position.values - position.values.mean()
+    energy = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
+    below = np.cumsum(energy) / energy.sum()
+    fastest = np.searchsorted(below, 0.99) / (centred.size * sample_period)
+    if fastest * sample_period * PER_CYCLE > 1.0:
+        yield Finding(
+            "low_rate",
+            f"The motion reaches {fastest:.3g} Hz, but only {1.0 / sample_period:.4g} samples a "
+            f"second were taken: sample at {2.0 * PER_CYCLE * fastest:.3g} Hz or more, or excite "
+            "more slowly.",
+        )
+
+
+def _check_encoder(position: Channel) -> Iterator[Finding]:
+    steps = position.span / position.step if position.step else np.inf
+    if steps < FEWEST_STEPS:
+        yield Finding(
+            "coarse_encoder",
+            f"The position comes in steps of {position.step:.3g} m, {steps:.0f} of them in the "
+            "whole travel: that poses as lag and as noise; use a finer encoder or a larger "
+            "amplitude.",
+        )

@@ -1,0 +1,102 @@
+"""A line at a multiple of a sine's frequency: what anything not linear leaves, and no one cause.
+
+What belongs here: whether one line explains what an effect was to explain. What does not: tests of
+a residual's lines (``line_tests``), the verdict (``improvement``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.search import promise, search
+from tissue_probe.diagnosis.ranking.rules import TIE
+from tissue_probe.diagnosis.ranking.starts import begin_states
+from tissue_probe.diagnosis.residuals.drive import dominant_period, drive_of
+from tissue_probe.physics.effects.mains_hum import COSINE, FREQUENCY, MAINS_HUM, SINE
+from tissue_probe.physics.rigs import admits
+from tissue_probe.signals import FloatArray
+
+#: The highest multiple of the drive's frequency that is tried.
+HIGHEST = 5
+#: How far a drive's strongest frequency may be from that of its repetition: it is a sine.
+SINE_WITHIN = 0.1
+#: Two frequencies within this share are the same.
+SAME = 2e-3
+
+_Begun = tuple[Problem, FloatArray, list[FloatArray]]
+
+# The equations are those of hum at any frequency.
+_SINE, _COSINE, _FREQUENCY = MAINS_HUM.parameters
+_LINE = replace(
+    MAINS_HUM,
+    name="harmonic",
+    parameters=(_SINE, _COSINE, replace(_FREQUENCY, lower=0.0, upper=1e6)),
+)
+
+
+def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | None:
+    """Return the multiple of a sine's frequency at which one line explains more than effects do.
+
+    A lightly damped mode, tuned to such a multiple by the fit, makes the line that stiffening of
+    another form leaves. Against the line's sine and cosine it counts what it has to be tuned.
+
+    Parameters
+    ----------
+    base : Fit
+        The model without effects.
+    final : Fit
+        The same with effects.
+    instrument : Instrument
+        What is known of the rig.
+
+    Returns
+    -------
+    float or None
+        Frequency [Hz]; None where no line is better, the drive is no sine, or there are several
+        measurements: then effects have more to explain than a line.
+    """
+    taken = MAINS_HUM.name in base.composition.names or not admits(base.composition.rig, _LINE)
+    if taken or len(base.measurements) > 1:
+        return None
+    sine = _frequency(base.measurements[0])
+    if sine is None:
+        return None
+    multiples = [order * sine for order in range(2, HIGHEST + 1)]
+    begun = {each: _begun(base, each, instrument) for each in multiples}
+    frequency = min(begun, key=lambda each: promise(*begun[each]))
+    line = search(*begun[frequency])
+    return frequency if line is not None and line.bic < final.bic - TIE else None
+
+
+def is_multiple(fit: Fit) -> bool:
+    """Whether a model hums at a multiple of a sine that drives."""
+    frequency = fit.named().get(str(FREQUENCY))
+    sine = _frequency(fit.measurements[0]) if frequency else None
+    if frequency is None or sine is None:
+        return False
+    order = round(frequency / sine)
+    return order > 1 and abs(frequency / (order * sine) - 1.0) < SAME
+
+
+def _frequency(measurement: Measurement) -> float | None:
+    """Return the frequency of the drive [Hz] if it is a sine."""
+    driven, period = measurement.input_values, measurement.sample_period
+    repetition = drive_of(driven, period).repetition
+    if repetition is None:
+        return None
+    same = abs(dominant_period(driven, period) * repetition - 1.0) < SINE_WITHIN
+    return repetition if same else None
+
+
+def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
+    """Put a line of no height beside a fitted model."""
+    held = {str(FREQUENCY): frequency}
+    problem = Problem(base.composition.plus(_LINE), base.measurements, instrument, held)
+    known = base.named() | {str(SINE): 0.0, str(COSINE): 0.0} | held
+    values = np.array([known[name] for name in problem.kernel.values])
+    return problem, values, begin_states(problem, base, values)

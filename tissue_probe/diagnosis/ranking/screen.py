@@ -1,0 +1,133 @@
+"""Which effects promise something beside those that a model already has.
+
+What belongs here: a score of effects that does without composing them with the model, whose code
+would have to be generated and compiled for every pair. What does not: fitting the few that remain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, stacked, unknown
+from tissue_probe.diagnosis.ranking.candidates import THREADS
+from tissue_probe.diagnosis.ranking.starts import begin_states, extent, start_values
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.rigs import admits
+from tissue_probe.signals import FloatArray
+
+
+def screened(
+    fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument
+) -> list[Effect]:
+    """Return the effects, each in its best form, by what they promise beside a fitted model.
+
+    What an effect changes in the force is taken from the model without the others, at the fitted
+    values; the part of it that the fitted model's own parameters and starts can make is projected
+    out, and what is left is compared with the residual (a score test).
+
+    Parameters
+    ----------
+    fit : Fit
+        The model as it is.
+    alone : Composition
+        The model to which effects are added one at a time, such as the base of a ladder.
+    effects : iterable of Effect
+        What may be added.
+    instrument : Instrument
+        What is known of the rig.
+    """
+    with np.errstate(all="ignore"):  # what is beyond all bounds is left out
+        own, residual = _own(fit, instrument)
+        without = Problem(alone, fit.measurements, instrument)
+        plain = start_values(without, fit.named(), None, {})
+        bare = _residuals(without, plain, begin_states(without, fit, plain))
+    basis = np.linalg.qr(own)[0]
+    residual = residual - basis @ (basis.T @ residual)
+    forms = [
+        form
+        for effect in effects
+        if effect.name not in (*fit.composition.names, *alone.names)
+        for form in effect.every_form
+        if admits(fit.composition.rig, form)
+    ]
+
+    def score(form: Effect) -> float:
+        problem = Problem(alone.plus(form), fit.measurements, instrument)
+        changes = _changes(fit, problem, form, bare)
+        return max((_explained(change, basis, residual) for change in changes), default=0.0)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        scores = list(pool.map(score, forms))
+    best: dict[str, Effect] = {}
+    for index in np.argsort(scores)[::-1]:
+        best.setdefault(forms[index].name, forms[index])
+    return list(best.values())
+
+
+def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
+    """Sum of squares of the residual that a change of the force could explain.
+
+    The effect has no part in what basis and residual have below: what was known beforehand.
+    """
+    if not np.isfinite(change).all():
+        return 0.0
+    change = np.pad(change, ((0, residual.size - len(change)), (0, 0)))
+    change = change - basis @ (basis.T @ change)
+    size = np.linalg.norm(change, axis=0)
+    change = change[:, size > 0] / size[size > 0]
+    weights = np.linalg.lstsq(change, residual, rcond=1e-8)[0]
+    return float(np.sum((change @ weights) ** 2))
+
+
+def _changes(fit: Fit, problem: Problem, effect: Effect, bare: FloatArray) -> Iterator[FloatArray]:
+    """Yield what the effect's strengths change in the force, over the noise, for each start.
+
+    ``bare`` is what is left without the effect.
+    """
+    strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
+    columns = [problem.kernel.values.index(name) + problem.states for name in strengths]
+    for proposed in effect.starts(extent(fit, fit.named(), effect)):
+        values = start_values(problem, fit.named(), effect, proposed)
+        starts = begin_states(problem, fit, values)
+        with np.errstate(all="ignore"):
+            if not strengths or strengths[0] in proposed:
+                yield (bare - _residuals(problem, values, starts))[:, None]
+            else:
+                yield stacked(problem, [s[:, columns] for _, s in problem.simulate(values, starts)])
+
+
+def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> FloatArray:
+    parts = [residual[:, None] for residual, _ in problem.simulate(values, starts)]
+    return stacked(problem, parts)[:, 0]
+
+
+def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
+    """Return what the fitted model's unknowns change in the force, and its residual, over noise.
+
+    Below stand their changes and departures over what is known of them beforehand, without which
+    any tolerance of the rig would make up for an effect.
+    """
+    problem = Problem(fit.composition, fit.measurements, instrument)
+    free = unknown(problem)
+    own = by_unknown(problem, fit.values, fit.starts)
+    prior = np.sqrt(precision(problem, fit.values))
+    known = np.isfinite(prior)
+    below = np.diag(np.where(known, prior, 0.0))
+    departure = np.where(known, prior * _departure(problem, fit), 0.0)
+    used = free & np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)
+    own = np.concatenate([own, below])[:, used]
+    residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
+    return own / np.linalg.norm(own, axis=0), np.concatenate([residual, departure])
+
+
+def _departure(problem: Problem, fit: Fit) -> FloatArray:
+    """Return by how much each unknown is below what was expected of it."""
+    expected = [begun.mean for begun in problem.begin(fit.values)]
+    return np.concatenate([problem.nominal - fit.values, *expected - np.array(fit.starts)])

@@ -1,0 +1,119 @@
+"""Where the search for an effect begins: values proposed for it, beside those of a fitted model.
+
+What belongs here: values and states at the start. What does not: which of them are followed
+(``candidates``), where the search for a base model begins (``first_guess``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import find_peaks
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.physics.effects import Effect, Extent
+from tissue_probe.physics.effects.effect import TISSUE_FORCE
+from tissue_probe.signals import FloatArray
+
+Values = Mapping[str, float]
+#: Points to a sample at which the tension of the tissue is looked at.
+FINER = 4
+
+
+def proposed(base: Fit, effect: Effect, instrument: Instrument) -> Iterator[tuple[Values, Values]]:
+    """Yield values known of a model, and with each what may be tried for an effect beside it.
+
+    Parameters
+    ----------
+    base : Fit
+        The model without the effect.
+    effect : Effect
+        What is added.
+    instrument : Instrument
+        What is known of the rig.
+    """
+    known: list[Values] = [base.named()]
+    if effect.contact != TISSUE_FORCE:
+        known += _pressed(base, instrument)
+    for each in known:
+        reach = extent(base, each, effect)
+        tried = list(effect.starts(reach))
+        if effect.states and not all(measurement.at_rest for measurement in base.measurements):
+            tried += _instead(effect, each, reach) if effect.near else _strong(effect, tried)
+        for proposal in tried:
+            yield each, proposal
+
+
+def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
+    """How far the longest measurement reaches, by a fitted model with these values of its tissue.
+
+    The tension of tissue that never lets go is taken from the motion of the tip, for effects by
+    which it may.
+    """
+    index = max(range(len(fit.measurements)), key=lambda i: fit.measurements[i].extent.duration)
+    measurement = fit.measurements[index]
+    if effect.contact == TISSUE_FORCE:
+        return measurement.extent
+    tip = CubicSpline(measurement.times, fit.tip[index] - known.get("contact_position", 0.0))
+    often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
+    pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
+    peaks = np.sort(pull[find_peaks(pull, height=0.0)[0]])[::-1]
+    return replace(measurement.extent, tensions=tuple(map(float, peaks)))
+
+
+def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
+    """Propose the usual strength too, where an effect remembers what was before the first sample.
+
+    Of no strength, it matters nothing what it remembers, and the way up may begin downhill.
+    """
+    usual = {each.name: each.default for each in effect.parameters[: effect.strengths]}
+    return [{**usual, **each} for each in tried]
+
+
+def _instead(effect: Effect, known: Values, reach: Extent) -> list[Values]:
+    """Propose the same of an effect that tells which part of the tissue it may stand for."""
+    none = {each.name: effect.neutral for each in effect.parameters[: effect.strengths]}
+    others = {each.name: each.default for each in effect.parameters[effect.strengths :]}
+    return list(effect.near(reach, {**known, **others, **none}))
+
+
+def _pressed(base: Fit, instrument: Instrument) -> list[Values]:
+    """Fit what is sure to be in contact only: elsewhere the base is wrong if contact is lost."""
+    stiffness = base.named().get("load_cell_stiffness", np.inf)
+    inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
+    if min(np.mean(m.used) for m in inside) < 0.05:
+        return []
+    problem = Problem(base.composition, inside, instrument)
+    fit = search(problem, base.values, base.starts)
+    return [] if fit is None else [fit.named()]
+
+
+def start_values(
+    problem: Problem,
+    known: Values,
+    effect: Effect | None,
+    proposed: Values,
+) -> FloatArray:
+    """Values to begin a search with: those known, no strength, what is proposed, defaults."""
+    named = effect.parameters[: effect.strengths] if effect else ()
+    strengths = {parameter.name: effect.neutral for parameter in named}
+    given = {**known, **strengths, **proposed}
+    pairs = zip(problem.kernel.values, problem.composition.values, strict=True)
+    values = np.array([given.get(name, entry.default) for name, entry in pairs])
+    values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
+    return np.clip(values, problem.lower, problem.upper)
+
+
+def begin_states(problem: Problem, base: Fit, values: FloatArray) -> list[FloatArray]:
+    """Start where a fit does, and states that it has not where a probe at rest has them."""
+    known = [dict(zip(base.composition.kernel.states, start, strict=True)) for start in base.starts]
+    return [
+        np.array([of.get(name, at) for name, at in zip(problem.kernel.states, rest, strict=True)])
+        for of, (rest, _, _) in zip(known, problem.begin(values), strict=True)
+    ]
