@@ -50,6 +50,7 @@ class Rig(str, Enum):
     tolerant = "tolerant"
 
 
+Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 
 
@@ -60,7 +61,12 @@ def main(
     ] = 60.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
     count: Annotated[
-        int, typer.Option(min=1, help="`diagnosis`: recordings of one effect in each cell.")
+        int,
+        typer.Option(
+            min=1,
+            help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
+            "third as many of each other kind.",
+        ),
     ] = diagnosis.COUNT,
     first_seed: Annotated[
         int, typer.Option(min=diagnosis.FIRST_SEED, help="Of the challenges of `diagnosis`.")
@@ -68,6 +74,9 @@ def main(
     rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
     excitations: Annotated[
         list[Excitation] | None, typer.Option(help="Of `diagnosis`; all by default.")
+    ] = None,
+    hide: Annotated[
+        list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
     ] = None,
 ) -> None:
     """Measure the live suite, the filters, and how often a hidden effect is named.
@@ -93,10 +102,9 @@ def main(
         if part in (Part.speed, Part.all):
             results["speed"] = estimators_speed.measure()
         if part in (Part.diagnosis, Part.all):
-            rigs, kinds = (
-                [each.value for each in some] for some in (rig or Rig, excitations or Excitation)
-            )
-            batteries = diagnosis.measure(count, first_seed, rigs, kinds)
+            cells = (rig or Rig, excitations or Excitation, hide or Hidden)
+            named = ([each.value for each in some] for some in cells)
+            batteries = diagnosis.measure(count, first_seed, *named)
             results["diagnosis"] = diagnosis_report.results(batteries)
     except SessionError as error:
         raise SystemExit(f"benchmarks: {error}") from None

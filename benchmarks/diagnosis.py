@@ -33,6 +33,8 @@ FIRST_SEED = 500_000
 #: Recordings of one hidden effect in each cell, of each excitation on each rig: so many that every
 #: effect comes at least once.
 COUNT = 6
+#: What may be hidden: one effect, one outside the library, none, two.
+HIDDEN = ("one", "outside", "none", "two")
 #: To as many of these, or a part of as many, on each rig there is one of each other kind.
 TO_ANOTHER = 3
 
@@ -72,6 +74,7 @@ def measure(
     first_seed: int,
     rigs: Sequence[str],
     excitations: Sequence[str],
+    hidden: Sequence[str] = HIDDEN,
     say: Callable[[str], None] = print,
 ) -> dict[str, Battery]:
     """Return a battery for each rig.
@@ -84,6 +87,8 @@ def measure(
         Of the first challenge; each further one has a larger one.
     rigs, excitations : sequences of str
         Names that ``make_challenge`` knows.
+    hidden : sequence of str
+        What is hidden: some of ``HIDDEN``.
     say : callable
         Told of each miss as it is met: seed, excitation, rig, preload, what was hidden (alone: rms
         left by Kelvin-Voigt over the noise); verdict, effects added, [the indistinguishable],
@@ -91,27 +96,34 @@ def measure(
     """
     say(f"diagnosis: challenges from seed {first_seed} on; told are those not marked as right")
     batteries = {rig: Battery() for rig in rigs}
-    for rig, challenge in challenges(count, first_seed, rigs, excitations):
+    for rig, challenge in challenges(count, first_seed, rigs, excitations, hidden):
         take(batteries[rig], challenge, say)
     return batteries
 
 
 def challenges(
-    count: int, first_seed: int, rigs: Sequence[str], excitations: Sequence[str]
+    count: int,
+    first_seed: int,
+    rigs: Sequence[str],
+    excitations: Sequence[str],
+    hidden: Sequence[str] = HIDDEN,
 ) -> Iterator[tuple[str, Challenge]]:
     """Yield rigs and challenges; single effects are dealt so that each comes equally often."""
     random, seeds = np.random.default_rng(first_seed), count_from(first_seed)
     for rig in rigs:
-        singles = count * len(excitations)
-        others = -(-singles // TO_ANOTHER)
+        singles = count * len(excitations) if "one" in hidden else 0
+        others = -(-count * len(excitations) // TO_ANOTHER)
         dealt = zip(deal("one", singles, random), cycle(excitations), strict=False)
         for effects, excitation in dealt:
             yield rig, make_challenge(next(seeds), effects, excitation, rig)
         dealt = zip(deal("outside", others, random), cycle(excitations), strict=False)
         for outside, excitation in dealt:
-            yield rig, make_challenge(next(seeds), outside, excitation, rig)
-            yield rig, make_challenge(next(seeds), (), excitation, rig)
-            yield rig, _two(random, seeds, excitation, rig)
+            if "outside" in hidden:
+                yield rig, make_challenge(next(seeds), outside, excitation, rig)
+            if "none" in hidden:
+                yield rig, make_challenge(next(seeds), (), excitation, rig)
+            if "two" in hidden:
+                yield rig, _two(random, seeds, excitation, rig)
 
 
 def _two(

@@ -107,9 +107,7 @@ class Composition:
     @cached_property
     def kernel(self) -> Kernel:
         """The compiled code, made where no earlier process has."""
-        # Other forms of an effect are no part of its code.
-        effects = tuple(effect.plain for effect in self.effects)
-        said = repr((self.rig, self.tissue, effects))
+        said = "\n".join((self.rig, self.tissue, *map(_text, self.effects)))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
         return Kernel.load(f"response_{digest}", lambda: source(self.model), SOURCES)
 
@@ -131,3 +129,9 @@ class Composition:
 def _composed(rig: str, tissue: str, effects: tuple[Effect, ...]) -> Composition:
     """Return the same model for the same parts: a diagnosis composes each many times over."""
     return Composition(rig, tissue, effects)
+
+
+@cache
+def _text(effect: Effect) -> str:
+    """Return all that an effect declares but its other forms, kept since SymPy prints slowly."""
+    return repr(effect.plain)

@@ -146,19 +146,23 @@ class Fit:
         return float(np.sqrt(max(self.rmse**2 - self.noise**2, 0.0)))
 
     @property
+    def penalty(self) -> float:
+        """What a model's freedom costs it in the `bic`."""
+        return float(self.unknowns * np.log(self.samples) + self.start_penalty)
+
+    @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown.
 
         What an encoder's rounding is known to leave is not held against a model that says so; for
         saying so it pays as for noise that is larger by as much.
         """
-        counted = self.unknowns * np.log(self.samples) + self.start_penalty
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
         if self.rounding > 0.0:
             share = (self.rounding / self.noise) ** 2
             left = max(cost - self.samples * share, self.samples)
             cost = left + self.samples * np.log1p(share)
-        return float(self.samples * np.log(cost) + counted)
+        return float(self.samples * np.log(cost) + self.penalty)
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:

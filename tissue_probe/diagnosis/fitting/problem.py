@@ -24,6 +24,8 @@ from tissue_probe.signals import FloatArray
 FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
+#: How far a branch may be off at the start at least [m], however soon it forgets.
+SHORTEST = 1e-8
 
 
 class Begin(NamedTuple):
@@ -128,7 +130,9 @@ class Problem:
 
     def begin(self, values: FloatArray) -> list[Begin]:
         """Return what is known beforehand of the states at the start of each measurement."""
-        alike = history(self.kernel.relaxation_rates(values).tobytes())
+        rates = self.kernel.relaxation_rates(values)
+        alike = history(rates.tobytes())
+        forgetting = rates > 0.0
         begins = []
         for measurement in self.measurements:
             extent = measurement.extent
@@ -148,6 +152,9 @@ class Problem:
                 "none": 2 * measurement.noise,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
+            if not still:  # a branch holds what was felt since: its memory times the speed
+                felt = np.maximum(extent.speed / rates[forgetting], SHORTEST)
+                deviation[forgetting] = np.minimum(deviation[forgetting], felt)
             begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
         return begins
 

@@ -30,6 +30,7 @@ from tissue_probe.diagnosis.ranking.rules import (
     differing,
     doubtful,
     explained,
+    likeliest,
     preferred,
     ranked,
     significant,
@@ -139,7 +140,8 @@ def climb(
     leading = [fit for fit in near if _leads(base, fit)]
     paths = _begun([fit for fit in near if significant(base, fit)])
     best, further = paths[0], Further(base, instrument, library)
-    while (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
+    # Where none leads, no two effects are accepted.
+    while leading and (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
         longest = _longest(further, paths, ranking, leading)
         if not longest or not _removes(best[-1], longest[-1]):
             break
@@ -153,7 +155,8 @@ def climb(
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
     if len(steps) > 1:
-        rivals = alike(steps[-1], further.tried.values())
+        rivals = likeliest(alike(steps[-1], further.tried.values()))
+        steps = _up_to(rivals[0], steps, ranking)
     else:
         rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
     harmonic = better_harmonic(base, steps[-1], instrument) if explained(steps[-1]) else None
@@ -199,17 +202,21 @@ def _proved(rivals: Sequence[Fit], errors: Mapping[tuple[str, ...], float]) -> l
 
 def _ending(ladder: Ladder, rivals: Sequence[Fit]) -> Ladder:
     """Let a ladder end with the first of models that cannot be told apart."""
-    final = rivals[0]
-    names = set(final.composition.names)
-    earlier = [fit for fit in ladder.steps[:-1] if names.issuperset(fit.composition.names)]
-    if len(ladder.steps) > 1 and not earlier:
-        earlier = [fit for fit in ladder.ranking if added(fit).name in names][:1]
     return replace(
         ladder,
-        steps=(*earlier, final),
+        steps=tuple(_up_to(rivals[0], ladder.steps, ladder.ranking)),
         rivals=tuple(rivals),
         verdict="ambiguous" if len(rivals) > 1 else "missing",
     )
+
+
+def _up_to(final: Fit, steps: Sequence[Fit], ranking: Sequence[Fit]) -> list[Fit]:
+    """Return the steps to one of the models that cannot be told from the last."""
+    names = set(final.composition.names)
+    earlier = [fit for fit in steps[:-1] if names.issuperset(fit.composition.names)]
+    if len(steps) > 1 and not earlier:
+        earlier = [fit for fit in ranking if added(fit).name in names][:1]
+    return [*earlier, final]
 
 
 def climb_by(
