@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 from tissue_probe.diagnosis.fitting.measurement import PAPER_RIG, Measurement
-from tissue_probe.diagnosis.fitting.problem import FARTHEST, history
+from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem, history
 from tissue_probe.diagnosis.fitting.search import Bar
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.starts import extent
@@ -268,6 +268,30 @@ def test_branches_of_one_rate_begin_alike():
     inverse = history(np.array([3.0, 3.0]).tobytes())
     apart, alike = np.array([1.0, -1.0]), np.array([1.0, 1.0])
     assert apart @ inverse @ apart > 1e5 * (alike @ inverse @ alike)
+
+
+@given(st.floats(0.05, 3000.0))
+def test_a_branch_holds_at_the_start_no_more_than_was_felt_while_it_remembers(rate):
+    made = challenge(432027, "springpot", excitation="sine10ss")
+    (going,), (resting,) = (
+        begun("standard_linear_solid", rate, measurement(made.recording, at_rest))
+        for at_rest in (False, True)
+    )
+    extent = measurement(made.recording).extent
+    branch = going.mean.size - 1
+    assert going.deviation[branch] <= extent.speed / rate
+    assert going.deviation[branch] >= min(extent.speed / rate, extent.indentation) * (1.0 - 1e-9)
+    # What was at rest may have been pressed in long ago.
+    slow = begun("standard_linear_solid", 0.05, measurement(made.recording, at_rest=True))
+    assert resting.deviation[branch] == slow[0].deviation[branch]
+
+
+def begun(effect, rate, seen):
+    """Return what is known of the start of a model whose branch forgets at a rate [1/s]."""
+    problem = Problem(Composition().plus(EFFECTS[effect]), [seen], EXACT)
+    values = problem.nominal.copy()
+    values[problem.kernel.values.index("relaxation_rate")] = rate
+    return problem.begin(values)
 
 
 def test_a_start_costs_no_more_than_parameters_do():

@@ -283,6 +283,22 @@ def test_two_effects_of_which_neither_explains_anything_alone_do_not_stand_for_a
     assert _alone(hum, [cubic, hum]) == [hum]
 
 
+def test_no_second_effect_is_sought_where_none_alone_removes_a_good_part(monkeypatch):
+    """Whatever two were found, none would be accepted, and to try all takes most of the time."""
+
+    def sought(*_):
+        raise AssertionError("pairs are tried")
+
+    monkeypatch.setattr(Further, "of", sought)
+    few = library("mains_hum", "added_mass", "tissue_motion")
+    ladder = climbed(challenge(8, "coulomb_friction"), effects=few)
+    assert ladder.verdict == "unexplained"
+    assert ladder.effects == ("mains_hum",)
+    assert not any(_leads(ladder.base, fit) for fit in ladder.ranking)
+    with pytest.raises(AssertionError, match="pairs"):
+        climbed(challenge(9, "coulomb_friction"), effects=few)
+
+
 def test_an_effect_leads_where_what_it_contains_does():
     """Stribeck's friction found badly alone leaves more than Coulomb's, which it contains."""
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")

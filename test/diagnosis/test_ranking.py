@@ -29,7 +29,9 @@ from tissue_probe.diagnosis.ranking.rules import (
     alike,
     beyond_doubt,
     differing,
+    doubtful,
     explained,
+    likeliest,
     only_rounding,
     ranked,
     significant,
@@ -203,6 +205,51 @@ def test_what_follows_an_encoders_rounding_gains_nothing_by_it():
     assert explained(more)
     assert not only_rounding(more)
     assert names(ranked([better, more])) == ["structural_mode", "added_mass"]
+
+
+def test_of_models_that_follow_an_encoders_rounding_the_one_that_leaves_least_comes_first():
+    def rounded(name, ratio, unknowns):
+        made = fit(name, 0.0, ratio * np.sqrt(1.25))
+        cost = sum(made.misfits)
+        return replace(made, rounding=0.5 * made.noise, cost=cost, unknowns=unknowns)
+
+    least, more = rounded("force_drift", 0.95, 3), rounded("stiffness_step", 0.97, 3)
+    richer = rounded("generalized_maxwell", 0.95, 5)
+    assert names(likeliest([more, richer, least])) == names([least, richer, more])
+    # What leaves more than the rounding is not reordered.
+    above = rounded("mains_hum", 1.01, 3)
+    assert names(likeliest([above, least])) == names([above, least])
+
+
+@given(st.floats(0.1, 10.0), st.floats(0.3, 3.0), st.floats(0.001, 0.1))
+def test_the_criterion_rises_with_what_is_left_however_much_is_rounding(share, left, more):
+    made = fit("force_drift", 0.0)
+    size = made.samples
+
+    def bic(times):
+        cost = times * size * (1.0 + share**2)
+        return replace(made, rounding=share * made.noise, cost=cost).bic
+
+    rise = bic(left + more) - bic(left)
+    assert rise > 0.0
+    # Below the rounding it counts as white noise, of which this much more is as unlikely.
+    white = size * more / (1.0 + np.log1p(share**2))
+    if left + more < 1.0:
+        assert 0.5 * white < rise < 4.0 * white * (1.0 + np.log1p(share**2))
+
+
+def test_a_colour_that_fine_steps_do_not_give_is_doubtful():
+    made = fit("encoder_interpolation", 0.0, 1.05)
+    fine = replace(made, rounding=0.5 * made.noise)
+    slow = replace(fine, colour=1.01 * whitest(made.samples))
+    assert not doubtful(fine)
+    assert doubtful(slow)
+    assert explained(slow)
+    # The errors of coarse steps follow the motion, and have its colour.
+    coarse = fit("encoder_quantization", 0.0, 1.05)
+    assert not doubtful(replace(coarse, rounding=0.5 * made.noise, colour=slow.colour))
+    much = fit("encoder_quantization", 0.0, 1.05 * np.sqrt(1.25))
+    assert doubtful(replace(much, rounding=0.5 * made.noise))
 
 
 def test_every_effect_that_contains_another_stands_back():

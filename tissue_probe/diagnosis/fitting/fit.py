@@ -155,12 +155,13 @@ class Fit:
         """Bayesian information criterion, the noise's level being unknown.
 
         What an encoder's rounding is known to leave is not held against a model that says so; for
-        saying so it pays as for noise that is larger by as much.
+        saying so it pays as for noise that is larger by as much. Where less is left, the rounding
+        counts as white noise of that size.
         """
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
         if self.rounding > 0.0:
             share = (self.rounding / self.noise) ** 2
-            left = max(cost - self.samples * share, self.samples)
+            left = max(cost - self.samples * share, cost / (1.0 + share))
             cost = left + self.samples * np.log1p(share)
         return float(self.samples * np.log(cost) + self.penalty)
 

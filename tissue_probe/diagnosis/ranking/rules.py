@@ -65,8 +65,12 @@ def explained(fit: Fit) -> bool:
     share = fit.rounding / fit.noise
     if share > ROUNDING:
         return fit.ratio < EXPLAINED + (ROUGHLY - EXPLAINED) * min(share**2, 1.0)
-    white = fit.colour < whitest(fit.samples) and fit.unevenness < EVEN
-    return fit.ratio < EXPLAINED and white and fit.strain < STRAINED
+    return fit.ratio < EXPLAINED and _is_white(fit) and fit.strain < STRAINED
+
+
+def _is_white(fit: Fit) -> bool:
+    """Whether what a fit leaves has the colour of noise."""
+    return fit.colour < whitest(fit.samples) and fit.unevenness < EVEN
 
 
 def whitest(samples: int) -> float:
@@ -85,9 +89,13 @@ def beyond_doubt(fit: Fit) -> bool:
 
 
 def doubtful(fit: Fit) -> bool:
-    """Whether an encoder's rounding, known roughly, may pass for what a fit leaves."""
-    excess = fit.ratio - 1.0
-    return fit.rounding > ROUNDING * fit.noise and excess > BEYOND_DOUBT * (EXPLAINED - 1.0)
+    """Whether an encoder's rounding, known roughly, may pass for what a fit leaves.
+
+    It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
+    """
+    much = fit.ratio - 1.0 > BEYOND_DOUBT * (EXPLAINED - 1.0)
+    coloured = not (_is_coarse(fit) or _is_white(fit))
+    return fit.rounding > ROUNDING * fit.noise and (much or coloured)
 
 
 def only_rounding(fit: Fit) -> bool:
