@@ -24,7 +24,7 @@ def _extended(*names):
         (fit_candidates(base, [EFFECTS[name]], EXACT)[0],)
         for name in ("coulomb_friction", "mains_hum")
     ]
-    return Further(base, EXACT, library(*names)).of(paths)
+    return Further(base, EXACT, library(*names), EFFECTS).of(paths)
 
 
 def test_beside_a_clear_pair_no_other_first_effect_is_extended():
@@ -40,12 +40,29 @@ def test_where_no_pair_is_clear_others_are_extended_too():
     assert firsts == {("coulomb_friction",), ("mains_hum",)}
 
 
+def test_beside_what_alone_leads_nowhere_only_what_does_is_tried():
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    hum, coulomb = (
+        fit_candidates(base, [EFFECTS[name]], EXACT)[0]
+        for name in ("mains_hum", "coulomb_friction")
+    )
+    few = library("coulomb_friction", "stribeck_friction", "force_bias", "added_mass")
+    further = Further(base, EXACT, few, ["coulomb_friction"])
+    # Stribeck's friction contains Coulomb's, and may follow what that leads to.
+    beside_hum = {path[-1].composition.names[-1] for path in further.of([(hum,)])}
+    assert beside_hum == {"coulomb_friction", "stribeck_friction"}
+    beside_friction = {path[-1].composition.names[-1] for path in further.of([(coulomb,)])}
+    assert beside_friction == {"force_bias", "added_mass"}
+    assert further.of([(hum,), (coulomb,)]) == [], "the same was sought again"
+
+
 def test_a_first_effect_is_tried_in_another_form_that_does_nearly_as_well_alone():
     """Without relaxation, contact seems to be lost at the surface, and not by a pull."""
     hidden = ("generalized_maxwell", "contact_loss")
     made = challenge(439007, *hidden, excitation="chirp60", rig="tolerant")
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
-    further = Further(base, TOLERANT, library(*hidden))
+    further = Further(base, TOLERANT, library(*hidden), EFFECTS)
     path = (fit_candidates(base, [EFFECTS["contact_loss"]], TOLERANT)[0],)
     (longer,) = further.of([path])
     assert longer[-1].ratio > 4.0
@@ -75,7 +92,7 @@ def test_a_pair_is_found_from_the_one_side_that_leads_to_it():
     names = ("adhesion", "hunt_crossley", "force_gain")
     adhesion, hunt, gain = (fit_candidates(base, [EFFECTS[n]], EXACT)[0] for n in names)
     assert fit_candidates(hunt, [EFFECTS["adhesion"]], EXACT)[0].ratio > 5.0
-    further = Further(base, EXACT, EFFECTS)
+    further = Further(base, EXACT, EFFECTS, EFFECTS)
     (first, both), *_ = further.towards(hunt, [gain, hunt, adhesion], np.inf)
     assert first is adhesion
     assert both.composition.names == ("adhesion", "hunt_crossley")
@@ -88,7 +105,7 @@ def test_a_search_that_has_settled_is_not_made_again_from_the_same_fit():
     names = ("load_cell_stiffness_error", "coulomb_friction")
     base = fit_base(Composition(), [measurement(made.recording)], EXACT)
     cell, coulomb = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
-    further, friction = Further(base, EXACT, library(*names)), EFFECTS["coulomb_friction"]
+    further, friction = Further(base, EXACT, library(*names), EFFECTS), EFFECTS["coulomb_friction"]
     assert not further.has_settled(cell, friction)
     assert len(further.towards(coulomb, [cell], np.inf)) == 1
     assert len(further.of([(cell,)])) == 1
@@ -104,7 +121,7 @@ def test_a_pair_of_which_coarse_steps_explain_the_rest_comes_before_what_smooths
     base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], EXACT)
     names = (*hidden, "force_lag", "structural_mode")
     firsts = [(fit_candidates(base, [EFFECTS[n]], EXACT)[0],) for n in ("force_lag", hidden[0])]
-    best, *others = Further(base, EXACT, library(*names)).of(firsts)
+    best, *others = Further(base, EXACT, library(*names), EFFECTS).of(firsts)
     assert set(best[-1].composition.names) == set(hidden)
     assert explained(best[-1])
     assert min(path[-1].bic for path in others) < best[-1].bic
@@ -118,7 +135,7 @@ def test_lost_motion_beside_another_effect_is_tried_in_every_form():
     (promising,) = screened(mass, Composition(), [EFFECTS["backlash"]], EXACT)
     (astray,) = fit_candidates(mass, [promising], EXACT)
     assert astray.ratio > 3.0
-    ((_, both),) = Further(base, EXACT, library("backlash")).of([(mass,)])
+    ((_, both),) = Further(base, EXACT, library("backlash"), EFFECTS).of([(mass,)])
     assert explained(both)
 
 
@@ -131,7 +148,7 @@ def test_beside_relaxing_tissue_every_form_of_lost_contact_is_tried():
     alone = [fit for form in forms for fit in fit_candidates(maxwell, [form], EXACT)]
     astray = max(alone, key=lambda fit: fit.ratio)
     assert astray.ratio > 2.0
-    further = Further(base, EXACT, library("hertz_contact"))
+    further = Further(base, EXACT, library("hertz_contact"), EFFECTS)
     ((first, both),) = further.losing_contact([maxwell], astray.cost)
     assert first is maxwell
     assert explained(both)
@@ -143,7 +160,7 @@ def test_contact_is_lost_beside_relaxing_tissue_though_alone_it_is_not():
     base = fit_base(Composition(), [measurement(made.recording)], EXACT)
     maxwell, adhesion = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in hidden)
     assert adhesion.ratio > base.ratio
-    further = Further(base, EXACT, EFFECTS)
+    further = Further(base, EXACT, EFFECTS, EFFECTS)
     found = further.losing_contact([maxwell], maxwell.cost)
     assert {path[-1].composition.names[0] for path in found} == {"generalized_maxwell"}
     path = anew(found[0], further)

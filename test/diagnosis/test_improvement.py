@@ -104,7 +104,7 @@ def test_a_first_effect_that_was_found_badly_is_searched_anew_beside_the_second(
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (first,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
     (second,) = fit_candidates(first, [EFFECTS["tissue_motion"]], TOLERANT)
-    further = Further(base, TOLERANT, EFFECTS)
+    further = Further(base, TOLERANT, EFFECTS, EFFECTS)
     path = anew((first, second), further)
     assert second.ratio > 3.0
     assert path[0] is first
@@ -140,7 +140,7 @@ def test_both_of_two_effects_give_way_at_once_where_neither_does_alone():
     ranking = [fit_candidates(base, [EFFECTS[name]], TOLERANT)[0] for name in names]
     delay, lag, exponential, hertz = ranking
     (both,) = fit_candidates(delay, [EFFECTS["exponential_stiffening"]], TOLERANT)
-    further = Further(base, TOLERANT, EFFECTS)
+    further = Further(base, TOLERANT, EFFECTS, EFFECTS)
     kin = [[delay, lag], [exponential, hertz]]
     found = {path[-1].composition.names: path for path in both_exchanged(both, kin, further)}
     first, final = found["force_lag", "hertz_contact"]
@@ -203,7 +203,7 @@ def test_nothing_is_sought_in_the_place_of_what_alone_explains_nothing():
     names = ("force_bias", "tissue_motion", "standard_linear_solid")
     bias, motion, solid = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
     (final,) = fit_candidates(bias, [EFFECTS["tissue_motion"]], EXACT)
-    kin, further = [[bias], [motion]], Further(base, EXACT, EFFECTS)
+    kin, further = [[bias], [motion]], Further(base, EXACT, EFFECTS, EFFECTS)
     further.note([final])
     found = _from_beside(final, kin, [bias, solid], further)
     assert found[0][-1].composition.names == ("standard_linear_solid", "tissue_motion")
@@ -314,7 +314,7 @@ def test_an_effect_that_became_superfluous_is_dropped():
     path = [base]
     for name in ("mains_hum", "cubic_stiffening"):
         path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
-    (kept,) = _needed(path[1:], Further(base, EXACT, EFFECTS))
+    (kept,) = _needed(path[1:], Further(base, EXACT, EFFECTS, EFFECTS))
     assert kept.composition.names == ("cubic_stiffening",)
     assert kept.ratio == pytest.approx(path[-1].ratio, rel=0.01)
 
@@ -325,7 +325,7 @@ def test_what_is_needed_is_kept():
     path = [base]
     for name in made.answer.effects:
         path += fit_candidates(path[-1], [EFFECTS[name]], EXACT)
-    assert _needed(path[1:], Further(base, EXACT, EFFECTS)) == path[1:]
+    assert _needed(path[1:], Further(base, EXACT, EFFECTS, EFFECTS)) == path[1:]
 
 
 def test_what_is_asked_for_is_added_whether_it_is_missing_or_not():
@@ -358,7 +358,7 @@ def test_the_first_of_two_effects_gives_way_to_a_simpler_one_of_its_family_that_
         fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names
     ]
     (both,) = fit_candidates(stribeck, [EFFECTS["load_cell_stiffness_error"]], EXACT)
-    further = Further(base, EXACT, EFFECTS)
+    further = Further(base, EXACT, EFFECTS, EFFECTS)
     first, final = exchanged([stribeck, both], ranking, further)
     assert first is coulomb
     assert set(final.composition.names) == {"coulomb_friction", "load_cell_stiffness_error"}
@@ -376,7 +376,7 @@ def test_an_effect_gives_way_to_one_to_which_the_way_leads_from_the_other_side_o
     exponential, cubic, adhesion = ranking
     assert fit_candidates(adhesion, [EFFECTS["cubic_stiffening"]], TOLERANT)[0].ratio > 1.1
     (both,) = fit_candidates(exponential, [EFFECTS["adhesion"]], TOLERANT)
-    further = Further(base, TOLERANT, EFFECTS)
+    further = Further(base, TOLERANT, EFFECTS, EFFECTS)
     first, final = exchanged([exponential, both], ranking, further)
     assert first is cubic
     assert final.composition.names == ("cubic_stiffening", "adhesion")
@@ -398,7 +398,7 @@ def test_what_was_tried_beside_the_others_before_is_not_searched_again():
             return super().searched(fit, effects, needed)
 
     for known in ([], [tried]):
-        further = Listening(base, EXACT, EFFECTS)
+        further = Listening(base, EXACT, EFFECTS, EFFECTS)
         further.note(known)
         asked.clear()
         final = exchanged([first, long], ranking, further)[-1]

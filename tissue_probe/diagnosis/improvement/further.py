@@ -6,7 +6,7 @@ effects are worth in the end (``ladder``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -84,12 +84,23 @@ class Further:
         What is known of the rig.
     library : mapping of str to Effect
         What may be added.
+    leading : collection of str
+        Names of effects that alone lead somewhere. Paths without any are not accepted in the end,
+        and so not sought.
     """
 
-    def __init__(self, base: Fit, instrument: Instrument, library: Mapping[str, Effect]) -> None:
+    def __init__(
+        self,
+        base: Fit,
+        instrument: Instrument,
+        library: Mapping[str, Effect],
+        leading: Collection[str],
+    ) -> None:
         self._base, self.instrument, self._library = base, instrument, library
+        self._leading = frozenset(leading)
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
         self._extended: set[tuple[tuple[str, ...], bool]] = set()
+        self._begun: set[tuple[Fit, bool]] = set()
         self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
@@ -224,6 +235,9 @@ class Further:
         longer: dict[frozenset[str], Path] = {}
         again = final is None or not explained(final)
         for path in paths:
+            if (path[-1], promising) in self._begun:
+                continue
+            self._begun.add((path[-1], promising))
             self._extended.add((path[-1].composition.names, promising))
             others = [final] if final else [each[-1] for each in longer.values()]
             lowest = min((fit.ratio for fit in others), default=np.inf)
@@ -268,8 +282,14 @@ class Further:
         names = fit.composition.names
         if names not in self._orders:
             allowed = addable(fit.composition, self._library).values()
+            if not any(map(self._leads, fit.composition.effects)):
+                allowed = filter(self._leads, allowed)
             alone = self._base.composition
             forms = screened(fit, alone, allowed, self.instrument)
             pairs = [(form, self._library[form.name]) for form in forms]
             self._orders[names] = [whole if _may_part(whole) else form for form, whole in pairs]
         return self._orders[names]
+
+    def _leads(self, effect: Effect) -> bool:
+        """Whether an effect, or what it contains, alone leads somewhere."""
+        return not self._leading.isdisjoint((effect.name, *effect.simpler))

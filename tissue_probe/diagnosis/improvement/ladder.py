@@ -139,7 +139,8 @@ def climb(
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     leading = [fit for fit in near if _leads(base, fit)]
     paths = _begun([fit for fit in near if significant(base, fit)])
-    best, further = paths[0], Further(base, instrument, library)
+    further = Further(base, instrument, library, [added(fit).name for fit in leading])
+    best = paths[0]
     # Where none leads, no two effects are accepted.
     while leading and (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
         longest = _longest(further, paths, ranking, leading)

@@ -7,8 +7,9 @@ What does not: what is proposed to begin with (``starts``), comparing the candid
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from queue import SimpleQueue
 
 import numpy as np
 
@@ -204,13 +205,24 @@ def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> li
     Before one begins again elsewhere the others have begun, too, and may be ahead of it by far.
     """
     found: list[Fit] = []
-    running = {pool.submit(next, each, None): each for each in searches}
+    ended: SimpleQueue[tuple[Iterator[Fit], Future[Fit | None]]] = SimpleQueue()
+
+    def advance(each: Iterator[Fit]) -> None:
+        future = pool.submit(next, each, None)
+        future.add_done_callback(lambda done: ended.put((each, done)))
+
+    running = 0
+    for each in searches:
+        advance(each)
+        running += 1
     while running:
-        for future in wait(running, return_when=FIRST_COMPLETED).done:
-            each, fit = running.pop(future), future.result()
-            if fit is not None:
-                found.append(fit)
-                running[pool.submit(next, each, None)] = each
+        each, future = ended.get()
+        fit = future.result()
+        if fit is None:
+            running -= 1
+        else:
+            found.append(fit)
+            advance(each)
     return found
 
 
