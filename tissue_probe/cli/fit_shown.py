@@ -7,6 +7,7 @@ What does not: the verdict (``verdict_in_words``), drawing itself (``figures``).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,8 +51,9 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     )
 
 
+@cache
 def where(fit: Fit, index: int) -> Localisation:
-    """Say where in one of its measurements a model fails."""
+    """Say where in one of its measurements a model fails; kept, as pictures and page show it."""
     from tissue_probe.diagnosis.residuals.localise import localise
 
     shown = fit.measurements[index]
