@@ -31,7 +31,6 @@ from tissue_probe.diagnosis.ranking.rules import (
     differing,
     doubtful,
     explained,
-    likeliest,
     only_rounding,
     ranked,
     significant,
@@ -205,20 +204,6 @@ def test_what_follows_an_encoders_rounding_gains_nothing_by_it():
     assert explained(more)
     assert not only_rounding(more)
     assert names(ranked([better, more])) == ["structural_mode", "added_mass"]
-
-
-def test_of_models_that_follow_an_encoders_rounding_the_one_that_leaves_least_comes_first():
-    def rounded(name, ratio, unknowns):
-        made = fit(name, 0.0, ratio * np.sqrt(1.25))
-        cost = sum(made.misfits)
-        return replace(made, rounding=0.5 * made.noise, cost=cost, unknowns=unknowns)
-
-    least, more = rounded("force_drift", 0.95, 3), rounded("stiffness_step", 0.97, 3)
-    richer = rounded("generalized_maxwell", 0.95, 5)
-    assert names(likeliest([more, richer, least])) == names([least, richer, more])
-    # What leaves more than the rounding is not reordered.
-    above = rounded("mains_hum", 1.01, 3)
-    assert names(likeliest([above, least])) == names([above, least])
 
 
 @given(st.floats(0.1, 10.0), st.floats(0.3, 3.0), st.floats(0.001, 0.1))

@@ -146,11 +146,6 @@ class Fit:
         return float(np.sqrt(max(self.rmse**2 - self.noise**2, 0.0)))
 
     @property
-    def penalty(self) -> float:
-        """What a model's freedom costs it in the `bic`."""
-        return float(self.unknowns * np.log(self.samples) + self.start_penalty)
-
-    @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown.
 
@@ -158,12 +153,13 @@ class Fit:
         saying so it pays as for noise that is larger by as much. Where less is left, the rounding
         counts as white noise of that size.
         """
+        counted = self.unknowns * np.log(self.samples) + self.start_penalty
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
         if self.rounding > 0.0:
             share = (self.rounding / self.noise) ** 2
             left = max(cost - self.samples * share, cost / (1.0 + share))
             cost = left + self.samples * np.log1p(share)
-        return float(self.samples * np.log(cost) + self.penalty)
+        return float(self.samples * np.log(cost) + counted)
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:

@@ -106,13 +106,15 @@ class Further:
         self.tried: dict[frozenset[str], Fit] = {}
 
     def reformed(self, paths: Iterable[Path]) -> list[Path]:
-        """Return first effects of paths in other forms that do nearly as well alone.
+        """Return first effects that may part in other forms that do nearly as well alone.
 
-        What makes one form the better may be the lack of the second effect.
+        What makes one form the better may be the lack of the second effect: relaxing tissue
+        recedes. Other effects take another form beside the second (``exchange.anew``).
         """
         found: list[Path] = []
         for first in (path[0] for path in paths):
-            for form in self._library[added(first).name].every_form:
+            whole = self._library[added(first).name]
+            for form in whole.every_form if _may_part(whole) else ():
                 if form != added(first).plain:
                     fits = fit_candidates(self._base, [form], self.instrument)
                     near = [fit for fit in fits if fit.cost < RELATED * first.cost]

@@ -30,7 +30,6 @@ from tissue_probe.diagnosis.ranking.rules import (
     differing,
     doubtful,
     explained,
-    likeliest,
     preferred,
     ranked,
     significant,
@@ -156,8 +155,7 @@ def climb(
     if len(steps) == 1:
         ranking = _bettered(ranking, first)
     if len(steps) > 1:
-        rivals = likeliest(alike(steps[-1], further.tried.values()))
-        steps = _up_to(rivals[0], steps, ranking)
+        rivals = alike(steps[-1], further.tried.values())
     else:
         rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
     harmonic = better_harmonic(base, steps[-1], instrument) if explained(steps[-1]) else None
@@ -203,21 +201,17 @@ def _proved(rivals: Sequence[Fit], errors: Mapping[tuple[str, ...], float]) -> l
 
 def _ending(ladder: Ladder, rivals: Sequence[Fit]) -> Ladder:
     """Let a ladder end with the first of models that cannot be told apart."""
+    final = rivals[0]
+    names = set(final.composition.names)
+    earlier = [fit for fit in ladder.steps[:-1] if names.issuperset(fit.composition.names)]
+    if len(ladder.steps) > 1 and not earlier:
+        earlier = [fit for fit in ladder.ranking if added(fit).name in names][:1]
     return replace(
         ladder,
-        steps=tuple(_up_to(rivals[0], ladder.steps, ladder.ranking)),
+        steps=(*earlier, final),
         rivals=tuple(rivals),
         verdict="ambiguous" if len(rivals) > 1 else "missing",
     )
-
-
-def _up_to(final: Fit, steps: Sequence[Fit], ranking: Sequence[Fit]) -> list[Fit]:
-    """Return the steps to one of the models that cannot be told from the last."""
-    names = set(final.composition.names)
-    earlier = [fit for fit in steps[:-1] if names.issuperset(fit.composition.names)]
-    if len(steps) > 1 and not earlier:
-        earlier = [fit for fit in ranking if added(fit).name in names][:1]
-    return [*earlier, final]
 
 
 def climb_by(

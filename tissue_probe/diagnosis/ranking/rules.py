@@ -107,18 +107,6 @@ def only_rounding(fit: Fit) -> bool:
     return explained(fit) and fit.rounding > ROUNDING * fit.noise and fit.ratio <= 1.0
 
 
-def likeliest(rivals: Sequence[Fit]) -> list[Fit]:
-    """Order models that cannot be told apart by what they leave for their parameters.
-
-    Where all leave less than an encoder's rounding, as large as it is thought to be, the BIC counts
-    parameters only.
-    """
-    if not all(map(only_rounding, rivals)):
-        return list(rivals)
-    size = rivals[0].samples
-    return sorted(rivals, key=lambda fit: size * np.log(fit.cost) + fit.penalty)
-
-
 def preferred(fits: Iterable[Fit]) -> list[Fit]:
     """Order fits by BIC.
 
