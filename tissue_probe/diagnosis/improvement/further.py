@@ -99,8 +99,7 @@ class Further:
         self._base, self.instrument, self._library = base, instrument, library
         self._leading = frozenset(leading)
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
-        self._extended: set[tuple[tuple[str, ...], bool]] = set()
-        self._begun: set[tuple[Fit, bool]] = set()
+        self._extended: set[tuple[Fit, bool]] = set()
         self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
@@ -212,7 +211,8 @@ class Further:
         found: list[Path] = []
         for path in paths:
             for promising in (True,) if explained(final) else (True, False):
-                if (path[-1].composition.names, promising) not in self._extended:
+                known = {fit.composition.names for fit, half in self._extended if half == promising}
+                if path[-1].composition.names not in known:
                     found += self.of([path], promising, final)
         return sorted(found, key=lambda path: path[-1].bic)
 
@@ -220,6 +220,8 @@ class Further:
         self, paths: Sequence[Path], promising: bool = True, final: Fit | None = None
     ) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
+
+        What was extended before by the same families is not extended again.
 
         Of two ways to the same effects that end as well, the one stays that began better. Where one
         of a path is clear, those after it are not extended.
@@ -237,10 +239,9 @@ class Further:
         longer: dict[frozenset[str], Path] = {}
         again = final is None or not explained(final)
         for path in paths:
-            if (path[-1], promising) in self._begun:
+            if (path[-1], promising) in self._extended:
                 continue
-            self._begun.add((path[-1], promising))
-            self._extended.add((path[-1].composition.names, promising))
+            self._extended.add((path[-1], promising))
             others = [final] if final else [each[-1] for each in longer.values()]
             lowest = min((fit.ratio for fit in others), default=np.inf)
             for fit in ranked(self._followed(path[-1], promising, lowest, again)):
