@@ -24,7 +24,7 @@ from tissue_probe.signals import FloatArray
 FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
-#: How far a branch may be off at the start at least [m], however soon it forgets.
+#: How far a state may be off at the start at least [m]: at rest without load, or soon forgotten.
 SHORTEST = 1e-8
 
 
@@ -142,7 +142,7 @@ class Problem:
             still = measurement.at_rest
             if not still:  # all that moves goes with the coil
                 z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
-            length = loaded + 1e-8 if still else depth
+            length = loaded + SHORTEST if still else depth
             spreads = {
                 **dict(zip(self.kernel.values, map(float, values), strict=True)),
                 "free": depth,
