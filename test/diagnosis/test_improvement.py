@@ -20,14 +20,14 @@ from tissue_probe.diagnosis.improvement.further import FOLLOWED, Further
 from tissue_probe.diagnosis.improvement.ladder import (
     _alone,
     _bettered,
-    _from_beside,
     _is_worth,
     _leads,
     _needed,
     climb,
     climb_by,
-    settled,
 )
+from tissue_probe.diagnosis.improvement.paths import _from_beside
+from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.rules import EXPLAINED
 from tissue_probe.diagnosis.ranking.screen import screened

@@ -21,7 +21,8 @@ from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import BoolArray, Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by, settled
+from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by
+from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit

@@ -24,7 +24,7 @@ from tissue_probe.physics.effects.effect import TISSUE_FORCE
 SHARE = 0.65
 #: Where one removes this share, and all is explained, it is sought beside no other first effect.
 CLEAR = 0.95
-#: Families of which a second effect is tried first.
+#: Families of which a second effect is tried: those that promise most; beside play all are.
 FOLLOWED = 5
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.
 NEAR = 4.0
@@ -66,7 +66,11 @@ def _leave_the_same(fit: Fit, other: Fit) -> bool:
 
 def _may_part(effect: Effect) -> bool:
     """Whether an effect may part the tip from the tissue, or the coil from the tip."""
-    return _changes_contact(effect) or any(form.engaged != 1 for form in effect.every_form)
+    return _changes_contact(effect) or _has_play(effect)
+
+
+def _has_play(effect: Effect) -> bool:
+    return any(form.engaged != 1 for form in effect.every_form)
 
 
 def _changes_contact(effect: Effect) -> bool:
@@ -99,7 +103,7 @@ class Further:
         self._base, self.instrument, self._library = base, instrument, library
         self._leading = frozenset(leading)
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
-        self._extended: set[tuple[Fit, bool]] = set()
+        self._extended: set[Fit] = set()
         self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
@@ -198,7 +202,7 @@ class Further:
         return names in self.tried and explained(self.tried[names])
 
     def unasked(self, paths: Iterable[Path], final: Fit) -> list[Path]:
-        """Return what ``of`` does of paths that were not yet extended, or by half of the families.
+        """Return what ``of`` does of paths whose effects were not yet extended.
 
         Parameters
         ----------
@@ -206,22 +210,15 @@ class Further:
             What is to be extended.
         final : Fit
             What will not come near it is given up. Where it explains all, others could only do as
-            well: what promises less, or was tried, is passed over.
+            well: what was tried is passed over.
         """
-        found: list[Path] = []
-        for path in paths:
-            for promising in (True,) if explained(final) else (True, False):
-                known = {fit.composition.names for fit, half in self._extended if half == promising}
-                if path[-1].composition.names not in known:
-                    found += self.of([path], promising, final)
-        return sorted(found, key=lambda path: path[-1].bic)
+        known = {fit.composition.names for fit in self._extended}
+        return self.of([path for path in paths if path[-1].composition.names not in known], final)
 
-    def of(
-        self, paths: Sequence[Path], promising: bool = True, final: Fit | None = None
-    ) -> list[Path]:
+    def of(self, paths: Sequence[Path], final: Fit | None = None) -> list[Path]:
         """Return every path with one effect more, the best first, each set of effects once.
 
-        What was extended before by the same families is not extended again.
+        What was extended before is not extended again.
 
         Of two ways to the same effects that end as well, the one stays that began better. Where one
         of a path is clear, those after it are not extended.
@@ -230,21 +227,18 @@ class Further:
         ----------
         paths : sequence of tuple of Fit
             What is to be extended.
-        promising : bool
-            By the families that promise most, or by the others: a promise is made as if nothing
-            had been added yet, which beside a strong nonlinear effect says little.
         final : Fit, optional
             A model that is there already: see ``unasked``.
         """
         longer: dict[frozenset[str], Path] = {}
         again = final is None or not explained(final)
         for path in paths:
-            if (path[-1], promising) in self._extended:
+            if path[-1] in self._extended:
                 continue
-            self._extended.add((path[-1], promising))
+            self._extended.add(path[-1])
             others = [final] if final else [each[-1] for each in longer.values()]
             lowest = min((fit.ratio for fit in others), default=np.inf)
-            for fit in ranked(self._followed(path[-1], promising, lowest, again)):
+            for fit in ranked(self._followed(path[-1], lowest, again)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
@@ -256,8 +250,11 @@ class Further:
         order = preferred(path[-1] for path in longer.values())
         return sorted(longer.values(), key=lambda path: order.index(path[-1]))
 
-    def _followed(self, fit: Fit, promising: bool, lowest: float, again: bool) -> list[Fit]:
+    def _followed(self, fit: Fit, lowest: float, again: bool) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.
+
+        Of families those that promise most; beside play that leads somewhere all, as it takes away
+        from what is promised as if it were not there.
 
         What will not come near the lowest residual of another path is given up; what was tried is
         tried again, or passed over.
@@ -266,9 +263,10 @@ class Further:
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)
-        part = slice(0, FOLLOWED) if promising else slice(FOLLOWED, None)
         needed = min(asked(fit), fit.floor * lowest**2)
-        chosen = list(first.values())[part]
+        chosen = list(first.values())
+        if not any(_has_play(each) and self._leads(each) for each in fit.composition.effects):
+            chosen = chosen[:FOLLOWED]
         fits = fit_candidates(fit, chosen, self.instrument, needed)
         if not fits:
             return []

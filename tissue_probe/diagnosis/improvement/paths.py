@@ -1,0 +1,156 @@
+"""Which path is taken: of the models with one effect more, the best that was found.
+
+What belongs here: where paths begin, in which order what may lead further is tried, and what is
+better. What does not: what is fitted (``further``, ``exchange``), where it ends (``ladder``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.improvement.exchange import anew, both_exchanged, exchanged, kin_of
+from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path, asked
+from tissue_probe.diagnosis.ranking.harmonic import is_multiple
+from tissue_probe.diagnosis.ranking.rules import (
+    FORMS,
+    RELAXATION,
+    SIMPLER,
+    TIE,
+    added,
+    explained,
+    preferred,
+)
+
+#: Effects on which a second is tried, if there are so many of different families.
+BEAM = 3
+
+
+def begun(ranking: Sequence[Fit]) -> list[Path]:
+    """Return the paths to begin with.
+
+    Those come last, and take no place of others, that begin with a hum at a multiple of the drive's
+    frequency and do not explain all: it makes up for one line of what is not linear, not for that.
+    """
+    various = _various(ranking)
+    lines = [fit for fit in various if not explained(fit) and is_multiple(fit)]
+    others = [fit for fit in various if fit not in lines]
+    return [(fit,) for fit in others[:BEAM] + lines]
+
+
+def longest(
+    further: Further, paths: Sequence[Path], ranking: Sequence[Fit], leading: Sequence[Fit]
+) -> Path:
+    """Return the best path with one effect more.
+
+    The second may have been found beside a first that only stands for another: whatever else goes
+    with it is tried. Where none leaves noise, lost contact beside relaxing tissue is tried in every
+    form, as no promise tells of it; then all beside other forms of a first, and simpler ones; then
+    the best first beside each that alone leads somewhere: to some pairs a way leads from one only.
+    """
+    longer = further.of(paths)
+    best = anew(longer[0], further) if longer else ()
+    if len(paths[0]) > 1:
+        return best
+    best = _better(best, further.of(_turned(best, paths, ranking)), further)
+    if best and explained(best[-1]):
+        return best
+    relaxing = [fit for fit in leading if added(fit).family == RELAXATION][:1]
+    best = _better(best, further.losing_contact(relaxing, _asked(best)), further)
+    if best and explained(best[-1]):
+        return best
+    others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
+    best = _better(best, further.of(others), further)
+    if best and explained(best[-1]):
+        return best
+    return _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
+
+
+def _asked(path: Path) -> float:
+    """Return the cost that is asked of what is tried late: a good part less than was reached."""
+    return asked(path[-1]) if path else np.inf
+
+
+def _simpler(path: Path, ranking: Sequence[Fit]) -> list[Path]:
+    """Return paths that begin with what a first effect contains: it may have followed a second."""
+    return [(fit,) for fit in ranking if added(fit).name in added(path[0]).simpler]
+
+
+def beside_each(
+    path: Path, ranking: Sequence[Fit], leading: Sequence[Fit], further: Further
+) -> Path:
+    """Try whatever else goes with either of two effects, until nothing does better.
+
+    Both may have to give way at once, too. What does as well is noted, and told in the end.
+    """
+    while len(path) == 2:
+        kin = [kin_of(added(each), ranking) for each in path]
+        if not all(kin):
+            break
+        others = further.unasked([(fits[0],) for fits in kin], path[-1])
+        others += both_exchanged(path[-1], kin, further)
+        if explained(path[-1]):
+            others += _from_beside(path[-1], kin, leading, further)
+        found = _better(path, sorted(others, key=lambda each: each[-1].bic), further)
+        if found is path:
+            break
+        path = tuple(exchanged(found, ranking, further))
+    return path
+
+
+def _from_beside(
+    final: Fit, kin: Sequence[Sequence[Fit]], leading: Sequence[Fit], further: Further
+) -> list[Path]:
+    """Return paths to each of two effects from what alone is as good as the other, of any family.
+
+    Found from its own side it may have gone astray. Only beside what leads somewhere: what alone
+    explains nothing is as good as any other.
+    """
+    found: list[Path] = []
+    for (own, *_), (other, *_) in (kin, kin[::-1]):
+        near = [fit for fit in leading if fit.cost < RELATED * own.cost] if own in leading else []
+        asked = [fit for fit in near if not further.explains(fit, other)]
+        found += further.towards(other, asked, final.cost + SIMPLER)
+    return found
+
+
+def _better(path: Path, others: Sequence[Path], further: Further) -> Path:
+    """Return the best of others, if it is better than a path, its first effect searched anew.
+
+    Of two ways to the same effects that end as well, the one stays that was found first.
+    """
+    if not others:
+        return path
+    found = others[0]
+    if path:
+        final, other = path[-1], found[-1]
+        same = set(final.composition.names) == set(other.composition.names)
+        if preferred([final, other])[0] is final or (same and final.bic <= other.bic + TIE):
+            return path
+    return anew(found, further)
+
+
+def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[Path]:
+    """Return the path that begins with the last effect of another, unless it was tried already."""
+    tried = {added(each[0]).name for each in paths}
+    last = {added(path[-1]).name} - tried if path else set()
+    return [(fit,) for fit in ranking if added(fit).name in last]
+
+
+def _forms(ranking: Sequence[Fit]) -> list[Fit]:
+    """Leave out all forms of a law but the best, which gives way to them where they do better."""
+    best: dict[str, Fit] = {}
+    for fit in ranking:
+        law = added(fit).family if added(fit).family in FORMS else added(fit).name
+        best.setdefault(law, fit)
+    return list(best.values())
+
+
+def _various(ranking: Sequence[Fit]) -> list[Fit]:
+    """Put the best of each family before their others."""
+    best: dict[str, Fit] = {}
+    for fit in ranking:
+        best.setdefault(added(fit).family, fit)
+    return sorted(ranking, key=lambda fit: fit is not best[added(fit).family])
