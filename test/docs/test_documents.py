@@ -13,7 +13,7 @@ from tissue_probe.cli import app
 from tissue_probe.devices import DEVICES
 from tissue_probe.diagnosis.advice import visibility
 from tissue_probe.diagnosis.fitting import problem
-from tissue_probe.diagnosis.improvement import further, ladder
+from tissue_probe.diagnosis.improvement import further, ladder, paths, settled
 from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
@@ -240,7 +240,7 @@ def test_the_python_snippet_reads_a_recording(tmp_path, monkeypatch, capsys):
 def test_the_thresholds_of_the_diagnosis_are_those_of_the_code():
     rows = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) \|", DIAGNOSIS, re.M)
     constants = {}
-    for module in (rules, further, ladder, harmonic, problem, visibility):
+    for module in (rules, ladder, paths, further, settled, harmonic, problem, visibility):
         constants |= vars(module)
     assert {name for name, _ in rows} >= {"LEAST_GAIN", "LEAST_SHARE", "TIE", "SIMPLER", "SHARE"}
     assert {name: float(value) for name, value in rows} == {

@@ -7,6 +7,7 @@ excitation does. What does not: judging the experiment that was made (``ranking`
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
-from tissue_probe.diagnosis.ranking.candidates import refit
+from tissue_probe.diagnosis.ranking.candidates import THREADS, refit
 from tissue_probe.diagnosis.ranking.rules import differing
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.effects import Effect
@@ -127,8 +128,8 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
     apart, best = 0.0, None
     for right in rivals[:COMPARED]:
         wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
-        for made in _experiments(right):
-            left = min(_misfit(rival, made[-1], instrument) for rival in wrong)
+        experiments = list(_experiments(right))
+        for made, left in zip(experiments, _least(wrong, experiments, instrument), strict=True):
             if left > apart:
                 apart, best = left, made
         if apart >= TOLD:
@@ -149,11 +150,17 @@ def _showing(
         return None
     effects = [library[name] for name in unseen]
     most, best = (0, 0.0), None
-    for excitation, preload, duration, measurement in _experiments(base):
-        fit = refit(base, base.composition, instrument, [measurement])
-        if fit is None:
+
+    def shown(made: _Made) -> Sequence[float]:
+        fit = refit(base, base.composition, instrument, [made[-1]])
+        return () if fit is None else visibilities(fit, effects, instrument, fit.composition)
+
+    experiments = list(_experiments(base))
+    with ThreadPoolExecutor(THREADS) as pool:
+        tried = list(pool.map(shown, experiments))
+    for (excitation, preload, duration, _), seen in zip(experiments, tried, strict=True):
+        if not seen:
             continue
-        seen = visibilities(fit, effects, instrument, fit.composition)
         shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
         if (len(shows), min(seen)) > most:
             most = len(shows), min(seen)
@@ -209,6 +216,18 @@ def _static(fit: Fit, position: float) -> float:
     k0 = known.get("load_cell_stiffness", np.inf)
     series = k if not np.isfinite(k0) else k * k0 / (k + k0)
     return series * (position - zero)
+
+
+def _least(
+    rivals: Sequence[Fit], experiments: Sequence[_Made], instrument: Instrument
+) -> list[float]:
+    """Return, for each experiment, the least that any of the rivals leaves of it over the noise."""
+
+    def least(made: _Made) -> float:
+        return min(_misfit(rival, made[-1], instrument) for rival in rivals)
+
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(least, experiments))
 
 
 def _misfit(rival: Fit, measurement: Measurement, instrument: Instrument) -> float:
