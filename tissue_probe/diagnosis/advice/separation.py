@@ -6,9 +6,11 @@ excitation does. What does not: judging the experiment that was made (``ranking`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -90,6 +92,7 @@ class Suggestion:
 
 #: Excitation, preload [m] and duration [s] of an experiment, and how it would come out.
 _Made = tuple[dict[str, object], float, float, Measurement]
+_Told = TypeVar("_Told")
 
 
 def suggest(
@@ -128,8 +131,7 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
     apart, best = 0.0, None
     for right in rivals[:COMPARED]:
         wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
-        experiments = list(_experiments(right))
-        for made, left in zip(experiments, _least(wrong, experiments, instrument), strict=True):
+        for made, left in _tried(right, partial(_least_misfit, wrong, instrument)):
             if left > apart:
                 apart, best = left, made
         if apart >= TOLD:
@@ -149,16 +151,13 @@ def _showing(
     if base.composition.input is FORCE:  # another force may show them: see ``_between``
         return None
     effects = [library[name] for name in unseen]
-    most, best = (0, 0.0), None
 
-    def shown(made: _Made) -> Sequence[float]:
-        fit = refit(base, base.composition, instrument, [made[-1]])
+    def seen_in(measurement: Measurement) -> Sequence[float]:
+        fit = refit(base, base.composition, instrument, [measurement])
         return () if fit is None else visibilities(fit, effects, instrument, fit.composition)
 
-    experiments = list(_experiments(base))
-    with ThreadPoolExecutor(THREADS) as pool:
-        tried = list(pool.map(shown, experiments))
-    for (excitation, preload, duration, _), seen in zip(experiments, tried, strict=True):
+    most, best = (0, 0.0), None
+    for (excitation, preload, duration, _), seen in _tried(base, seen_in):
         if not seen:
             continue
         shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
@@ -174,6 +173,14 @@ def _showing(
 def _calibrations(names: Sequence[str]) -> str:
     """Say what tells effects by calibrating."""
     return "; ".join(CALIBRATIONS[name] for name in names if name in CALIBRATIONS)
+
+
+def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Made, _Told]]:
+    """Simulate experiments with a fitted model, and say what is told of each, two at a time."""
+    experiments = list(_experiments(right))
+    with ThreadPoolExecutor(THREADS) as pool:
+        told = pool.map(judged, [measurement for *_, measurement in experiments])
+        return list(zip(experiments, told, strict=True))
 
 
 def _experiments(right: Fit) -> Iterator[_Made]:
@@ -218,16 +225,9 @@ def _static(fit: Fit, position: float) -> float:
     return series * (position - zero)
 
 
-def _least(
-    rivals: Sequence[Fit], experiments: Sequence[_Made], instrument: Instrument
-) -> list[float]:
-    """Return, for each experiment, the least that any of the rivals leaves of it over the noise."""
-
-    def least(made: _Made) -> float:
-        return min(_misfit(rival, made[-1], instrument) for rival in rivals)
-
-    with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(least, experiments))
+def _least_misfit(rivals: Sequence[Fit], instrument: Instrument, measurement: Measurement) -> float:
+    """Return the least that any of the rivals leaves, see ``_misfit``."""
+    return min(_misfit(rival, measurement, instrument) for rival in rivals)
 
 
 def _misfit(rival: Fit, measurement: Measurement, instrument: Instrument) -> float:
