@@ -249,6 +249,12 @@ def test_what_leaves_hardly_more_than_noise_is_not_given_up_for_a_better_one():
     assert Bar(0.95, noise=1.0).out_of_reach(1.06, gain=0.0)
 
 
+def test_a_search_is_given_up_where_what_it_may_gain_would_not_count():
+    bar = Bar(1.0, most=0.9)
+    assert bar.out_of_reach(1.0, gain=0.001)
+    assert not bar.out_of_reach(1.0, gain=0.02)
+
+
 @given(hnp.arrays(float, st.integers(1, 6), elements=st.floats(0.05, 50.0)))
 def test_branches_begin_as_one_history_of_the_tip_leaves_them(rates):
     """Against a sum over past moves of the tip, each as likely as any other."""

@@ -7,7 +7,6 @@ excitation does. What does not: judging the experiment that was made (``ranking`
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
@@ -19,8 +18,9 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
-from tissue_probe.diagnosis.ranking.candidates import THREADS, refit
+from tissue_probe.diagnosis.ranking.candidates import refit
 from tissue_probe.diagnosis.ranking.rules import differing
+from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.excitation import parse_excitation
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.response import course, respond
@@ -176,11 +176,10 @@ def _calibrations(names: Sequence[str]) -> str:
 
 
 def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Made, _Told]]:
-    """Simulate experiments with a fitted model, and say what is told of each, two at a time."""
+    """Simulate experiments with a fitted model, and say what is told of each."""
     experiments = list(_experiments(right))
-    with ThreadPoolExecutor(THREADS) as pool:
-        told = pool.map(judged, [measurement for *_, measurement in experiments])
-        return list(zip(experiments, told, strict=True))
+    told = mapped(judged, [measurement for *_, measurement in experiments])
+    return list(zip(experiments, told, strict=True))
 
 
 def _experiments(right: Fit) -> Iterator[_Made]:

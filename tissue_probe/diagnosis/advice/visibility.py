@@ -7,7 +7,6 @@ model can absorb. What does not: choosing excitations (``separation``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -16,8 +15,8 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.improvement.further import addable
-from tissue_probe.diagnosis.ranking.candidates import THREADS
 from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
+from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.signals import FloatArray
@@ -55,9 +54,7 @@ def visibilities(
     """
     with np.errstate(all="ignore"):  # what is beyond all bounds shows nothing
         own = _Absorbed(fit, instrument)
-        with ThreadPoolExecutor(THREADS) as pool:
-            seen = pool.map(lambda each: _visibility(fit, own, each, instrument, alone), effects)
-            return list(seen)
+        return mapped(lambda effect: _visibility(fit, own, effect, instrument, alone), effects)
 
 
 def unseen(
@@ -66,7 +63,7 @@ def unseen(
     """Name the effects that the measurements could not have shown (see ``visibilities``)."""
     others = addable(fit.composition, library)
     seen = visibilities(fit, others.values(), instrument, alone)
-    return tuple(name for name, each in zip(others, seen, strict=True) if each < SEEN)
+    return tuple(name for name, size in zip(others, seen, strict=True) if size < SEEN)
 
 
 class _Absorbed:
@@ -106,7 +103,7 @@ def _visibility(
         return np.inf
     problem = Problem(alone.plus(effect), fit.measurements, instrument)
     strengths = effect.parameters[: effect.strengths]
-    typical = {each.name: each.default for each in strengths}
+    typical = {strength.name: strength.default for strength in strengths}
     # Not at none: the start of what the effect remembers matters in proportion to its strength.
     faint = {name: FAINT * size for name, size in typical.items()}
     values = start_values(problem, fit.named(), effect, faint)

@@ -8,7 +8,8 @@ which models are searched (``candidates``).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from mmap import mmap
+from os import getpid
 
 import numpy as np
 from scipy.linalg.lapack import dposv
@@ -115,21 +116,33 @@ def promise(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) 
     return np.inf if point is None else _solve(problem, point, 1e-9)[2]
 
 
-@dataclass
 class Bar:
-    """The lowest cost that any search of a comparison has reached so far.
+    """The lowest cost that any search of a comparison has reached so far, here or in a copy.
 
     ``noise`` is the part of any cost that is not counted: what is left by noise alone, where only
-    what comes near the best is asked for.
+    what comes near the best is asked for. Nothing counts that costs more than ``most``.
     """
 
-    cost: float = np.inf
-    noise: float = 0.0
+    def __init__(self, cost: float = np.inf, noise: float = 0.0, most: float = np.inf) -> None:
+        self.noise, self.most = noise, most
+        # Memory that a copy of the process shares, a place for each: none writes over the other's.
+        self._lowest, self._maker = np.frombuffer(mmap(-1, 16)), getpid()
+        self._lowest[:] = cost
+
+    @property
+    def cost(self) -> float:
+        """The lowest cost so far."""
+        return float(self._lowest.min())
+
+    def reached(self, cost: float) -> None:
+        """Note a cost that a search has reached."""
+        own = int(getpid() != self._maker)
+        self._lowest[own] = min(cost, self._lowest[own])
 
     def out_of_reach(self, cost: float, gain: float) -> bool:
         """Whether a search at a cost, which a step lowers by a gain, will not come near."""
         near = max(HOPELESS * (self.cost - self.noise), LEAST_EXCESS * self.noise)
-        return cost - 10.0 * gain - self.noise > near
+        return cost - 10.0 * gain > min(self.noise + near, self.most)
 
 
 def search(
@@ -181,5 +194,5 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
-    bar.cost = min(bar.cost, point.cost)
+    bar.reached(point.cost)
     return finished(problem, point, settled)

@@ -7,15 +7,15 @@ effects are worth in the end (``ladder``).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
-from tissue_probe.diagnosis.ranking.candidates import SAME, THREADS, fit_candidates
+from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, forms
 from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.ranking.screen import screened
+from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.effect import TISSUE_FORCE
@@ -135,10 +135,17 @@ class Further:
     def longer(
         self, pairs: Iterable[tuple[Fit, Iterable[Effect]]], needed: float = np.inf
     ) -> list[Path]:
-        """Return what ``searched`` finds beside each of several models, two of them at a time."""
-        with ThreadPoolExecutor(THREADS) as pool:
-            searches = [(fit, pool.submit(self.searched, fit, each, needed)) for fit, each in pairs]
-            return [(fit, both) for fit, search in searches for both in search.result()]
+        """Return what ``searched`` finds beside each of several models."""
+        searches = [(fit, list(effects)) for fit, effects in pairs]
+        known: list[object] = []
+        for fit, effects in searches:
+            whole = [self._library[effect.name] for effect in effects]
+            tried = [fit.composition.plus(form) for form in forms(fit.composition, whole)]
+            # Code that a copy of the process loads is lost with it.
+            known += [*fit.measurements, *tried, *(composition.kernel for composition in tried)]
+        found = mapped(lambda search: self.searched(*search, needed), searches, known)
+        paired = zip(searches, found, strict=True)
+        return [(fit, both) for (fit, _), fits in paired for both in fits]
 
     def note(self, fits: Iterable[Fit]) -> None:
         """Keep fits among those that were tried."""

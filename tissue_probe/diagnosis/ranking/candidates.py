@@ -7,9 +7,7 @@ What does not: what is proposed to begin with (``starts``), comparing the candid
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from queue import SimpleQueue
 
 import numpy as np
 
@@ -19,10 +17,20 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
+from tissue_probe.diagnosis.ranking import rules
 from tissue_probe.diagnosis.ranking.rules import added, explained
-from tissue_probe.diagnosis.ranking.starts import begin_states, extent, proposed, start_values
+from tissue_probe.diagnosis.ranking.starts import (
+    Values,
+    begin_states,
+    extent,
+    pressed_in,
+    proposed,
+    start_values,
+)
+from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect
+from tissue_probe.physics.effects.effect import TISSUE_FORCE
 from tissue_probe.physics.rigs import admits
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.signals import FloatArray
@@ -47,8 +55,6 @@ ROUNDS, BETTER = 3, 0.995
 SURELY = 0.95
 #: How often a search that did not settle is taken up again.
 ONWARD = 3
-#: Two shared cores: compiled code runs beside the interpreter's lock.
-THREADS = 2
 
 
 def fit_base(
@@ -167,28 +173,43 @@ def fit_candidates(
     known : sequence of Fit
         What other effects led to: the searches are given up that will not come near these either.
     """
-    forms = [
-        form
-        for effect in effects
-        if effect.name not in base.composition.names
-        for form in effect.every_form
-        if admits(base.composition.rig, form)
-    ]
-    look = _Look.at(base, instrument)
-    with ThreadPoolExecutor(THREADS) as pool:
-        proposed = list(pool.map(lambda form: _Proposals(base, form, instrument, look), forms))
-        proposed = sorted((each for each in proposed if each.best), key=lambda each: each.promise)
-        asked = np.isfinite(needed)
-        lowest = min([base.cost, needed, *(fit.cost for fit in known)])
-        bar = Bar(lowest, noise=base.floor if asked else 0.0)
-        enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-        fits = _by_turns(pool, [each.fits(bar, enough) for each in proposed])
-        again = _given_up(proposed, fits, [*fits, *known])
-        fits += _by_turns(pool, [each.fits(Bar(), enough) for each in again])
-        behind = _behind(proposed, fits, bar)
-        fits += _by_turns(pool, [each.fits_from(better, bar) for each, better in behind])
+    all_forms = forms(base.composition, effects)
+    look, values = _Look.at(base, instrument), [base.named()]
+    if any(form.contact != TISSUE_FORCE for form in all_forms):
+        values += pressed_in(base, instrument)
+    searches = [_Search(base, form, instrument, look, values) for form in all_forms]
+    for search_for, begin in zip(searches, mapped(_Search.begin, searches), strict=True):
+        search_for.begun = begin
+    searches = sorted((s for s in searches if s.begun.best), key=lambda s: s.begun.promise)
+    asked = np.isfinite(needed)
+    lowest = min([base.cost, needed, *(fit.cost for fit in known)])
+    counts = (1.0 - rules.LEAST_SHARE) ** 2 * base.cost if explained(base) else np.inf
+    bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
+    enough = min(ENOUGH * base.floor, needed) if asked else 0.0
+    fits = _all([(s, s.fits(bar, enough)) for s in searches])
+    again = _given_up(searches, fits, [*fits, *known])
+    fits += _all([(s, s.fits(Bar(), enough)) for s in again])
+    behind = _behind(searches, fits, bar)
+    fits += _all([(s, s.fits_from(better, bar)) for s, better in behind])
     told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
+
+
+def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
+    """Return each form in which effects may be added to a model."""
+    return [
+        form
+        for effect in effects
+        if effect.name not in composition.names
+        for form in effect.every_form
+        if admits(composition.rig, form)
+    ]
+
+
+def _all(searches: Sequence[tuple[_Search, Iterator[Fit]]]) -> list[Fit]:
+    """Return what searches find, made by turns: the others may soon be ahead of one by far."""
+    known = [one for s, _ in searches for one in s.known]
+    return [fit for found in in_turns([fits for _, fits in searches], known) for fit in found]
 
 
 def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
@@ -199,36 +220,9 @@ def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
     return first
 
 
-def _by_turns(pool: ThreadPoolExecutor, searches: Iterable[Iterator[Fit]]) -> list[Fit]:
-    """Advance searches for effects by turns, each to its next fit, until all have ended.
-
-    Before one begins again elsewhere the others have begun, too, and may be ahead of it by far.
-    """
-    found: list[Fit] = []
-    ended: SimpleQueue[tuple[Iterator[Fit], Future[Fit | None]]] = SimpleQueue()
-
-    def advance(each: Iterator[Fit]) -> None:
-        future = pool.submit(next, each, None)
-        future.add_done_callback(lambda done: ended.put((each, done)))
-
-    running = 0
-    for each in searches:
-        advance(each)
-        running += 1
-    while running:
-        each, future = ended.get()
-        fit = future.result()
-        if fit is None:
-            running -= 1
-        else:
-            found.append(fit)
-            advance(each)
-    return found
-
-
 def _given_up(
-    proposed: Sequence[_Proposals], fits: Sequence[Fit], rivals: Sequence[Fit]
-) -> list[_Proposals]:
+    searches: Sequence[_Search], fits: Sequence[Fit], rivals: Sequence[Fit]
+) -> list[_Search]:
     """Return simpler forms of the best effect whose searches were given up, or went astray.
 
     Were it not for the other, they might have come as far, and the simpler one is preferred.
@@ -240,24 +234,24 @@ def _given_up(
     settled = {added(fit).name for fit in fits if fit.converged and fit.cost < astray}
     stopped = {added(fit).name for fit in fits} - settled
     wanted = stopped.intersection(added(best).simpler)
-    return [each for each in proposed if each.effect.name in wanted]
+    return [each for each in searches if each.effect.name in wanted]
 
 
 def _behind(
-    proposed: Sequence[_Proposals], fits: Sequence[Fit], bar: Bar
-) -> list[tuple[_Proposals, Fit]]:
+    searches: Sequence[_Search], fits: Sequence[Fit], bar: Bar
+) -> list[tuple[_Search, Fit]]:
     """Return forms of effects that did worse than another form, and what that one found.
 
     The way to where a tip sticks and slides may lead through friction that only creeps.
     """
     best, found = _first_of_each(sorted(fits, key=lambda fit: fit.cost)), []
-    for each in proposed:
-        better = best.get(each.effect.name)
+    for one in searches:
+        better = best.get(one.effect.name)
         if better is None or _is_settled(better, bar):
             continue
-        own = [fit.cost for fit in fits if fit.composition is each.problem.composition]
+        own = [fit.cost for fit in fits if fit.composition is one.problem.composition]
         if better.cost < BETTER * min(own, default=np.inf):
-            found.append((each, better))
+            found.append((one, better))
     return found
 
 
@@ -290,44 +284,76 @@ class _Look:
 _Proposal = tuple[float, FloatArray, list[FloatArray]]
 
 
-class _Proposals:
-    """Where the search for one effect may begin, the most promising first."""
+@dataclass(frozen=True)
+class _Begin:
+    """Where a search may begin: what one step promises, values, and states at the start.
 
-    def __init__(self, base: Fit, effect: Effect, instrument: Instrument, look: _Look) -> None:
-        self.effect = effect
+    ``best`` are the most promising, in order; ``direct`` says that a strength was among what was
+    proposed.
+    """
+
+    best: Sequence[_Proposal] = ()
+    direct: bool = False
+
+    @property
+    def promise(self) -> float:
+        """The least cost that any promises."""
+        return self.best[0][0]
+
+
+class _Search:
+    """The search for one effect beside a fitted model, in one form of it."""
+
+    def __init__(
+        self,
+        base: Fit,
+        effect: Effect,
+        instrument: Instrument,
+        look: _Look,
+        values: Sequence[Values],
+    ) -> None:
+        self.base, self.effect, self.values = base, effect, values
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
+        #: What fits hold, and every process has.
+        self.known = (*base.measurements, composition)
         # What corrects the position does so sample by sample, and the course between them changes.
         own = self.problem.kernel.moves_position or self.problem.kernel.rounded >= 0
         self.look = _Look(base.measurements, 1.0) if own else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
-        proposals: list[_Proposal] = []
-        pairs = list(proposed(base, effect, instrument))
+        #: To be set before anything is searched; a copy of the process may have found it.
+        self.begun = _Begin()
+
+    def begin(self) -> _Begin:
+        """Return where the search may begin."""
+        begun: list[_Proposal] = []
+        pairs = list(proposed(self.base, self.effect, self.values))
         for known, proposal in pairs:
-            values = start_values(self.problem, known, effect, proposal)
-            if any(np.array_equal(values, other) for _, other, _ in proposals):
+            values = start_values(self.problem, known, self.effect, proposal)
+            if any(np.array_equal(values, other) for _, other, _ in begun):
                 continue
-            starts = begin_states(self.problem, base, values)
-            proposals.append((self._promise(values, starts), values, starts))
-        proposals.sort(key=lambda proposal: proposal[0])
-        proposals += self._as_known(proposals[:FOLLOWED])
-        proposals.sort(key=lambda proposal: proposal[0])
-        self.promise = proposals[0][0] if proposals else np.inf
-        self.alone, self.known = base.cost, len(base.values)
-        strength = [parameter.name for parameter in effect.parameters[:1]]
-        self.direct = any(strength[0] in proposal for _, proposal in pairs if strength)
-        self.best = [p for p in proposals[:FOLLOWED] if p[0] <= WORSE * self.promise]
+            starts = begin_states(self.problem, self.base, values)
+            begun.append((self._promise(values, starts), values, starts))
+        begun.sort(key=lambda each: each[0])
+        begun += self._as_known(begun[:FOLLOWED])
+        begun.sort(key=lambda each: each[0])
+        strength = [parameter.name for parameter in self.effect.parameters[:1]]
+        direct = any(strength[0] in proposal for _, proposal in pairs if strength)
+        return _Begin([each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct)
 
     def _as_known(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
         """Return the same, but begun at rest or with the coil, whichever is known of the probe.
 
         A model that lacks an effect starts elsewhere to make up for it, and from there the way to
-        the right start may be barred.
+        the right start may be barred. Where both promise the same, one step leads from both to one
+        place.
         """
         begun = []
-        for _, values, _ in proposals:
-            known = [begun.mean for begun in self.problem.begin(values)]
-            begun.append((self._promise(values, known), values, known))
+        for promised, values, _ in proposals:
+            known = [begin.mean for begin in self.problem.begin(values)]
+            other = self._promise(values, known)
+            if not promised / SAME < other < promised * SAME:
+                begun.append((other, values, known))
         return begun
 
     def _promise(self, values: FloatArray, starts: Sequence[FloatArray]) -> float:
@@ -335,11 +361,12 @@ class _Proposals:
 
     def fits(self, bar: Bar, enough: float) -> Iterator[Fit]:
         """Search from the best proposals, and again near what was found, until a cost is enough."""
-        near = self.direct or self.promise < (1.0 - LEAST_SHARE) * self.alone
+        begun, least = self.begun, (1.0 - LEAST_SHARE) * self.base.cost
+        near = begun.direct or begun.promise < least
         found: list[Fit] = []
         costs: dict[tuple[float, ...], float] = {}
-        for _, values, starts in self.best if near else self.best[:1]:
-            if found and self.promise >= FAR * bar.cost:
+        for _, values, starts in begun.best if near else begun.best[:1]:
+            if found and begun.promise >= FAR * bar.cost:
                 break
             fit = search(self.problem, values, starts, bar)
             if fit is None:
@@ -348,7 +375,7 @@ class _Proposals:
             yield fit
             if fit.cost < enough:
                 return
-            own = tuple(values[self.known :])
+            own = tuple(values[len(self.base.values) :])
             if any(cost < SAME * fit.cost for begun, cost in costs.items() if begun != own):
                 break
             costs[own] = fit.cost
@@ -379,7 +406,7 @@ class _Proposals:
     def _onward(self, best: Fit, bar: Bar) -> Fit:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
         for _ in range(ONWARD):
-            if best.converged or best.cost > HOPELESS * bar.cost:
+            if best.converged or best.cost > min(HOPELESS * bar.cost, bar.most):
                 break
             fit = search(self.problem, best.values, best.starts, bar)
             if fit is None or fit.cost > best.cost:
@@ -390,14 +417,15 @@ class _Proposals:
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the two most promising of the values near those found."""
         reach = extent(best, best.named(), self.effect)
-        known = [best.named() | dict(each) for each in self.effect.near(reach, best.named())]
+        known = [best.named() | dict(other) for other in self.effect.near(reach, best.named())]
         lower, upper = self.problem.lower, self.problem.upper
-        near = [np.clip(list(each.values()), lower, upper) for each in known]
-        gained = best.cost < (1.0 - LEAST_SHARE) * self.alone or not bar.noise
+        near = [np.clip(list(named.values()), lower, upper) for named in known]
+        gained = best.cost < (1.0 - LEAST_SHARE) * self.base.cost or not bar.noise
         most = np.inf if gained else SURELY * best.cost
-        with ThreadPoolExecutor(THREADS) as pool:
-            promises = list(pool.map(lambda values: self._promise(values, best.starts), near))
-            order = np.argsort(promises, kind="stable")[:2]
-            first = [near[index] for index in order if promises[index] < most]
-            fits = pool.map(lambda values: search(self.problem, values, best.starts, bar), first)
-            return [fit for fit in fits if fit is not None]
+        promises = mapped(lambda values: self._promise(values, best.starts), near)
+        order = np.argsort(promises, kind="stable")[:2]
+        first = [near[index] for index in order if promises[index] < most]
+        fits = mapped(
+            lambda values: search(self.problem, values, best.starts, bar), first, self.known
+        )
+        return [fit for fit in fits if fit is not None]

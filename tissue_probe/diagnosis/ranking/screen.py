@@ -7,7 +7,6 @@ would have to be generated and compiled for every pair. What does not: fitting t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -15,11 +14,11 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, stacked, unknown
-from tissue_probe.diagnosis.ranking.candidates import THREADS
+from tissue_probe.diagnosis.ranking.candidates import forms
 from tissue_probe.diagnosis.ranking.starts import begin_states, extent, start_values
+from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.rigs import admits
 from tissue_probe.signals import FloatArray
 
 
@@ -50,24 +49,18 @@ def screened(
         bare = _residuals(without, plain, begin_states(without, fit, plain))
     basis = np.linalg.qr(own)[0]
     residual = residual - basis @ (basis.T @ residual)
-    forms = [
-        form
-        for effect in effects
-        if effect.name not in (*fit.composition.names, *alone.names)
-        for form in effect.every_form
-        if admits(fit.composition.rig, form)
-    ]
+    missing = [effect for effect in effects if effect.name not in fit.composition.names]
+    tried = forms(alone, missing)
 
     def score(form: Effect) -> float:
         problem = Problem(alone.plus(form), fit.measurements, instrument)
         changes = _changes(fit, problem, form, bare)
         return max((_explained(change, basis, residual) for change in changes), default=0.0)
 
-    with ThreadPoolExecutor(THREADS) as pool:
-        scores = list(pool.map(score, forms))
+    scores = mapped(score, tried)
     best: dict[str, Effect] = {}
     for index in np.argsort(scores)[::-1]:
-        best.setdefault(forms[index].name, forms[index])
+        best.setdefault(tried[index].name, tried[index])
     return list(best.values())
 
 

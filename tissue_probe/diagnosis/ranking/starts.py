@@ -6,7 +6,7 @@ What belongs here: values and states at the start. What does not: which of them 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +26,21 @@ Values = Mapping[str, float]
 FINER = 4
 
 
-def proposed(base: Fit, effect: Effect, instrument: Instrument) -> Iterator[tuple[Values, Values]]:
+def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
+    """Return the values of a fit to what is sure to be in contact, if there is enough of it.
+
+    Elsewhere the base is wrong if contact is lost.
+    """
+    stiffness = base.named().get("load_cell_stiffness", np.inf)
+    inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
+    if min(np.mean(m.used) for m in inside) < 0.05:
+        return []
+    problem = Problem(base.composition, inside, instrument)
+    fit = search(problem, base.values, base.starts)
+    return [] if fit is None else [fit.named()]
+
+
+def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tuple[Values, Values]]:
     """Yield values known of a model, and with each what may be tried for an effect beside it.
 
     Parameters
@@ -35,13 +49,10 @@ def proposed(base: Fit, effect: Effect, instrument: Instrument) -> Iterator[tupl
         The model without the effect.
     effect : Effect
         What is added.
-    instrument : Instrument
-        What is known of the rig.
+    known : sequence of mapping of str to float
+        Its values, then those of ``pressed_in``.
     """
-    known: list[Values] = [base.named()]
-    if effect.contact != TISSUE_FORCE:
-        known += _pressed(base, instrument)
-    for each in known:
+    for each in known[:1] if effect.contact == TISSUE_FORCE else known:
         reach = extent(base, each, effect)
         tried = list(effect.starts(reach))
         if effect.states and not all(measurement.at_rest for measurement in base.measurements):
@@ -81,17 +92,6 @@ def _instead(effect: Effect, known: Values, reach: Extent) -> list[Values]:
     none = {each.name: effect.neutral for each in effect.parameters[: effect.strengths]}
     others = {each.name: each.default for each in effect.parameters[effect.strengths :]}
     return list(effect.near(reach, {**known, **others, **none}))
-
-
-def _pressed(base: Fit, instrument: Instrument) -> list[Values]:
-    """Fit what is sure to be in contact only: elsewhere the base is wrong if contact is lost."""
-    stiffness = base.named().get("load_cell_stiffness", np.inf)
-    inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
-    if min(np.mean(m.used) for m in inside) < 0.05:
-        return []
-    problem = Problem(base.composition, inside, instrument)
-    fit = search(problem, base.values, base.starts)
-    return [] if fit is None else [fit.named()]
 
 
 def start_values(
