@@ -11,21 +11,16 @@ from __future__ import annotations
 
 import gc
 import io
-import os
+import multiprocessing
 import pickle
-import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from struct import Struct
-from typing import Any, NoReturn, TypeVar
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
 
 _Given = TypeVar("_Given")
 _Told = TypeVar("_Told")
-_Results = dict[int, list[_Told]]
-
-#: How the number of a work is written to those who take it.
-NUMBER = Struct("=H")
 
 _shared = False
 
@@ -51,7 +46,7 @@ def mapped(
 def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> list[list[_Told]]:
     """Advance iterators by turns, each to its next item, until all have ended.
 
-    Before one is advanced again all the others have begun, here or in the copy.
+    In each process none is advanced again before all others have begun, here or in the copy.
 
     Parameters
     ----------
@@ -69,17 +64,25 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
     ------
     Exception
         Whatever a work raises, here or in the copy.
+    RuntimeError
+        If the copy is ended from outside.
     """
-    if _shared or len(works) < 2 or not hasattr(os, "fork"):
+    if _shared or len(works) < 2 or not _may_copy():
         told = _advanced(works, iter(range(len(works))))
     else:
         told = _in_two(works, known)
     return [told[number] for number in range(len(works))]
 
 
-def _advanced(works: Sequence[Iterator[_Told]], numbers: Iterator[int]) -> _Results[_Told]:
+def _may_copy() -> bool:
+    """Whether this process may have a copy: some systems know no fork, some processes may not."""
+    by_fork = "fork" in multiprocessing.get_all_start_methods()
+    return by_fork and not multiprocessing.current_process().daemon
+
+
+def _advanced(works: Sequence[Iterator[_Told]], numbers: Iterator[int]) -> dict[int, list[_Told]]:
     """Advance by turns those works whose numbers are given, the first of each before any second."""
-    told: _Results[_Told] = {}
+    told: dict[int, list[_Told]] = {}
     begun: deque[int] = deque()
     while True:
         number = next(numbers, None)
@@ -89,63 +92,67 @@ def _advanced(works: Sequence[Iterator[_Told]], numbers: Iterator[int]) -> _Resu
             number = begun.popleft()
         else:
             return told
-        items = list(_first(works[number]))
-        told[number] += items
-        begun.extend([number] * len(items))
+        for item in works[number]:
+            told[number].append(item)
+            begun.append(number)
+            break
 
 
-def _first(work: Iterator[_Told]) -> Iterator[_Told]:
-    for item in work:
-        yield item
-        return
-
-
-def _in_two(works: Sequence[Iterator[_Told]], known: Sequence[object]) -> _Results[_Told]:
+def _in_two(works: Sequence[Iterator[_Told]], known: Sequence[object]) -> dict[int, list[_Told]]:
     """Advance works in this process and in a copy: each takes the next one when it is free."""
-    waiting, add = os.pipe()
-    os.write(add, b"".join(map(NUMBER.pack, range(len(works)))))
-    os.close(add)
-    answer, say = os.pipe()
-    process = os.fork()
-    if process == 0:
-        _as_copy(works, waiting, say, known)
-    os.close(say)
+    fork = multiprocessing.get_context("fork")
+    waiting = fork.SimpleQueue()
+    for number in (*range(len(works)), None, None):  # an end for each process
+        waiting.put(number)
+    answer, say = fork.Pipe(duplex=False)
+    numbers = iter(waiting.get, None)
+    copy = fork.Process(target=_tell, args=(works, numbers, say, known), daemon=True)
+    copy.start()
+    say.close()
     try:
-        with _sharing(), open(answer, "rb") as file:
-            told = _advanced(works, _taken(waiting))
-            others = _read(file, known)
+        with _sharing():
+            told = _advanced(works, numbers)
+        others = _heard(answer, known)
     except BaseException:
-        os.kill(process, signal.SIGKILL)
+        copy.kill()
         raise
     finally:
-        os.close(waiting)
-        os.waitpid(process, 0)
+        copy.join()
+        answer.close()
+        waiting.close()
     if isinstance(others, BaseException):
         raise others
     return told | others
 
 
-def _taken(waiting: int) -> Iterator[int]:
-    """Yield numbers that nobody took, until there are none."""
-    while number := os.read(waiting, NUMBER.size):
-        yield NUMBER.unpack(number)[0]
-
-
-def _as_copy(
-    works: Sequence[Iterator[Any]], waiting: int, say: int, known: Sequence[object]
-) -> NoReturn:
-    """Advance works, tell what they yield or raise, and end without the process's last words."""
+def _tell(
+    works: Sequence[Iterator[Any]],
+    numbers: Iterator[int],
+    say: Connection,
+    known: Sequence[object],
+) -> None:
+    """Advance works in the copy, and tell what they yield or raise."""
+    gc.disable()  # the copy ends before there is much
+    told: object
     try:
-        gc.disable()  # it ends before there is much
         with _sharing():
-            try:
-                told: object = _advanced(works, _taken(waiting))
-            except BaseException as error:
-                told = error
-        with open(say, "wb") as file:
-            file.write(_written(told, known))
-    finally:
-        os._exit(0)
+            told = _advanced(works, numbers)
+    except BaseException as error:
+        told = error
+    file = io.BytesIO()
+    _Writer(file, known).dump(told)
+    say.send_bytes(file.getbuffer())
+
+
+def _heard(answer: Connection, known: Sequence[object]) -> Any:
+    """Return what the copy tells."""
+    try:
+        return _Reader(io.BytesIO(answer.recv_bytes()), known).load()
+    except EOFError:
+        raise RuntimeError(
+            "a copy of this process that did half of the work was ended from outside; "
+            "if the machine is short of memory, end other programs"
+        ) from None
 
 
 @contextmanager
@@ -157,22 +164,6 @@ def _sharing() -> Iterator[None]:
         yield
     finally:
         _shared = False
-
-
-def _read(file: io.BufferedReader, known: Sequence[object]) -> Any:
-    try:
-        return _Reader(file, known).load()
-    except EOFError:
-        raise RuntimeError(
-            "a copy of this process that did half of the work was ended from outside; "
-            "if the machine is short of memory, end other programs"
-        ) from None
-
-
-def _written(told: object, known: Sequence[object]) -> bytes:
-    file = io.BytesIO()
-    _Writer(file, known).dump(told)
-    return file.getvalue()
 
 
 class _Writer(pickle.Pickler):
@@ -190,7 +181,7 @@ class _Writer(pickle.Pickler):
 class _Reader(pickle.Unpickler):
     """Reads what a ``_Writer`` wrote."""
 
-    def __init__(self, file: io.BufferedReader, known: Sequence[object]) -> None:
+    def __init__(self, file: io.BytesIO, known: Sequence[object]) -> None:
         super().__init__(file)
         self.known = known
 

@@ -22,6 +22,8 @@ from tissue_probe.diagnosis.ranking.rules import (
     ranked,
     significant,
 )
+from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
 
@@ -86,7 +88,7 @@ def exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) ->
                 steps[-1] = fit
                 if first:
                     steps[0] = alone[old.name]
-                    steps[-1] = _with_last(fit, last, further.instrument) or fit
+                    steps[-1] = refit(fit, _last(fit, last), further.instrument) or fit
     return steps if steps[-1] is begun else list(anew(tuple(steps), further))
 
 
@@ -124,7 +126,7 @@ def _in_its_place(
     others = [each for each in rivals if each not in map(added, found)]
     # Of two of which one contains the other, either may be reached from where they are as good.
     nested = [each for each in rivals if each.name in old.simpler or old.name in each.simpler]
-    refitted = (refit(final, less.plus(each), further.instrument) for each in nested)
+    refitted = _refitted([(final, less.plus(each)) for each in nested], further)
     found += [fit for fit in refitted if fit is not None]
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
     own = [(alone[old.name], stays)] if stays and old.name in alone else []
@@ -141,16 +143,24 @@ def _in_its_place(
 
 def _told(paths: Sequence[Path], without: Fit, further: Further) -> list[Fit]:
     """Return the ends of paths, told as if all began with what is without an effect."""
-    told = [
-        path[-1] if path[0] is without else _with_last(path[-1], added(path[0]), further.instrument)
-        for path in paths
-    ]
+    others = [path for path in paths if path[0] is not without]
+    turned = iter(
+        _refitted([(path[-1], _last(path[-1], added(path[0]))) for path in others], further)
+    )
+    told = [path[-1] if path[0] is without else next(turned) for path in paths]
     return [fit for fit in told if fit is not None]
 
 
-def _with_last(fit: Fit, effect: Effect, instrument: Instrument) -> Fit | None:
-    """Tell a fit as if one of its effects had come last."""
-    return refit(fit, fit.composition.without(effect.name).plus(effect), instrument)
+def _last(fit: Fit, effect: Effect) -> Composition:
+    """Return a fit's model as if one of its effects had come last."""
+    return fit.composition.without(effect.name).plus(effect)
+
+
+def _refitted(models: Sequence[tuple[Fit, Composition]], further: Further) -> list[Fit | None]:
+    """Fit models, each from the values of a fit."""
+    # Code that a copy of the process loads is lost with it.
+    known = [one for fit, model in models for one in (*fit.measurements, model, model.kernel)]
+    return mapped(lambda one: refit(*one, further.instrument), models, known)
 
 
 def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -> list[Path]:

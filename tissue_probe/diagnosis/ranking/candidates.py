@@ -177,20 +177,21 @@ def fit_candidates(
     look, values = _Look.at(base, instrument), [base.named()]
     if any(form.contact != TISSUE_FORCE for form in all_forms):
         values += pressed_in(base, instrument)
-    searches = [_Search(base, form, instrument, look, values) for form in all_forms]
-    for search_for, begin in zip(searches, mapped(_Search.begin, searches), strict=True):
-        search_for.begun = begin
-    searches = sorted((s for s in searches if s.begun.best), key=lambda s: s.begun.promise)
+    candidates = [_Candidate(base, form, instrument, look, values) for form in all_forms]
+    for candidate, begun in zip(candidates, mapped(_Candidate.begin, candidates), strict=True):
+        candidate.begun = begun
+    candidates = [candidate for candidate in candidates if candidate.begun.best]
+    candidates.sort(key=lambda candidate: candidate.begun.promise)
     asked = np.isfinite(needed)
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
     counts = (1.0 - rules.LEAST_SHARE) ** 2 * base.cost if explained(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
     enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-    fits = _all([(s, s.fits(bar, enough)) for s in searches])
-    again = _given_up(searches, fits, [*fits, *known])
-    fits += _all([(s, s.fits(Bar(), enough)) for s in again])
-    behind = _behind(searches, fits, bar)
-    fits += _all([(s, s.fits_from(better, bar)) for s, better in behind])
+    fits = _all([(each, each.fits(bar, enough)) for each in candidates])
+    again = _given_up(candidates, fits, [*fits, *known])
+    fits += _all([(each, each.fits(Bar(), enough)) for each in again])
+    behind = _behind(candidates, fits, bar)
+    fits += _all([(each, each.fits_from(better, bar)) for each, better in behind])
     told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
 
@@ -206,9 +207,9 @@ def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
     ]
 
 
-def _all(searches: Sequence[tuple[_Search, Iterator[Fit]]]) -> list[Fit]:
+def _all(searches: Sequence[tuple[_Candidate, Iterator[Fit]]]) -> list[Fit]:
     """Return what searches find, made by turns: the others may soon be ahead of one by far."""
-    known = [one for s, _ in searches for one in s.known]
+    known = [shared for candidate, _ in searches for shared in candidate.known]
     return [fit for found in in_turns([fits for _, fits in searches], known) for fit in found]
 
 
@@ -221,8 +222,8 @@ def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
 
 
 def _given_up(
-    searches: Sequence[_Search], fits: Sequence[Fit], rivals: Sequence[Fit]
-) -> list[_Search]:
+    candidates: Sequence[_Candidate], fits: Sequence[Fit], rivals: Sequence[Fit]
+) -> list[_Candidate]:
     """Return simpler forms of the best effect whose searches were given up, or went astray.
 
     Were it not for the other, they might have come as far, and the simpler one is preferred.
@@ -234,24 +235,24 @@ def _given_up(
     settled = {added(fit).name for fit in fits if fit.converged and fit.cost < astray}
     stopped = {added(fit).name for fit in fits} - settled
     wanted = stopped.intersection(added(best).simpler)
-    return [each for each in searches if each.effect.name in wanted]
+    return [each for each in candidates if each.effect.name in wanted]
 
 
 def _behind(
-    searches: Sequence[_Search], fits: Sequence[Fit], bar: Bar
-) -> list[tuple[_Search, Fit]]:
+    candidates: Sequence[_Candidate], fits: Sequence[Fit], bar: Bar
+) -> list[tuple[_Candidate, Fit]]:
     """Return forms of effects that did worse than another form, and what that one found.
 
     The way to where a tip sticks and slides may lead through friction that only creeps.
     """
     best, found = _first_of_each(sorted(fits, key=lambda fit: fit.cost)), []
-    for one in searches:
-        better = best.get(one.effect.name)
+    for candidate in candidates:
+        better = best.get(candidate.effect.name)
         if better is None or _is_settled(better, bar):
             continue
-        own = [fit.cost for fit in fits if fit.composition is one.problem.composition]
+        own = [fit.cost for fit in fits if fit.composition is candidate.problem.composition]
         if better.cost < BETTER * min(own, default=np.inf):
-            found.append((one, better))
+            found.append((candidate, better))
     return found
 
 
@@ -301,8 +302,8 @@ class _Begin:
         return self.best[0][0]
 
 
-class _Search:
-    """The search for one effect beside a fitted model, in one form of it."""
+class _Candidate:
+    """One effect, in one form of it, that is sought beside a fitted model."""
 
     def __init__(
         self,
@@ -376,7 +377,7 @@ class _Search:
             if fit.cost < enough:
                 return
             own = tuple(values[len(self.base.values) :])
-            if any(cost < SAME * fit.cost for begun, cost in costs.items() if begun != own):
+            if any(cost < SAME * fit.cost for other, cost in costs.items() if other != own):
                 break
             costs[own] = fit.cost
         yield from self._settled(found, bar)

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, stacked, unknown
 from tissue_probe.diagnosis.ranking.candidates import forms
@@ -42,26 +42,54 @@ def screened(
     instrument : Instrument
         What is known of the rig.
     """
-    with np.errstate(all="ignore"):  # what is beyond all bounds is left out
-        own, residual = _own(fit, instrument)
-        without = Problem(alone, fit.measurements, instrument)
-        plain = start_values(without, fit.named(), None, {})
-        bare = _residuals(without, plain, begin_states(without, fit, plain))
-    basis = np.linalg.qr(own)[0]
-    residual = residual - basis @ (basis.T @ residual)
     missing = [effect for effect in effects if effect.name not in fit.composition.names]
     tried = forms(alone, missing)
-
-    def score(form: Effect) -> float:
-        problem = Problem(alone.plus(form), fit.measurements, instrument)
-        changes = _changes(fit, problem, form, bare)
-        return max((_explained(change, basis, residual) for change in changes), default=0.0)
-
-    scores = mapped(score, tried)
+    exact = [_is_exact(fit.composition) or _is_exact(alone.plus(form)) for form in tried]
+    few = [measurement.thinned() for measurement in fit.measurements]
+    tests = {
+        each: _ScoreTest(fit, alone, fit.measurements if each else few, instrument)
+        for each in set(exact)
+    }
+    scores = mapped(lambda one: tests[one[0]].score(one[1]), zip(exact, tried, strict=True))
     best: dict[str, Effect] = {}
     for index in np.argsort(scores)[::-1]:
         best.setdefault(tried[index].name, tried[index])
     return list(best.values())
+
+
+def _is_exact(composition: Composition) -> bool:
+    """Whether a model corrects the position sample by sample: between fewer its course is other."""
+    return composition.kernel.moves_position or composition.kernel.rounded >= 0
+
+
+class _ScoreTest:
+    """What a fitted model leaves of some samples of its measurements, and cannot make itself."""
+
+    def __init__(
+        self,
+        fit: Fit,
+        alone: Composition,
+        measurements: Sequence[Measurement],
+        instrument: Instrument,
+    ) -> None:
+        self.fit, self.alone, self.instrument = fit, alone, instrument
+        self.measurements = measurements
+        with np.errstate(all="ignore"):  # what is beyond all bounds is left out
+            own, residual = _own(fit, Problem(fit.composition, measurements, instrument))
+            without = Problem(alone, measurements, instrument)
+            plain = start_values(without, fit.named(), None, {})
+            self.bare = _residuals(without, plain, begin_states(without, fit, plain))
+        self.basis = np.linalg.qr(own)[0]
+        self.residual = residual - self.basis @ (self.basis.T @ residual)
+        #: Samples that each of these stands for.
+        self.share = fit.samples / sum(int(np.sum(each.used)) for each in measurements)
+
+    def score(self, form: Effect) -> float:
+        """Return the sum of squares of all samples that an effect could explain."""
+        problem = Problem(self.alone.plus(form), self.measurements, self.instrument)
+        changes = _changes(self.fit, problem, form, self.bare)
+        explained = (_explained(change, self.basis, self.residual) for change in changes)
+        return self.share * max(explained, default=0.0)
 
 
 def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
@@ -101,13 +129,12 @@ def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
     return stacked(problem, parts)[:, 0]
 
 
-def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
+def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:
     """Return what the fitted model's unknowns change in the force, and its residual, over noise.
 
     Below stand their changes and departures over what is known of them beforehand, without which
     any tolerance of the rig would make up for an effect.
     """
-    problem = Problem(fit.composition, fit.measurements, instrument)
     free = unknown(problem)
     own = by_unknown(problem, fit.values, fit.starts)
     prior = np.sqrt(precision(problem, fit.values))
@@ -116,7 +143,7 @@ def _own(fit: Fit, instrument: Instrument) -> tuple[FloatArray, FloatArray]:
     departure = np.where(known, prior * _departure(problem, fit), 0.0)
     used = free & np.isfinite(own).all(axis=0) & np.any(own != 0.0, axis=0)
     own = np.concatenate([own, below])[:, used]
-    residual = stacked(problem, [part[:, None] for part in fit.residuals])[:, 0]
+    residual = _residuals(problem, fit.values, fit.starts)
     return own / np.linalg.norm(own, axis=0), np.concatenate([residual, departure])
 
 
