@@ -111,6 +111,26 @@ def test_a_copy_that_is_killed_is_told() -> None:
         mapped(be_killed, [0, 1])
 
 
+def test_ctrl_c_ends_both_and_the_copy_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    process = os.getpid()
+    begun = Value("i", 0)
+
+    def be_interrupted(_: int) -> None:
+        with begun.get_lock():
+            begun.value += 1
+        while begun.value < 2:
+            pass
+        os.kill(os.getpid(), signal.SIGINT)  # as a terminal does, to both
+        while os.getpid() != process:
+            pass
+
+    with pytest.raises(KeyboardInterrupt):
+        mapped(be_interrupted, [0, 1])
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_the_lowest_cost_is_known_to_both_processes() -> None:
     bar = Bar(100.0)
     mapped(bar.reached, [70.0, 50.0, 90.0, 60.0])

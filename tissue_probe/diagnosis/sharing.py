@@ -13,6 +13,7 @@ import gc
 import io
 import multiprocessing
 import pickle
+import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -107,17 +108,20 @@ def _in_two(works: Sequence[Iterator[_Told]], known: Sequence[object]) -> dict[i
     answer, say = fork.Pipe(duplex=False)
     numbers = iter(waiting.get, None)
     copy = fork.Process(target=_tell, args=(works, numbers, say, known), daemon=True)
-    copy.start()
-    say.close()
     try:
+        with _uninterrupted():
+            copy.start()
+        say.close()
         with _sharing():
             told = _advanced(works, numbers)
         others = _heard(answer, known)
     except BaseException:
-        copy.kill()
+        if copy.is_alive():
+            copy.kill()
         raise
     finally:
-        copy.join()
+        if copy.pid is not None:
+            copy.join()
         answer.close()
         waiting.close()
     if isinstance(others, BaseException):
@@ -153,6 +157,16 @@ def _heard(answer: Connection, known: Sequence[object]) -> Any:
             "a copy of this process that did half of the work was ended from outside; "
             "if the machine is short of memory, end other programs"
         ) from None
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let a copy that is made meanwhile never hear of Ctrl-C: this process does, and ends it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

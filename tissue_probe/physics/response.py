@@ -89,6 +89,11 @@ class Kernel:
         code = machine_code.load(name, write, facts, sources, _integration)
         return cls(code, *(code.facts[fact] for fact in facts))
 
+    @property
+    def corrects(self) -> bool:
+        """Whether the position is corrected sample by sample: between fewer its course is other."""
+        return self.moves_position or self.rounded >= 0
+
     def begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
         """Return where the states start, for a measured position and force at the first sample."""
         return self._begin(values, position, force)[0]

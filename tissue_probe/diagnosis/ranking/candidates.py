@@ -318,9 +318,8 @@ class _Candidate:
         self.problem = Problem(composition, base.measurements, instrument)
         #: What fits hold, and every process has.
         self.known = (*base.measurements, composition)
-        # What corrects the position does so sample by sample, and the course between them changes.
-        own = self.problem.kernel.moves_position or self.problem.kernel.rounded >= 0
-        self.look = _Look(base.measurements, 1.0) if own else look
+        exactly = self.problem.kernel.corrects
+        self.look = _Look(base.measurements, 1.0) if exactly else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
         #: To be set before anything is searched; a copy of the process may have found it.
         self.begun = _Begin()

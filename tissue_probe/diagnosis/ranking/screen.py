@@ -44,22 +44,18 @@ def screened(
     """
     missing = [effect for effect in effects if effect.name not in fit.composition.names]
     tried = forms(alone, missing)
-    exact = [_is_exact(fit.composition) or _is_exact(alone.plus(form)) for form in tried]
+    corrects = fit.composition.kernel.corrects
+    exactly = [corrects or alone.plus(form).kernel.corrects for form in tried]
     few = [measurement.thinned() for measurement in fit.measurements]
     tests = {
         each: _ScoreTest(fit, alone, fit.measurements if each else few, instrument)
-        for each in set(exact)
+        for each in set(exactly)
     }
-    scores = mapped(lambda one: tests[one[0]].score(one[1]), zip(exact, tried, strict=True))
+    scores = mapped(lambda one: tests[one[0]].score(one[1]), zip(exactly, tried, strict=True))
     best: dict[str, Effect] = {}
     for index in np.argsort(scores)[::-1]:
         best.setdefault(tried[index].name, tried[index])
     return list(best.values())
-
-
-def _is_exact(composition: Composition) -> bool:
-    """Whether a model corrects the position sample by sample: between fewer its course is other."""
-    return composition.kernel.moves_position or composition.kernel.rounded >= 0
 
 
 class _ScoreTest:
