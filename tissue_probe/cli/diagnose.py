@@ -19,8 +19,8 @@ SHOWN = 8
 NAME = 30  # characters of an effect with its mark up to which it stays on one line
 #: What the mark before a name means.
 UNSETTLED = (
-    "* gave up or did not settle: the search came not near the best, or ran out of steps; the "
-    "numbers are a guess, no result."
+    "* gave up or did not settle: the search would not come near the best, or near what counts, "
+    "or ran out of steps; the numbers are a guess, no result."
 )
 
 
