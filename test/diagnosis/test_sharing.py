@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from multiprocessing import Value
 
@@ -111,24 +113,30 @@ def test_a_copy_that_is_killed_is_told() -> None:
         mapped(be_killed, [0, 1])
 
 
-def test_ctrl_c_ends_both_and_the_copy_says_nothing(capfd: pytest.CaptureFixture[str]) -> None:
-    process = os.getpid()
-    begun = Value("i", 0)
+INTERRUPTED = """
+import os, signal
+from tissue_probe.diagnosis.sharing import mapped
 
-    def be_interrupted(_: int) -> None:
-        with begun.get_lock():
-            begun.value += 1
-        while begun.value < 2:
-            pass
-        os.kill(os.getpid(), signal.SIGINT)  # as a terminal does, to both
-        while os.getpid() != process:
-            pass
+def work(_):
+    os.write(1, b"begun ")
+    signal.pause()
 
-    with pytest.raises(KeyboardInterrupt):
-        mapped(be_interrupted, [0, 1])
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
-    assert capfd.readouterr() == ("", "")
+signal.signal(signal.SIGINT, signal.default_int_handler)  # where it was ignored before
+try:
+    mapped(work, [0, 1])
+except KeyboardInterrupt:
+    os.write(1, b"interrupted")
+"""
+
+
+def test_ctrl_c_ends_both_and_the_copy_says_nothing() -> None:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    command = [sys.executable, "-c", INTERRUPTED]
+    process = subprocess.Popen(command, start_new_session=True, **pipes)
+    assert process.stdout.read(12) == b"begun begun "
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to both
+    rest, errors = process.communicate(timeout=30)  # until neither can say any more
+    assert (rest, errors, process.returncode) == (b"interrupted", b"", 0)
 
 
 def test_the_lowest_cost_is_known_to_both_processes() -> None:
