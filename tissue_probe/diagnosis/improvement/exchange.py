@@ -13,7 +13,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path
-from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, refit
+from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, refit, shared
 from tissue_probe.diagnosis.ranking.rules import (
     SIMPLER,
     added,
@@ -158,8 +158,7 @@ def _last(fit: Fit, effect: Effect) -> Composition:
 
 def _refitted(models: Sequence[tuple[Fit, Composition]], further: Further) -> list[Fit | None]:
     """Fit models, each from the values of a fit."""
-    # Code that a copy of the process loads is lost with it.
-    known = [one for fit, model in models for one in (*fit.measurements, model, model.kernel)]
+    known = [part for fit, model in models for part in shared(fit, [model])]
     return mapped(lambda one: refit(*one, further.instrument), models, known)
 
 

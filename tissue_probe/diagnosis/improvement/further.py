@@ -12,7 +12,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
-from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, forms
+from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, forms, shared
 from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.diagnosis.sharing import mapped
@@ -140,9 +140,7 @@ class Further:
         known: list[object] = []
         for fit, effects in searches:
             whole = [self._library[effect.name] for effect in effects]
-            tried = [fit.composition.plus(form) for form in forms(fit.composition, whole)]
-            # Code that a copy of the process loads is lost with it.
-            known += [*fit.measurements, *tried, *(composition.kernel for composition in tried)]
+            known += shared(fit, map(fit.composition.plus, forms(fit.composition, whole)))
         found = mapped(lambda search: self.searched(*search, needed), searches, known)
         paired = zip(searches, found, strict=True)
         return [(fit, both) for (fit, _), fits in paired for both in fits]

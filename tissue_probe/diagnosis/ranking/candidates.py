@@ -207,9 +207,17 @@ def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
     ]
 
 
+def shared(fit: Fit, models: Iterable[Composition]) -> list[object]:
+    """Return what fits of models to the same measurements hold, and both processes have.
+
+    The models' code is loaded: what a copy of the process loads is lost with it.
+    """
+    return [*fit.measurements, *(part for model in models for part in (model, model.kernel))]
+
+
 def _all(searches: Sequence[tuple[_Candidate, Iterator[Fit]]]) -> list[Fit]:
     """Return what searches find, made by turns: the others may soon be ahead of one by far."""
-    known = [shared for candidate, _ in searches for shared in candidate.known]
+    known = [part for candidate, _ in searches for part in candidate.known]
     return [fit for found in in_turns([fits for _, fits in searches], known) for fit in found]
 
 
@@ -317,7 +325,7 @@ class _Candidate:
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
         #: What fits hold, and every process has.
-        self.known = (*base.measurements, composition)
+        self.known = shared(base, [composition])
         exactly = self.problem.kernel.corrects
         self.look = _Look(base.measurements, 1.0) if exactly else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
