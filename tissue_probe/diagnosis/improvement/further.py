@@ -258,8 +258,8 @@ class Further:
     def _followed(self, fit: Fit, lowest: float, again: bool) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.
 
-        Of families those that promise most; beside play that leads somewhere all, as it takes away
-        from what is promised as if it were not there.
+        Of families those that promise most; beside play alone that leads somewhere all, as it takes
+        away from what is promised as if it were not there.
 
         What will not come near the lowest residual of another path is given up; what was tried is
         tried again, or passed over.
@@ -270,7 +270,8 @@ class Further:
             first.setdefault(effect.family, effect)
         needed = min(asked(fit), fit.floor * lowest**2)
         chosen = list(first.values())
-        if not any(_has_play(each) and self._leads(each) for each in fit.composition.effects):
+        more = fit.composition.effects[len(self._base.composition.effects) :]
+        if len(more) > 1 or not any(_has_play(each) and self._leads(each) for each in more):
             chosen = chosen[:FOLLOWED]
         fits = fit_candidates(fit, chosen, self.instrument, needed)
         if not fits:

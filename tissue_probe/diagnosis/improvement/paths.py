@@ -52,20 +52,30 @@ def longest(
     """
     longer = further.of(paths)
     best = anew(longer[0], further) if longer else ()
-    if len(paths[0]) > 1:
+    if len(paths[0]) > 1 or _is_explained(best):
         return best
-    best = _better(best, further.of(_turned(best, paths, ranking)), further)
-    if best and explained(best[-1]):
+    best = _better(best, further.of(_turned(best, paths, ranking), _end(best)), further)
+    if _is_explained(best):
         return best
     relaxing = [fit for fit in leading if added(fit).family == RELAXATION][:1]
     best = _better(best, further.losing_contact(relaxing, _asked(best)), further)
-    if best and explained(best[-1]):
+    if _is_explained(best):
         return best
     others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
-    best = _better(best, further.of(others), further)
-    if best and explained(best[-1]):
+    best = _better(best, further.of(others, _end(best)), further)
+    if _is_explained(best):
         return best
     return _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
+
+
+def _end(path: Path) -> Fit | None:
+    """Return the last model of a path, if there is one."""
+    return path[-1] if path else None
+
+
+def _is_explained(path: Path) -> bool:
+    """Whether there is a path, and it leaves only noise."""
+    return bool(path) and explained(path[-1])
 
 
 def _asked(path: Path) -> float:
