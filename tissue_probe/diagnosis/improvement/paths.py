@@ -45,10 +45,11 @@ def longest(
 ) -> Path:
     """Return the best path with one effect more.
 
-    The second may have been found beside a first that only stands for another: whatever else goes
-    with it is tried. Where none leaves noise, lost contact beside relaxing tissue is tried in every
-    form, as no promise tells of it; then all beside other forms of a first, and simpler ones; then
-    the best first beside each that alone leads somewhere: to some pairs a way leads from one only.
+    Where none leaves noise, the last is taken as the first, too: it may have been found beside one
+    that only stands for another; then lost contact beside relaxing tissue is tried in every form,
+    as no promise tells of it; then all beside other forms of a first, and simpler ones; then the
+    best first beside each that alone leads somewhere: to some pairs a way leads from one only. What
+    would not come near what was found is given up.
     """
     longer = further.of(paths)
     best = anew(longer[0], further) if longer else ()
