@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.improvement.exchange import anew
-from tissue_probe.diagnosis.improvement.further import Further
+from tissue_probe.diagnosis.improvement.further import FOLLOWED, Further
+from tissue_probe.diagnosis.improvement.paths import longest
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import explained
+from tissue_probe.diagnosis.ranking.rules import added, explained
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -38,6 +40,40 @@ def test_where_no_pair_is_clear_others_are_extended_too():
     assert not explained(longer[0][-1])
     firsts = {path[0].composition.names for path in longer}
     assert firsts == {("coulomb_friction",), ("mains_hum",)}
+
+
+@pytest.mark.parametrize(
+    ("second", "explains"), [("load_cell_stiffness_error", True), ("force_bias", False)]
+)
+def test_the_last_of_a_pair_is_taken_as_the_first_only_where_the_pair_does_not_explain_all(
+    second, explains
+):
+    made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    names = ("coulomb_friction", second)
+    friction, last = (fit_candidates(base, [EFFECTS[name]], EXACT)[0] for name in names)
+    further = Further(base, EXACT, library(*names), EFFECTS)
+    best = longest(further, [(friction,)], [friction, last], [friction])
+    assert explained(best[-1]) == explains
+    extended_before = further.of([(last,)]) == []
+    assert extended_before != explains
+
+
+def test_all_families_are_tried_beside_play_alone_and_the_usual_beside_play_and_another():
+    made = challenge(480107, "backlash", "added_mass", excitation="sine10ss")
+    base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], EXACT)
+    (play,) = fit_candidates(base, [EFFECTS["backlash"]], EXACT)
+    few = library(
+        *("added_mass", "force_bias", "force_gain", "force_lag", "cubic_stiffening"),
+        *("standard_linear_solid", "coulomb_friction", "mains_hum"),
+    )
+    further = Further(base, EXACT, few, EFFECTS)
+    families = {effect.family for effect in few.values()}
+    beside_play = {added(path[-1]).family for path in further.of([(play,)])}
+    assert beside_play == families
+    (both,) = fit_candidates(play, [EFFECTS["force_bias"]], EXACT)
+    beside_both = {added(path[-1]).family for path in further.of([(play, both)])}
+    assert len(beside_both) == FOLLOWED < len(families - {"offset"})
 
 
 def test_beside_what_alone_leads_nowhere_only_what_does_is_tried():
