@@ -38,6 +38,12 @@ from tissue_probe.quantities import FORCE
 SPOILT = ("adc_saturation", "stuck_samples")
 #: What is left out of every fit besides.
 DISTURBED = ("spikes",)
+#: Where the search for a further effect came to its limit, and something is left unexplained.
+CURTAILED = Finding(
+    "curtailed",
+    "Not every further effect was tried beside every other: the search came to its limit. If you "
+    "suspect some, add them by name (improve --add).",
+)
 #: How many of the ranking are tried on a second recording.
 VALIDATED = 8
 #: A model does not carry over that leaves this many times what it should on a second recording.
@@ -186,6 +192,7 @@ def diagnose(
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)
     findings += check_fit(ladder.base, ladder.final)
+    findings += [CURTAILED] if ladder.curtailed else []
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,

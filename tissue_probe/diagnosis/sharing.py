@@ -17,8 +17,13 @@ import signal
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from mmap import mmap
 from multiprocessing.connection import Connection
+from os import getpid
 from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 _Given = TypeVar("_Given")
 _Told = TypeVar("_Told")
@@ -178,6 +183,39 @@ def _sharing() -> Iterator[None]:
         yield
     finally:
         _shared = False
+
+
+class Numbers:
+    """A number of this process and one of its copy, which both see at any time.
+
+    Parameters
+    ----------
+    begin : float
+        What both are to begin with.
+    """
+
+    def __init__(self, begin: float) -> None:
+        # Memory that a copy of the process shares, a place for each: none writes over the other's.
+        self._places, self._maker = np.frombuffer(mmap(-1, 16)), getpid()
+        self._places[:] = begin
+
+    @property
+    def both(self) -> NDArray[np.float64]:
+        """The two numbers."""
+        return self._places
+
+    @property
+    def own(self) -> float:
+        """The number of the process that asks."""
+        return float(self._places[self._own])
+
+    @own.setter
+    def own(self, number: float) -> None:
+        self._places[self._own] = number
+
+    @property
+    def _own(self) -> int:
+        return int(getpid() != self._maker)
 
 
 class _Writer(pickle.Pickler):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissue_probe.diagnosis.fitting.effort import count
 from tissue_probe.diagnosis.fitting.problem import Begin, Problem
 from tissue_probe.signals import FloatArray
 
@@ -39,6 +40,7 @@ def point_at(
 ) -> Point | None:
     """Evaluate cost and normal equations; None where the cost exceeds the most, or is infinite."""
     simulated, begins = problem.simulate(values, starts), problem.begin(values)
+    count(sensitivity for _, sensitivity in simulated)
     if not all(np.isfinite(residual).all() for residual, _ in simulated):
         return None
     weighed = [problem.weighed(index, residual) for index, (residual, _) in enumerate(simulated)]

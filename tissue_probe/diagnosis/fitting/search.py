@@ -8,8 +8,6 @@ which models are searched (``candidates``).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from mmap import mmap
-from os import getpid
 
 import numpy as np
 from scipy.linalg.lapack import dposv
@@ -19,6 +17,7 @@ from tissue_probe.diagnosis.fitting.measurement import BoolArray
 from tissue_probe.diagnosis.fitting.outcome import finished
 from tissue_probe.diagnosis.fitting.point import Point, point_at
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
+from tissue_probe.diagnosis.sharing import Numbers
 from tissue_probe.signals import FloatArray
 
 MOST_STEPS = 40
@@ -125,19 +124,16 @@ class Bar:
 
     def __init__(self, cost: float = np.inf, noise: float = 0.0, most: float = np.inf) -> None:
         self.noise, self.most = noise, most
-        # Memory that a copy of the process shares, a place for each: none writes over the other's.
-        self._lowest, self._maker = np.frombuffer(mmap(-1, 16)), getpid()
-        self._lowest[:] = cost
+        self._lowest = Numbers(cost)
 
     @property
     def cost(self) -> float:
         """The lowest cost so far."""
-        return float(self._lowest.min())
+        return float(self._lowest.both.min())
 
     def reached(self, cost: float) -> None:
         """Note a cost that a search has reached."""
-        own = int(getpid() != self._maker)
-        self._lowest[own] = min(cost, self._lowest[own])
+        self._lowest.own = min(cost, self._lowest.own)
 
     def out_of_reach(self, cost: float, gain: float) -> bool:
         """Whether a search at a cost, which a step lowers by a gain, will not come near."""

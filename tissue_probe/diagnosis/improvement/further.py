@@ -10,6 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
+from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, forms, shared
@@ -28,6 +29,9 @@ CLEAR = 0.95
 FOLLOWED = 5
 #: Of families whose best effect leaves no more than this many times the lowest cost, all are.
 NEAR = 4.0
+#: Responses after which no more is sought for one effect more, and where all is explained no more
+#: is told from it.
+SOUGHT, COMPARED = 12_000, 25_000
 #: Where no two effects explain all, other forms of a first one are tried that alone leave no more
 #: than this many times its cost; and where one gives way, kin of it from their own side.
 RELATED = 1.2
@@ -91,6 +95,8 @@ class Further:
     leading : collection of str
         Names of effects that alone lead somewhere. Paths without any are not accepted in the end,
         and so not sought.
+    effort : Effort, optional
+        What is done is counted there; nowhere by default, and then all is done that there is to do.
     """
 
     def __init__(
@@ -99,14 +105,21 @@ class Further:
         instrument: Instrument,
         library: Mapping[str, Effect],
         leading: Collection[str],
+        effort: Effort | None = None,
     ) -> None:
         self._base, self.instrument, self._library = base, instrument, library
+        self._effort = effort or Effort(base.measurements)
         self._leading = frozenset(leading)
         self._orders: dict[tuple[str, ...], list[Effect]] = {}
         self._extended: set[Fit] = set()
         self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
         self.tried: dict[frozenset[str], Fit] = {}
+
+    def is_spent(self, found: Fit | None = None) -> bool:
+        """Whether so much was done that no more is: where all is explained already, or not yet."""
+        most = COMPARED if found and explained(found) else SOUGHT
+        return self._effort.done > most
 
     def reformed(self, paths: Iterable[Path]) -> list[Path]:
         """Return first effects that may part in other forms that do nearly as well alone.
@@ -236,14 +249,13 @@ class Further:
             A model that is there already: see ``unasked``.
         """
         longer: dict[frozenset[str], Path] = {}
-        again = final is None or not explained(final)
         for path in paths:
             if path[-1] in self._extended:
                 continue
             self._extended.add(path[-1])
             others = [final] if final else [each[-1] for each in longer.values()]
             lowest = min((fit.ratio for fit in others), default=np.inf)
-            for fit in ranked(self._followed(path[-1], lowest, again)):
+            for fit in ranked(self._followed(path[-1], lowest, final)):
                 names = frozenset(fit.composition.names)
                 if names not in longer or fit.bic < longer[names][-1].bic - TIE:
                     longer[names] = (*path, fit)
@@ -252,10 +264,12 @@ class Further:
                     self._settled[fit.composition.names] = path[-1].cost
             if any(_is_clear(path[-1], each[-1]) for each in longer.values()):
                 break
+            if self.is_spent(final):
+                break
         order = preferred(path[-1] for path in longer.values())
         return sorted(longer.values(), key=lambda path: order.index(path[-1]))
 
-    def _followed(self, fit: Fit, lowest: float, again: bool) -> list[Fit]:
+    def _followed(self, fit: Fit, lowest: float, final: Fit | None) -> list[Fit]:
         """Fit the best of each family, then all of those families that keep their promise best.
 
         Of families those that promise most; beside play alone that leads somewhere all, as it takes
@@ -264,6 +278,7 @@ class Further:
         What will not come near the lowest residual of another path is given up; what was tried is
         tried again, or passed over.
         """
+        again = final is None or not explained(final)
         order = [each for each in self._order(fit) if again or self.is_new(fit, each)]
         first: dict[str, Effect] = {}
         for effect in order:
@@ -274,8 +289,8 @@ class Further:
         if len(more) > 1 or not any(_has_play(each) and self._leads(each) for each in more):
             chosen = chosen[:FOLLOWED]
         fits = fit_candidates(fit, chosen, self.instrument, needed)
-        if not fits:
-            return []
+        if not fits or self.is_spent(final):
+            return fits
         enough = NEAR * min(each.cost for each in fits)
         kept = {added(each).family for each in fits if each.cost <= enough}
         others = [each for each in order if each.family in kept and each is not first[each.family]]

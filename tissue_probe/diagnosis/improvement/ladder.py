@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.exchange import anew, exchanged
@@ -63,6 +64,8 @@ class Ladder:
         Frequency [Hz] of a line that explains more than the effects do, see ``better_harmonic``.
     asked : bool
         Whether the effects were asked for, and no others tried.
+    curtailed : bool
+        Whether more is left than noise, and not all was tried that might explain it.
     """
 
     base: Fit
@@ -72,6 +75,7 @@ class Ladder:
     verdict: Verdict
     harmonic: float | None = None
     asked: bool = False
+    curtailed: bool = False
 
     @property
     def final(self) -> Fit:
@@ -130,15 +134,19 @@ def climb(
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     leading = [fit for fit in near if _leads(base, fit)]
     paths = begun([fit for fit in near if significant(base, fit)])
-    further = Further(base, instrument, library, [added(fit).name for fit in leading])
+    effort, curtailed = Effort(measurements), False
+    further = Further(base, instrument, library, [added(fit).name for fit in leading], effort)
     best = paths[0]
     # Where none leads, no two effects are accepted.
     while leading and (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
-        longer = longest(further, paths, ranking, leading)
-        if not longer or not _removes(best[-1], longer[-1]):
-            break
-        longer = tuple(exchanged(longer, ranking, further))
-        longer = beside_each(longer, ranking, leading, further)
+        with effort.counted():
+            longer = longest(further, paths, ranking, leading)
+            curtailed |= further.is_spent()
+            if not longer or not _removes(best[-1], longer[-1]):
+                break
+            if not further.is_spent(longer[-1]):
+                longer = tuple(exchanged(longer, ranking, further))
+                longer = beside_each(longer, ranking, leading, further)
         if not any(_leads(base, fit) for fit in _alone(longer[-1], ranking)):
             break
         best, paths = longer, [longer]
@@ -154,7 +162,10 @@ def climb(
     verdict = "missing" if explained(steps[-1]) and harmonic is None else "unexplained"
     if verdict == "missing" and len(rivals) > 1:
         verdict = "ambiguous"
-    return Ladder(base, tuple(ranking), tuple(steps), tuple(rivals), verdict, harmonic)
+    curtailed &= not explained(steps[-1])
+    return Ladder(
+        base, tuple(ranking), tuple(steps), tuple(rivals), verdict, harmonic, curtailed=curtailed
+    )
 
 
 def climb_by(

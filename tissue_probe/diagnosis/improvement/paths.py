@@ -52,19 +52,21 @@ def longest(
     would not come near what was found is given up.
     """
     longer = further.of(paths)
-    best = anew(longer[0], further) if longer else ()
-    if len(paths[0]) > 1 or _is_explained(best):
+    best = longer[0] if longer else ()
+    if best and not further.is_spent():
+        best = anew(best, further)
+    if len(paths[0]) > 1 or _is_enough(best, further):
         return best
     best = _better(best, further.of(_turned(best, paths, ranking), _end(best)), further)
-    if _is_explained(best):
+    if _is_enough(best, further):
         return best
     relaxing = [fit for fit in leading if added(fit).family == RELAXATION][:1]
     best = _better(best, further.losing_contact(relaxing, _asked(best)), further)
-    if _is_explained(best):
+    if _is_enough(best, further):
         return best
     others = [*further.reformed(paths), *_simpler(paths[0], ranking)]
     best = _better(best, further.of(others, _end(best)), further)
-    if _is_explained(best):
+    if _is_enough(best, further):
         return best
     return _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
 
@@ -74,9 +76,9 @@ def _end(path: Path) -> Fit | None:
     return path[-1] if path else None
 
 
-def _is_explained(path: Path) -> bool:
-    """Whether there is a path, and it leaves only noise."""
-    return bool(path) and explained(path[-1])
+def _is_enough(path: Path, further: Further) -> bool:
+    """Whether there is a path that leaves only noise, or enough was tried."""
+    return further.is_spent() or (bool(path) and explained(path[-1]))
 
 
 def _asked(path: Path) -> float:
@@ -96,7 +98,7 @@ def beside_each(
 
     Both may have to give way at once, too. What does as well is noted, and told in the end.
     """
-    while len(path) == 2:
+    while len(path) == 2 and not further.is_spent(path[-1]):
         kin = [kin_of(added(each), ranking) for each in path]
         if not all(kin):
             break

@@ -19,7 +19,8 @@ class Finding:
     Attributes
     ----------
     name : str
-        One of those that ``inspection.inspect`` or ``fit_checks.check_fit`` lists, or ``as_read``.
+        One of those that ``inspection.inspect`` or ``fit_checks.check_fit`` lists, ``as_read``, or
+        ``curtailed``.
     sentence : str
         What is wrong, and what to do.
     fatal : bool
