@@ -319,6 +319,19 @@ def test_an_effect_that_became_superfluous_is_dropped():
     assert kept.ratio == pytest.approx(path[-1].ratio, rel=0.01)
 
 
+def test_an_effect_that_only_led_another_to_where_it_explains_all_alone_is_dropped():
+    """Alone the play moves the rig to the limits of its tolerance, and stays beside the truth."""
+    made = challenge(20000085, "backlash", rig="tolerant")
+    found = climbed(made, TOLERANT, library("backlash", "added_mass"))
+    assert found.effects == ("backlash",)
+    assert found.verdict == "missing"
+    assert len(found.steps) == 1
+    assert found.ranking[0] is found.final
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    (alone,) = fit_candidates(base, [EFFECTS["backlash"]], TOLERANT)
+    assert alone.ratio > 5.0
+
+
 def test_what_is_needed_is_kept():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     base = fit_base(Composition(), [measurement(made.recording)], EXACT)

@@ -234,17 +234,26 @@ def _removes(fit: Fit, better: Fit) -> bool:
 
 
 def _needed(path: Sequence[Fit], further: Further) -> list[Fit]:
-    """Drop what became superfluous: an earlier effect that the last model does without.
+    """Drop what became superfluous: an effect that the last model does without.
 
-    Beside it the others may have been found badly; they are searched once more.
+    Without an earlier one the others may have been found badly; they are searched once more. And
+    the last may only have led the others to where they explain as much without it.
     """
     steps = list(path)
     for fit in path[:-1]:
-        less = steps[-1].composition.without(added(fit).name)
-        without = refit(steps[-1], less, further.instrument)
+        without = _without(steps[-1], added(fit), further)
         if without is not None and fit is not path[0]:
             without = anew((path[0], without), further)[-1]
         if without is not None and not significant(without, steps[-1]):
             steps = [step for step in steps[:-1] if step is not fit]
             steps = [*steps, without]
+    if len(steps) > 1:
+        without = _without(steps[-1], added(steps[-1]), further)
+        if without is not None and not significant(without, steps[-1]):
+            steps = [*steps[:-2], without]
     return steps
+
+
+def _without(fit: Fit, effect: Effect, further: Further) -> Fit | None:
+    """Fit a model without one of its effects, from where it is."""
+    return refit(fit, fit.composition.without(effect.name), further.instrument)
