@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from hidden import EXACT, TOLERANT, challenge, measurement
+from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import added, explained, ranked
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -27,3 +28,24 @@ def test_a_form_begins_where_a_better_one_ended():
     (best,) = fit_candidates(base, [EFFECTS["stribeck_friction"]], EXACT)
     assert best.composition.effects[-1].moving != 1
     assert best.ratio < 1.02  # from its own starts the sticking form ended at 1.12
+
+
+def test_what_contains_an_effect_is_searched_from_where_that_did_better():
+    """The pull was given up where it ended at none, as mere loss of contact had come farther."""
+    made = challenge(21000129, "adhesion", excitation="chirp60", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    best, _ = fit_candidates(base, library("contact_loss", "adhesion").values(), TOLERANT)
+    assert added(best).name == "adhesion"
+    assert explained(best)
+
+
+def test_what_leaves_noise_but_more_than_another_does_is_searched_near_where_it_ended():
+    """The noise is known roughly: another period of the sine was taken for that of the step."""
+    made = challenge(21000132, "stiffness_step", excitation="sine10ss", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], TOLERANT)
+    (alone,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
+    fits = fit_candidates(base, library("stiffness_step", "stiffness_ramp").values(), TOLERANT)
+    (step,) = (fit for fit in fits if added(fit).name == "stiffness_step")
+    assert explained(alone)
+    assert step.cost < 0.98 * alone.cost
+    assert ranked(fits)[0] is step

@@ -251,11 +251,13 @@ def _behind(
 ) -> list[tuple[_Candidate, Fit]]:
     """Return forms of effects that did worse than another form, and what that one found.
 
-    The way to where a tip sticks and slides may lead through friction that only creeps.
+    The way to where a tip sticks and slides may lead through friction that only creeps. And what
+    contains a simpler effect can do no worse than that: it went astray.
     """
     best, found = _first_of_each(sorted(fits, key=lambda fit: fit.cost)), []
     for candidate in candidates:
-        better = best.get(candidate.effect.name)
+        names = (candidate.effect.name, *candidate.effect.simpler)
+        better = min((best[n] for n in names if n in best), key=lambda fit: fit.cost, default=None)
         if better is None or _is_settled(better, bar):
             continue
         own = [fit.cost for fit in fits if fit.composition is candidate.problem.composition]
@@ -265,8 +267,12 @@ def _behind(
 
 
 def _is_settled(fit: Fit, bar: Bar) -> bool:
-    """Whether values near those of a fit need not be tried: it is far off, or explains all."""
-    return fit.cost > ASTRAY * bar.cost or (explained(fit) and fit.ratio < CLOSE)
+    """Whether values near those of a fit need not be tried: it is far off, or explains all.
+
+    How much noise there is, is estimated: what leaves clearly more than another does not.
+    """
+    close = fit.ratio < CLOSE and fit.cost < bar.cost + rules.TIE
+    return fit.cost > ASTRAY * bar.cost or (explained(fit) and close)
 
 
 @dataclass(frozen=True)
