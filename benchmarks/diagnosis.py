@@ -28,7 +28,7 @@ from tissue_probe.physics import machine_code
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
-#: Seeds of the tests are smaller, but for a few between 1.5 and 2 million, and two of 6 million.
+#: Seeds of the tests are smaller, but for a dozen from 1.5 million on.
 FIRST_SEED = 500_000
 #: Recordings of one hidden effect in each cell, of each excitation on each rig: so many that every
 #: effect comes at least once.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -55,6 +56,16 @@ def test_an_answer_says_what_the_diagnosis_does(told):
         *diagnosis.spoilt,
         *(fit.composition.names[-1] for fit in ladder.ranking),
     ]
+
+
+def test_whether_a_model_carries_over_is_told_where_a_second_recording_says_so(told):
+    diagnosis, made = told
+    # What sticks in the second recording is left out of no validation.
+    assert made.carries_over == ("stuck_samples" not in made.effects)
+    final = diagnosis.ladder.final
+    far = {**diagnosis.validated, final.composition.names: 10.0 * final.noise}
+    assert answer(replace(diagnosis, validated=far)).carries_over is False
+    assert answer(replace(diagnosis, validated={})).carries_over is None
 
 
 def test_every_parameter_has_its_deviation_and_unit(told):

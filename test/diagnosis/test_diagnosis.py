@@ -354,6 +354,17 @@ def test_disturbed_samples_are_left_out_and_the_rest_is_fitted():
     assert [finding.name for finding in found.findings] == ["spikes"]
 
 
+@pytest.mark.parametrize("off", [2e-4, -1e-3])
+def test_positions_that_were_read_wrong_are_bridged_and_all_forces_fitted(off):
+    made = challenge(14, preload=2e-3)
+    position = made.recording.position.copy()
+    position[200::400] += off
+    found = diagnose(replace(made, recording=replace(made.recording, position=position)))
+    assert found.verdict == "adequate"
+    assert found.ladder.base.samples == position.size
+    assert [finding.name for finding in found.findings] == ["position_spikes"]
+
+
 def test_a_second_recording_settles_what_a_steady_sine_cannot_tell():
     made = challenge(310046, "force_bias", excitation="sine10ss", coil=PERFECT)
     effects = library("force_bias", "force_lag", "added_mass", "force_gain")

@@ -148,6 +148,25 @@ def test_forces_that_stand_alone_are_told_one_by_one(motion):
     assert not found.fatal
 
 
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_positions_that_stand_alone_are_told_one_by_one(motion):
+    position, force = measure("friction", motion)
+    disturbed = [100, 2000, 2004, 6500]
+    position[disturbed] += [2e-4, -3e-4, 2e-4, 1e-3]
+    (found,) = inspect(position, force, PERIOD).findings
+    assert found.name == "position_spikes"
+    assert found.spans == tuple((index, index + 1) for index in disturbed)
+    assert not found.fatal
+
+
+@pytest.mark.parametrize("step", [1e-6, 1e-5, 1e-4])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_coarse_encoder_that_ticks_back_and_forth_reads_nothing_alone(motion, step):
+    position, force = measure("friction", motion)
+    shaken = position + 0.2 * step * np.random.default_rng(8).standard_normal(position.size)
+    assert "position_spikes" not in names(np.round(shaken / step) * step, force)
+
+
 @pytest.mark.parametrize("seed", [489007, 489024, 489036])
 def test_an_encoder_that_reads_no_motion_where_a_record_begins_is_not_stuck(seed):
     """Its periodic error passes for noise, by which no value would come so often."""

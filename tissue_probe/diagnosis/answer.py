@@ -126,6 +126,11 @@ class Answer(_Entry):
     )
     ladder: list[Step]
     suggested_excitation: Experiment | None
+    carries_over: bool | None = Field(
+        None,
+        description="whether the last model errs on the validating recordings no more than its "
+        "noise and its values' uncertainty leave; null without any",
+    )
     findings: list[str] = Field(
         description="what was done to read the samples, and what is wrong with them, in sentences"
     )
@@ -162,6 +167,7 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         noise_floor=base.noise,
         ladder=[_step(fit, diagnosis.heldout(fit)) for fit in (base, *ladder.steps)],
         suggested_excitation=_experiment(diagnosis),
+        carries_over=diagnosis.carries_over if diagnosis.validated else None,
         findings=[finding.sentence for finding in diagnosis.findings],
         seconds=diagnosis.seconds,
         compared=compared and _step(compared, compared.heldout_rmse),

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
@@ -32,12 +33,13 @@ from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.channel_delay import LONGEST
 from tissue_probe.physics.rigs import admits, obstacle
 from tissue_probe.physics.rounding import COARSE, smoothed
-from tissue_probe.quantities import FORCE
+from tissue_probe.quantities import FORCE, POSITION
+from tissue_probe.signals import FloatArray
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
-#: What is left out of every fit besides.
-DISTURBED = ("spikes",)
+#: Single values that are left out of every fit besides, and where they drive, bridged.
+DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
     "curtailed",
@@ -298,18 +300,33 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
 
     Of a motion that goes on, what a late channel says first was felt before the first sample.
     """
-    used = _outside(findings, SPOILT + DISTURBED, measurement.force.size)
+    driven = [name for name, channel in DISTURBED.items() if channel is measurement.input]
+    spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
+    used = _outside(findings, spoilt, measurement.force.size)
     if not measurement.at_rest:
         used[: round(LONGEST / measurement.sample_period)] = False
-    if used.all():
+    steady = _outside(findings, driven, used.size)
+    if steady.all() and used.all():
         return measurement
-    force = measurement.force
+    # A spike of what drives would move the tip, and that of a force ever after: it is bridged.
+    bridged = _bridged(measurement.input_values, steady)
+    force, position = measurement.force, measurement.position
     if measurement.input is FORCE:
-        # A spike that drives would move the tip ever after: it is bridged.
-        steady, number = _outside(findings, DISTURBED, used.size), np.arange(used.size)
-        force = np.interp(number, number[steady], force[steady])
+        force = bridged
+    else:
+        position = bridged
     # The noise is estimated anew: where samples repeat there seems to be none.
-    return replace(measurement, force=force, used=used & measurement.used, noise=0.0)
+    return replace(
+        measurement, position=position, force=force, used=used & measurement.used, noise=0.0
+    )
+
+
+def _bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
+    """Put what lies on a curve through the others in the place of values that are not steady."""
+    number = np.arange(values.size)
+    if steady.all():
+        return values
+    return np.where(steady, values, CubicSpline(number[steady], values[steady])(number))
 
 
 def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:

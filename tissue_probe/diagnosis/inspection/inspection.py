@@ -63,8 +63,8 @@ def inspect(
 
     Findings, by name: ``too_short``, ``missing_samples``, ``irregular_sampling``, ``gaps``,
     ``constant_position``, ``constant_force``, ``no_motion``, ``no_contact``, ``low_rate``,
-    ``coarse_encoder``, ``adc_saturation``, ``stuck_samples``, ``spikes``,
-    ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``.
+    ``coarse_encoder``, ``adc_saturation``, ``stuck_samples``, ``spikes`` (of the force),
+    ``position_spikes``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``.
 
     Parameters
     ----------

@@ -19,13 +19,14 @@ from tissue_probe.signals import FloatArray, IntArray
 _CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
 _ALONE, _LARGE = 12.0, 0.03  # times what is usual around it; times the rms of all
 _AROUND = 101  # samples
+_COUNTS = 3.0  # steps of an encoder by which no reading of it is off alone
 #: What a spike's neighbours are off lies between these shares of what it is off.
 _BEND, _STEP = 0.55, 0.8
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
 
 
 def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterator[Finding]:
-    """Yield ``adc_saturation`` and ``spikes`` of the force, ``stuck_samples`` of either channel.
+    """Yield ``adc_saturation`` of the force, ``stuck_samples`` and spikes of either channel.
 
     Parameters
     ----------
@@ -62,27 +63,33 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
     excused = maximum_filter1d(held | _alone(position.values, 0.0), 7)
     alone = np.flatnonzero(_alone(force.values, _LARGE) & ~excused & known)
     if alone.size:
-        yield _spikes(alone, force.values.size)
+        yield _spikes("spikes", "forces", alone, known.size)
+    excused = maximum_filter1d(held, 7)
+    alone = _alone(position.values, _LARGE, _COUNTS * position.step)
+    alone = np.flatnonzero(alone & ~excused & known)
+    if alone.size:
+        yield _spikes("position_spikes", "positions", alone, known.size)
 
 
-def _alone(values: FloatArray, large: float) -> np.ndarray:
+def _alone(values: FloatArray, large: float, least: float = 0.0) -> np.ndarray:
     """Tell the samples that stand out of the cubic through two neighbours to either side.
 
-    As far as no noise does, as ``large`` a share of their rms, and with both neighbours thrown off
-    by two thirds as much, as by a spike: a step throws one off as far, a bend both by half.
+    As far as no noise does, as ``least``, as ``large`` a share of their rms, and with both
+    neighbours thrown off by two thirds as much, as by a spike: a step throws one off as far, a bend
+    both by half.
     """
     off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
     off[:2] = off[-2:] = 0.0
     usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
     near = np.stack([np.roll(off, 1), np.roll(off, -1)])
     shaped = ((near > _BEND * off) & (near < _STEP * off)).all(axis=0)
-    return shaped & (off > _ALONE * usual) & (off > large * np.std(values))
+    return shaped & (off > _ALONE * usual) & (off > max(large * np.std(values), least))
 
 
-def _spikes(alone: IntArray, count: int) -> Finding:
+def _spikes(name: str, values: str, alone: IntArray, count: int) -> Finding:
     return Finding(
-        "spikes",
-        f"{alone.size} of {count} forces stand alone, far from both neighbours, the first at "
+        name,
+        f"{alone.size} of {count} {values} stand alone, far from both neighbours, the first at "
         f"sample {alone[0]}: disturbances of the electronics, left out; look for a loose contact "
         "or a switching load.",
         spans=tuple((int(index), int(index) + 1) for index in alone),
