@@ -21,6 +21,11 @@ EXECUTABLES = Path(sys.prefix, "lib", "tissue_probe")
 PROGRAM = EXECUTABLES / "tissue_probe"
 
 
+def hears_ctrl_c() -> None:
+    """Let a process hear Ctrl-C where these tests, run in the background of a shell, do not."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @pytest.fixture
 def demo(tmp_path):
     """Start the demo; it is ended with the test, in order if it listens."""
@@ -34,6 +39,7 @@ def demo(tmp_path):
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 text=True,
+                preexec_fn=hears_ctrl_c,
             )
         )
         return started[-1]
