@@ -604,3 +604,30 @@ def test_an_unknown_effect_is_told_with_those_that_are_known(fails, recorded):
     told = fails("improve", "data.csv", "--add", "magic")
     assert "--add magic: no such effect" in told
     assert HIDDEN in told
+
+
+@pytest.fixture
+def humming(tmp_path):
+    """Two recordings of one specimen under the mains' hum."""
+    found = make_challenge(700001, ("mains_hum",), "chirp60", "exact")
+    write_recordings(tmp_path, "data", found, "csv")
+
+
+def test_a_phase_is_found_anew_where_a_model_is_tried_on_another_run(run, humming):
+    assert run("improve", "data.csv", *RESTED, "--add", "mains_hum").status == 0
+    told = run("compare", "data_second.csv", *RESTED, "--model", "improved/model.yaml")
+    assert told.status == 0, told.err
+    assert float(re.search(r"error / noise +([\d.]+)", told.out)[1]) < 1.05
+
+
+def test_the_mains_hum_across_a_gap_and_through_two_files(run, tmp_path, humming):
+    rows = (tmp_path / "data.csv").read_text().splitlines()
+    (tmp_path / "data.csv").write_text("\n".join(rows[:3001] + rows[3022:]))
+    known = "--known-rig"
+    told = run("improve", "data.csv", "data_second.csv", *RESTED, known, "--add", "mains_hum")
+    assert told.status == 0, told.err
+    assert re.search(r"│ hum_sine of run 2 +│", told.out)
+    assert "hum_sine of run 3" not in told.out  # the parts of a file have one clock
+    model = yaml.safe_load((tmp_path / "improved" / "model.yaml").read_text())
+    assert not [name for name in model["parameters"] if "of run" in name]
+    assert "of&#x000A0;run" in (tmp_path / "improved" / "report.html").read_text()

@@ -114,6 +114,9 @@ def test_gaps_make_segments_and_only_the_first_is_at_rest(csv, tmp_path, options
     assert "2 gaps" in first.notes[0]
     assert "1 piece between gaps is too short" in first.notes[1]
     assert second.notes == ()
+    # Both on one clock: each row is 0.5 ms after the one before.
+    assert first.run == second.run == str(gapped)
+    assert (first.begins, second.begins) == (0.0, pytest.approx(2500 * 5e-4, abs=1e-9))
 
 
 def test_holes_are_filled_and_it_is_said(csv, options):

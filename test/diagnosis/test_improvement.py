@@ -409,7 +409,9 @@ def test_what_was_tried_beside_the_others_before_is_not_searched_again():
         # Not ``searched``: another process may do that.
         def longer(self, pairs, needed=np.inf):
             searches = [(fit, list(effects)) for fit, effects in pairs]
-            asked.extend((fit.composition.names, each.name) for fit, new in searches for each in new)
+            asked.extend(
+                (fit.composition.names, each.name) for fit, new in searches for each in new
+            )
             return super().longer(searches, needed)
 
     for known in ([], [tried]):

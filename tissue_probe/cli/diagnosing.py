@@ -248,6 +248,8 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
                 coil_gain=coil_gain(each.position, each.command),
                 notes=each.notes,
                 source=each.source,
+                run=each.run,
+                begins=each.begins,
             )
         )
     return found
@@ -262,7 +264,7 @@ def note_fit(base: Fit, final: Fit) -> None:
 
 
 def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
-    """Return a model file's model on what was read: only the state at the start is fitted.
+    """Return a model file's model on what was read: only what belongs to a run is fitted.
 
     Raises
     ------
@@ -272,17 +274,15 @@ def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
     from tissue_probe.diagnosis.diagnosis import cleaned
     from tissue_probe.diagnosis.fitting.coloured import whitened
     from tissue_probe.diagnosis.fitting.measurement import Instrument
-    from tissue_probe.diagnosis.fitting.problem import Problem
-    from tissue_probe.diagnosis.fitting.search import search
+    from tissue_probe.diagnosis.ranking.carried import carried
 
     rig = Instrument(model.composition.rig, {})
-    problem = Problem(model.composition, cleaned(taken)[0], rig, model.values)
-    fit = search(problem, problem.nominal, [begun.mean for begun in problem.begin(problem.nominal)])
+    fit = carried(model.composition, model.values, cleaned(taken)[0], rig)
     if fit is None:
         raise ValueError(
             "--model: it diverges on these measurements; was it fitted to other units?"
         )
-    return whitened(fit, rig, model.values)
+    return whitened(fit, rig, fit.named())
 
 
 def diagnosis(

@@ -32,7 +32,7 @@ def title(fit: Fit) -> str:
 def table(fit: Fit) -> list[tuple[str, str, str]]:
     """Return the name of every fitted value, itself with its 95 % interval, and its unit."""
     deviations, values = fit.deviations(), fit.named()
-    fitted = [entry for entry in fit.composition.values if deviations[entry.name] > 0]
+    fitted = [entry for entry in fit.entries if deviations[entry.name] > 0]
     return [
         (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g}", e.unit) for e in fitted
     ]

@@ -272,7 +272,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
             "" if entry.unit == "1" else entry.unit,
             entry.name in fit.exhausted,
         )
-        for entry in fit.composition.values
+        for entry in fit.entries
         if deviations[entry.name] > 0 and (only is None or entry.name in only)
     )
 

@@ -152,6 +152,10 @@ class Segment:
         [s].
     starts : Starts
         As the user says.
+    run : str
+        Which file.
+    begins : float
+        Time of the first sample after the file's first that is used [s].
     notes : tuple of str
         What was done to read it, in sentences; those on a file stand with its first segment.
     """
@@ -163,6 +167,8 @@ class Segment:
     measured: BoolArray
     sample_period: float
     starts: Starts
+    run: str = ""
+    begins: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -226,6 +232,7 @@ def _segments(
     from tissue_probe.recording.errors import RecordingError
     from tissue_probe.recording.lowpass import lowpassed
     from tissue_probe.recording.stretches import dwell_blocks, known_stretches
+    from tissue_probe.signals import NANOSECONDS
 
     recording, notes = read_any(path, layout)
     blocks = dwell_blocks(recording, site)
@@ -251,6 +258,8 @@ def _segments(
                 piece.measured[::every],
                 stretch.sample_period,
                 rested,
+                str(path),
+                (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
                 tuple(told) if number == 0 else (),
             )
         )

@@ -205,14 +205,14 @@ def parameters(fit: Fit) -> dict[str, ParameterValue]:
         entry.name: ParameterValue(
             value=fit.named()[entry.name], deviation=deviations[entry.name], unit=entry.unit
         )
-        for entry in fit.composition.values
+        for entry in fit.entries
     }
 
 
 def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
-    own = {entry.name for entry in added(fit).parameters}
+    others = {entry.name for entry in fit.composition.without(added(fit).name).values}
     values = parameters(fit)
-    kept = own | {"stiffness", "damping"}
+    kept = set(fit.names) - others | {"stiffness", "damping"}
     return Candidate(
         effect=added(fit).name,
         family=added(fit).family,

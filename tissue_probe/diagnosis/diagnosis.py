@@ -26,7 +26,8 @@ from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, cl
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.inspection import inspect
-from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -200,7 +201,7 @@ def diagnose(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
         suggestion and driver_command(suggestion, _coil_gain(clean)),
-        uncertainty(ladder.final, validation, instrument),
+        uncertainty(ladder.final, validation, instrument) if validation else 0.0,
     )  # fmt: skip
 
 
@@ -222,15 +223,9 @@ def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], lis
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error of a fitted model on other recordings of the specimen; its values are held."""
-    squares, count = 0.0, 0
-    for measurement in measurements:
-        moved = transferred(fit, measurement, instrument)
-        if moved is None:
-            return float("inf")
-        squares += moved.samples * moved.rmse**2
-        count += moved.samples
-    return float(np.sqrt(squares / count))
+    """Error of a fitted model on other recordings of the specimen, see ``carried``."""
+    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    return float("inf") if moved is None else moved.rmse
 
 
 def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
@@ -238,19 +233,16 @@ def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instr
 
     To first order in the values' errors, and rms over all samples; 0 where the model diverges.
     """
-    of_run = {name for effect in fit.composition.effects for name in effect.of_run}
-    held = np.array([name not in of_run for name in fit.named()])
-    covariance, squares, count = fit.covariance[np.ix_(held, held)], 0.0, 0
-    for measurement in measurements:
-        moved = transferred(fit, measurement, instrument)
-        if moved is None:
-            continue
-        problem = Problem(moved.composition, moved.measurements, instrument)
-        ((_, sensitivity),) = problem.simulate(moved.values, moved.starts)
-        by_value = sensitivity[measurement.used, problem.states :][:, held]
-        squares += float(np.sum(by_value @ covariance * by_value))
-        count += len(by_value)
-    return math.sqrt(max(squares, 0.0) / max(count, 1))
+    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    if moved is None:
+        return 0.0
+    held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition)))
+    problem = Problem(moved.composition, moved.measurements, instrument)
+    simulated = problem.simulate(moved.values, moved.starts)
+    used = zip(simulated, moved.measurements, strict=True)
+    by_value = np.concatenate([each[m.used, problem.states :][:, held] for (_, each), m in used])
+    squares = float(np.sum(by_value @ fit.covariance[np.ix_(held, held)] * by_value))
+    return math.sqrt(max(squares, 0.0) / len(by_value))
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:
@@ -263,17 +255,6 @@ def _coil_gain(measurements: Sequence[Measurement]) -> float:
     """Return the first gain of the coil that is known [m/V]; NaN where none is."""
     gains = (measurement.coil_gain for measurement in measurements)
     return next(filter(math.isfinite, gains), math.nan)
-
-
-def transferred(fit: Fit, measurement: Measurement, instrument: Instrument) -> Fit | None:
-    """Take a fitted model to another recording of the specimen; None where it diverges.
-
-    Only what belongs to a run is fitted anew: the state at its start, and the phases of what has
-    a phase (``Effect.of_run``).
-    """
-    of_run = {name for effect in fit.composition.effects for name in effect.of_run}
-    held = {name: value for name, value in fit.named().items() if name not in of_run}
-    return refit(fit, fit.composition, instrument, [measurement], held)
 
 
 def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
@@ -354,7 +335,7 @@ def _coloured(
         return measurements
     ranking = ranked(fit_candidates(base, library.values(), instrument))
     right = bool(ranking) and significant(base, ranking[0])
-    return filtered(ranking[0]) if right else base.measurements
+    return filtered(ranking[0], instrument) if right else base.measurements
 
 
 def _finely_read(measurement: Measurement) -> Measurement:

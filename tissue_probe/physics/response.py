@@ -23,7 +23,7 @@ from tissue_probe.physics.rounding import smoothed
 
 FloatArray = NDArray[np.float64]
 
-_RUN = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double)
+_RUN = ctypes.CFUNCTYPE(None, *2 * [ctypes.c_void_p], *2 * [ctypes.c_double])
 # What takes a microsecond keeps the interpreter's lock: to get it back from another thread takes
 # longer.
 _PREPARE = ctypes.PYFUNCTYPE(None, ctypes.c_void_p)
@@ -116,11 +116,13 @@ class Kernel:
         entry = _POSITION(self.code.addresses["position"])
         entry(times.size, *(array.ctypes.data for array in arrays))
 
-    def run(self, arrays: Sequence[FloatArray], sizes: NDArray[np.int64], period: float) -> None:
+    def run(
+        self, arrays: Sequence[FloatArray], sizes: NDArray[np.int64], period: float, begins: float
+    ) -> None:
         """Prepare ``arrays[0]``, the values, and integrate as ``runge_kutta`` or ``transition``."""
         addresses = np.array([array.ctypes.data for array in arrays])
         _PREPARE(self.code.addresses["prepare"])(int(addresses[0]))
-        _RUN(self.code.addresses["run"])(addresses.ctypes.data, sizes.ctypes.data, period)
+        _RUN(self.code.addresses["run"])(addresses.ctypes.data, sizes.ctypes.data, period, begins)
 
 
 def _integration(facts: Mapping[str, Any]) -> str:
@@ -133,13 +135,15 @@ class Course:
     """The input's course: cubic pieces between the samples, and how the values change it.
 
     ``pieces`` are coefficients, shape (4, n - 1), highest power first; ``changes`` those of the
-    derivatives, shape (r, 4, n - 1), by start or value number ``columns``, shape (r,).
+    derivatives, shape (r, 4, n - 1), by start or value number ``columns``, shape (r,). The first
+    sample is at the time ``begins`` [s].
     """
 
     pieces: FloatArray
     sample_period: float
     changes: FloatArray
     columns: NDArray[np.int64]
+    begins: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -153,7 +157,13 @@ class Response:
     sensitivity: FloatArray
 
 
-def course(kernel: Kernel, measured: FloatArray, period: float, values: FloatArray) -> Course:
+def course(
+    kernel: Kernel,
+    measured: FloatArray,
+    period: float,
+    values: FloatArray,
+    begins: float = 0.0,
+) -> Course:
     """Interpolate the true course of what drives through its measured samples.
 
     Parameters
@@ -166,28 +176,31 @@ def course(kernel: Kernel, measured: FloatArray, period: float, values: FloatArr
         Time between two samples [s].
     values : array
         The model's constants and parameters.
+    begins : float
+        Time of the first sample after the run's first [s].
     """
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
-        return _as_measured(true.tobytes(), period)
+        return _as_measured(true.tobytes(), period, begins)
     if rounded:
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
-        kernel.position(np.arange(true.size) * period, true, values, changed)
+        kernel.position(begins + np.arange(true.size) * period, true, values, changed)
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
         changes[row] = cubics(change, period)
     columns = np.array(kernel.course_columns, dtype=np.int64)
-    return Course(cubics(true, period), period, changes, columns)
+    return Course(cubics(true, period), period, changes, columns, begins)
 
 
 @lru_cache(maxsize=16)
-def _as_measured(position: bytes, period: float) -> Course:
+def _as_measured(position: bytes, period: float, begins: float) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
     pieces = cubics(np.frombuffer(position), period)
-    return Course(pieces, period, np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64))
+    unchanged = np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64)
+    return Course(pieces, period, *unchanged, begins)
 
 
 def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:
@@ -226,7 +239,7 @@ def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course)
         *(_exactly if kernel.linear else _in_steps)(n, columns, switches),
         *(answer, sensitivity),
     ]
-    kernel.run(arrays, sizes, coil.sample_period)
+    kernel.run(arrays, sizes, coil.sample_period, coil.begins)
     sensitivity = sensitivity[:, : n + count]
     if kernel.delays:
         return _late(kernel, answer, sensitivity, values, coil)

@@ -97,7 +97,7 @@ def _fastest_branch(A, n, tip):
 
 
 @njit(error_model="numpy")
-def _parts(p, z, u, mode, dU, tip, slope, squared, T, f, period):
+def _parts(t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
     """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
 
     ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
@@ -109,7 +109,7 @@ def _parts(p, z, u, mode, dU, tip, slope, squared, T, f, period):
         T[j] = 0.0
     for i in range(n):
         T[i * q + i] = 1.0
-    rate(0.0, z, p, u, mode, T, dU, f, slope)
+    rate(t, z, p, u, mode, T, dU, f, slope)
     for i in range(n):
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
@@ -158,8 +158,8 @@ def _lowest(g, rise, g1, rise1):
 
 @njit(error_model="numpy")
 def _run(
-    p, z, mode, tip, pieces, changes, columns, period, coil, states, tangents, conditions, G,
-    paces, answer, sensitivity,
+    p, z, mode, tip, pieces, changes, columns, period, begins, coil, states, tangents, conditions,
+    G, paces, answer, sensitivity,
 ):  # fmt: skip
     n, q, s = z.size, sensitivity.shape[1], mode.size
     u, dU = coil[:3], coil[3:]
@@ -172,8 +172,8 @@ def _run(
         T[i * q + i] = 1.0
     coil_course(pieces, changes, columns, 0, 0.0, u, dU)
     for _ in range(2):
-        rate(0.0, z, p, u, mode, T, dU, after, slope)
-        switch(0.0, z, p, u, mode, T, dU, after, g, dg, G)
+        rate(begins, z, p, u, mode, T, dU, after, slope)
+        switch(begins, z, p, u, mode, T, dU, after, g, dg, G)
         for k in range(s):
             if g[k] < 0.0:
                 mode[k] = 1.0 - mode[k]
@@ -181,9 +181,9 @@ def _run(
     for sample in range(answer.size):
         last = sample == answer.size - 1
         piece = sample - 1 if last else sample
-        t = piece * period
+        t = begins + piece * period
         coil_course(pieces, changes, columns, piece, period if last else 0.0, u, dU)
-        answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        answer[sample] = output(begins + sample * period, z, p, u, mode, T, dU, sensitivity[sample])
         if last:
             break
         speed = z[tip] if tip >= 0 else u[1]
@@ -202,7 +202,8 @@ def _run(
                 else:
                     u[1] = at
                 found[pace] = max(
-                    found[pace], _parts(p, z1, u, mode, dU, tip, slope, totals, T1, total, period)
+                    found[pace],
+                    _parts(t, p, z1, u, mode, dU, tip, slope, totals, T1, total, period),
                 )
             parts = max(parts, int(found[pace]))
         for part in range(parts):
@@ -288,8 +289,8 @@ def _run(
                 return
 
 
-@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64)", error_model="numpy")
-def run(arrays, sizes, period):
+@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64, float64)", error_model="numpy")
+def run(arrays, sizes, period, begins):
     """Integrate; ``arrays`` are those of ``_run``.
 
     ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, and the numbers of the
@@ -305,6 +306,7 @@ def run(arrays, sizes, period):
         carray(arrays[4], (r, 4, samples - 1)),
         carray(sizes, 8 + r)[8:],
         period,
+        begins,
         carray(arrays[5], 3 + 3 * q),
         carray(arrays[6], (5, n)),
         carray(arrays[7], (4, n * q)),

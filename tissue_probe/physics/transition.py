@@ -196,8 +196,8 @@ def _places(D, columns, n, place):
 
 @njit(error_model="numpy", fastmath={"contract"})
 def _run(
-    p, z, mode, pieces, changes, columns, period, coil, f, tangents, w, matrices, blocks, by_driver,
-    by_value, rows, place, answer, sensitivity,
+    p, z, mode, pieces, changes, columns, period, begins, coil, f, tangents, w, matrices, blocks,
+    by_driver, by_value, rows, place, answer, sensitivity,
 ):  # fmt: skip
     n, q = z.size, sensitivity.shape[1]
     u, dU = coil[:3], coil[3:]
@@ -225,7 +225,7 @@ def _run(
         last = sample == answer.size - 1
         piece = sample - 1 if last else sample
         coil_course(pieces, changes, columns, piece, period if last else 0.0, u, dU)
-        answer[sample] = output(sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        answer[sample] = output(begins + sample * period, z, p, u, mode, T, dU, sensitivity[sample])
         for i in range(n):
             sensitivity[sample, i] = row[i]
         if last:
@@ -259,8 +259,8 @@ def _run(
             V[j] = V1[j]
 
 
-@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64)", error_model="numpy")
-def run(arrays, sizes, period):
+@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64, float64)", error_model="numpy")
+def run(arrays, sizes, period, begins):
     """Integrate; ``arrays`` are those of ``_run``, and ``sizes`` as for ``runge_kutta``."""
     n, q, known, s, r, samples, _, _ = carray(sizes, 8)
     size, width = n + 5, (q - n + 3) // 4 * 4
@@ -272,6 +272,7 @@ def run(arrays, sizes, period):
         carray(arrays[4], (r, 4, samples - 1)),
         carray(sizes, 8 + r)[8:],
         period,
+        begins,
         carray(arrays[5], 3 + 3 * q),
         carray(arrays[6], n),
         carray(arrays[7], (2, n * q)),

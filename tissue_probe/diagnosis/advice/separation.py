@@ -206,9 +206,10 @@ def _made(
     times = np.arange(count) * first.sample_period
     position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
-    start = problem.kernel.begin(fit.values, position[0], _static(fit, position[0]))
-    coil = course(problem.kernel, position, first.sample_period, fit.values)
-    force = respond(problem.kernel, fit.values, start, coil).output
+    values = problem.runs.values_in(0, fit.values)
+    start = problem.kernel.begin(values, position[0], _static(fit, position[0]))
+    coil = course(problem.kernel, position, first.sample_period, values)
+    force = respond(problem.kernel, values, start, coil).output
     if not np.isfinite(force).all():
         return None
     noisy = force + first.noise * np.random.default_rng(0).standard_normal(count)

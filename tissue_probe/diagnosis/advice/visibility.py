@@ -108,11 +108,9 @@ def _visibility(
     faint = {name: FAINT * size for name, size in typical.items()}
     values = start_values(problem, fit.named(), effect, faint)
     columns = by_unknown(problem, values, begin_states(problem, fit, values))
-    names = problem.kernel.values
-    grown = columns[:, [names.index(name) for name in typical]]
-    change = grown @ np.array(list(typical.values()))
+    change = columns[:, : problem.count] @ [typical.get(n, 0.0) for n in problem.runs.meanings]
     states = [state not in fit.composition.kernel.states for state in problem.kernel.states]
-    begun = np.array([False] * len(names) + states * len(fit.measurements), dtype=bool)
+    begun = np.array([False] * problem.count + states * len(fit.measurements), dtype=bool)
     whole = float(change @ change)
     if not np.isfinite(whole) or whole == 0.0:
         return 0.0

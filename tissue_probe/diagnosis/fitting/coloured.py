@@ -16,7 +16,6 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
 from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
-from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
 
@@ -44,27 +43,27 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
     known = any(measurement.whitening is not None for measurement in fit.measurements)
     if fit.composition.input is not FORCE or known:
         return fit
-    measurements = filtered(fit)
+    measurements = filtered(fit, instrument)
     if all(measurement.whitening is None for measurement in measurements):
         return fit
     problem = Problem(fit.composition, measurements, instrument, held)
     return search(problem, fit.values, fit.starts) or fit
 
 
-def filtered(fit: Fit) -> list[Measurement]:
+def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit, with filters for the noise in its model."""
-    pairs = zip(fit.measurements, fit.starts, strict=True)
-    return [_filtered(fit, measurement, start) for measurement, start in pairs]
+    problem = Problem(fit.composition, fit.measurements, instrument)
+    return [_filtered(problem, fit, index) for index in range(len(fit.measurements))]
 
 
-def _filtered(fit: Fit, measurement: Measurement, start: FloatArray) -> Measurement:
+def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
     """Draw an error that the force's noise and the position's make, and whiten it."""
-    kernel, force = fit.composition.kernel, measurement.force
+    measurement = fit.measurements[index]
+    force = measurement.force
     random = np.random.default_rng(0)
     noisy = force + noise_floor(force) * random.standard_normal(force.size)
     right, wrong = (
-        respond(kernel, fit.values, start, course(kernel, u, measurement.sample_period, fit.values))
-        for u in (force, noisy)
+        problem.response(index, driven, fit.values, fit.starts[index]) for driven in (force, noisy)
     )
     error = wrong.output - right.output
     if not np.sqrt(np.mean(error**2)) > FAINT * measurement.noise:

@@ -15,6 +15,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects.effect import Parameter
 from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
@@ -29,8 +30,11 @@ class Fit:
         The model.
     measurements : tuple of Measurement
         What it was fitted to.
+    entries : tuple of Parameter
+        What is declared of the values: ``composition.values``, then those of further runs
+        (``Runs``).
     values : array, shape (q,)
-        Constants and parameters, in the order of ``composition.values``.
+        Constants and parameters, in this order.
     starts : tuple of array
         The states at the first sample of each measurement.
     covariance : array, shape (q, q)
@@ -68,6 +72,7 @@ class Fit:
 
     composition: Composition
     measurements: tuple[Measurement, ...]
+    entries: tuple[Parameter, ...]
     values: FloatArray
     starts: tuple[FloatArray, ...]
     covariance: FloatArray
@@ -84,6 +89,11 @@ class Fit:
     unevenness: float
     strain: float
     exhausted: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the values."""
+        return tuple(entry.name for entry in self.entries)
 
     @property
     def samples(self) -> int:
@@ -182,9 +192,9 @@ class Fit:
 
     def named(self) -> dict[str, float]:
         """Return values by name."""
-        return dict(zip(self.composition.kernel.values, map(float, self.values), strict=True))
+        return dict(zip(self.names, map(float, self.values), strict=True))
 
     def deviations(self) -> dict[str, float]:
         """Return standard deviations of the values by name."""
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return dict(zip(self.composition.kernel.values, map(float, deviations), strict=True))
+        return dict(zip(self.names, map(float, deviations), strict=True))

@@ -101,6 +101,10 @@ class Measurement:
         What was done to read it, in sentences: resampled, filled in, cut.
     source : str
         Where it came from, such as a file; what is wrong with its samples is told of that.
+    run : str
+        Name of the run that it was cut from, others maybe too; without, a run of its own.
+    begins : float
+        Time of the first sample after the run's first [s].
     """
 
     position: FloatArray
@@ -115,6 +119,8 @@ class Measurement:
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
     source: str = ""
+    run: str = ""
+    begins: float = 0.0
 
     def __post_init__(self) -> None:
         if self.used is None:

@@ -15,7 +15,6 @@ from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.point import Point, scale_of
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
-from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.signals import FloatArray
 
@@ -41,6 +40,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     return Fit(
         composition=problem.composition,
         measurements=problem.measurements,
+        entries=problem.runs.entries,
         values=point.values,
         starts=tuple(point.starts),
         covariance=covariance * excess,
@@ -67,7 +67,7 @@ def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
     """Name the constants whose tolerances a fit has used up."""
     farthest = FARTHEST * (1.0 - 1e-9) * problem.deviation
     ended = np.abs(values - problem.nominal) >= farthest
-    return tuple(problem.kernel.values[index] for index in problem.drawn if ended[index])
+    return tuple(problem.runs.names[index] for index in problem.drawn if ended[index])
 
 
 def _cosines(problem: Problem, point: Point) -> list[FloatArray]:
@@ -97,11 +97,8 @@ def _rounding(problem: Problem, point: Point) -> float:
     if smooths:
         values[kernel.rounded] = 0.0  # what follows is smoothed already
     changes = []
-    for m, start in zip(problem.measurements, point.starts, strict=True):
-        right, wrong = (
-            respond(kernel, values, start, course(kernel, u, m.sample_period, values)).output
-            for u in _as_read(m, step)
-        )
+    for index, (m, start) in enumerate(zip(problem.measurements, point.starts, strict=True)):
+        right, wrong = (problem.response(index, u, values, start).output for u in _as_read(m, step))
         changes.append((wrong - right)[m.used])
     return float(np.sqrt(np.mean(np.concatenate(changes) ** 2)))
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.response import course, respond
+from tissue_probe.physics.response import Response, course, respond
 from tissue_probe.signals import FloatArray
 
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
@@ -72,8 +73,9 @@ def history(rates: bytes) -> FloatArray:
 class Problem:
     """Unknowns of a model under measurements: what is searched, in which scale, with what priors.
 
-    The unknowns are the values (constants of the rig held or drawn to their tolerances), then the
-    states at the start of each measurement, drawn to where a probe at rest has them.
+    The unknowns are the values (constants of the rig held or drawn to their tolerances; those of
+    ``Runs``), then the states at the start of each measurement, drawn to where a probe at rest has
+    them.
 
     Parameters
     ----------
@@ -97,7 +99,8 @@ class Problem:
         _check_output(composition, self.measurements)
         self.kernel = composition.kernel
         self.held = dict(held or {})
-        entries = composition.values
+        self.runs = Runs(composition, self.measurements)
+        entries = self.runs.entries
         constants = instrument.constants
         self.nominal = np.array([constants.get(e.name, (e.default, 0.0))[0] for e in entries])
         deviation = [constants.get(e.name, (0.0, np.inf))[1] for e in entries]
@@ -130,21 +133,20 @@ class Problem:
 
     def begin(self, values: FloatArray) -> list[Begin]:
         """Return what is known beforehand of the states at the start of each measurement."""
-        rates = self.kernel.relaxation_rates(values)
-        alike = history(rates.tobytes())
-        forgetting = rates > 0.0
         begins = []
-        for measurement in self.measurements:
-            extent = measurement.extent
-            z = self.kernel.begin(values, measurement.position[0], measurement.force[0])
-            loaded = abs(self._indentation(values, z, measurement.position[0]))
+        for index, measurement in enumerate(self.measurements):
+            own, extent = self.runs.values_in(index, values), measurement.extent
+            rates = self.kernel.relaxation_rates(own)
+            alike, forgetting = history(rates.tobytes()), rates > 0.0
+            z = self.kernel.begin(own, measurement.position[0], measurement.force[0])
+            loaded = abs(self._indentation(own, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
             if not still:  # all that moves goes with the coil
                 z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
             length = loaded + SHORTEST if still else depth
             spreads = {
-                **dict(zip(self.kernel.values, map(float, values), strict=True)),
+                **dict(zip(self.kernel.values, map(float, own), strict=True)),
                 "free": depth,
                 "length": length,
                 "branch": length,
@@ -169,11 +171,19 @@ class Problem:
     ) -> list[tuple[FloatArray, FloatArray]]:
         """Residual and sensitivity of the output for each measurement."""
         result = []
-        for measurement, start in zip(self.measurements, starts, strict=True):
-            coil = course(self.kernel, measurement.input_values, measurement.sample_period, values)
-            response = respond(self.kernel, values, start, coil)
-            result.append((measurement.output_values - response.output, response.sensitivity))
+        for index, (measurement, start) in enumerate(zip(self.measurements, starts, strict=True)):
+            response = self.response(index, measurement.input_values, values, start)
+            sensitivity = self.runs.spread(index, response.sensitivity)
+            result.append((measurement.output_values - response.output, sensitivity))
         return result
+
+    def response(
+        self, index: int, driven: FloatArray, values: FloatArray, start: FloatArray
+    ) -> Response:
+        """Simulate the model where a measurement's input was, or might have been, another."""
+        measurement, own = self.measurements[index], self.runs.values_in(index, values)
+        period, begins = measurement.sample_period, measurement.begins
+        return respond(self.kernel, own, start, course(self.kernel, driven, period, own, begins))
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""

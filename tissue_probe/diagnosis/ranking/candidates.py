@@ -23,6 +23,7 @@ from tissue_probe.diagnosis.ranking.starts import (
     Values,
     begin_states,
     extent,
+    instants,
     pressed_in,
     proposed,
     start_values,
@@ -93,7 +94,7 @@ def fit_base(
     fits = []
     for guess in guesses:
         values = problem.nominal.copy()
-        for index, name in enumerate(problem.kernel.values):
+        for index, name in enumerate(problem.runs.names):
             if name in guess and problem.free[index]:
                 values[index] = guess[name]
         values = np.clip(values, problem.lower, problem.upper)
@@ -143,8 +144,7 @@ def refit(
         Values that are not fitted.
     """
     problem = Problem(composition, measurements or fit.measurements, instrument, held)
-    known = fit.named()
-    values = np.array([known.get(e.name, e.default) for e in composition.values])
+    values = start_values(problem, fit.named(), None, {})
     if measurements is None:
         return search(problem, values, begin_states(problem, fit, values))
     return search(problem, values, [begun.mean for begun in problem.begin(values)])
@@ -349,11 +349,33 @@ class _Candidate:
             starts = begin_states(self.problem, self.base, values)
             begun.append((self._promise(values, starts), values, starts))
         begun.sort(key=lambda each: each[0])
+        begun += self._in_each_run(begun[:FOLLOWED])
+        begun.sort(key=lambda each: each[0])
         begun += self._as_known(begun[:FOLLOWED])
         begun.sort(key=lambda each: each[0])
         strength = [parameter.name for parameter in self.effect.parameters[:1]]
         direct = any(strength[0] in proposal for _, proposal in pairs if strength)
         return _Begin([each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct)
+
+    def _in_each_run(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
+        """Return what promises most where each of several runs has its own instant.
+
+        It is varied in one run after the other.
+        """
+        runs, own, begun = self.problem.runs, instants(self.effect), []
+        reach = extent(self.base, self.base.named(), self.effect)
+        tried = list(self.effect.starts(reach)) if own and runs.count > 1 else []
+        for best in proposals if tried else ():
+            for number in range(runs.count):
+                named = dict(zip(runs.names, best[1], strict=True))
+                for each in tried:
+                    instant = {name: each[name] for name in own if name in each}
+                    known = named | runs.told_in(number, instant)
+                    values = start_values(self.problem, known, None, {})
+                    promised = self._promise(values, best[2])
+                    best = min(best, (promised, values, best[2]), key=lambda each: each[0])
+            begun.append(best)
+        return begun
 
     def _as_known(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
         """Return the same, but begun at rest or with the coil, whichever is known of the probe.
@@ -430,8 +452,13 @@ class _Candidate:
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the two most promising of the values near those found."""
-        reach = extent(best, best.named(), self.effect)
-        known = [best.named() | dict(other) for other in self.effect.near(reach, best.named())]
+        runs, named = self.problem.runs, best.named()
+        reach = extent(best, named, self.effect)
+        known = [
+            named | runs.told_in(number, other)
+            for number in range(runs.count if self.effect.of_run else 1)
+            for other in self.effect.near(reach, runs.named_in(number, named))
+        ]
         lower, upper = self.problem.lower, self.problem.upper
         near = [np.clip(list(named.values()), lower, upper) for named in known]
         gained = best.cost < (1.0 - LEAST_SHARE) * self.base.cost or not bar.noise

@@ -98,5 +98,5 @@ def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
     held = {str(FREQUENCY): frequency}
     problem = Problem(base.composition.plus(_LINE), base.measurements, instrument, held)
     known = base.named() | {str(SINE): 0.0, str(COSINE): 0.0} | held
-    values = np.array([known[name] for name in problem.kernel.values])
+    values = np.array([known[name] for name in problem.runs.names])
     return problem, values, begin_states(problem, base, values)

@@ -109,7 +109,8 @@ def _changes(fit: Fit, problem: Problem, effect: Effect, bare: FloatArray) -> It
     ``bare`` is what is left without the effect.
     """
     strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
-    columns = [problem.kernel.values.index(name) + problem.states for name in strengths]
+    strong = [meaning in strengths for meaning in problem.runs.meanings]
+    columns = np.flatnonzero(strong) + problem.states
     for proposed in effect.starts(extent(fit, fit.named(), effect)):
         values = start_values(problem, fit.named(), effect, proposed)
         starts = begin_states(problem, fit, values)

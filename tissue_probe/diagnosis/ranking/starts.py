@@ -61,21 +61,29 @@ def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tup
             yield each, proposal
 
 
+def instants(effect: Effect) -> list[str]:
+    """Name what belongs to a run and is no strength: any strength is a step away, no instant."""
+    strengths = [each.name for each in effect.parameters[: effect.strengths]]
+    return [name for name in effect.of_run if name not in strengths]
+
+
 def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     """How far the longest measurement reaches, by a fitted model with these values of its tissue.
 
-    The tension of tissue that never lets go is taken from the motion of the tip, for effects by
-    which it may.
+    Its run may be longer. The tension of tissue that never lets go is taken from the motion of the
+    tip, for effects by which it may.
     """
     index = max(range(len(fit.measurements)), key=lambda i: fit.measurements[i].extent.duration)
     measurement = fit.measurements[index]
+    duration = max(each.begins + each.extent.duration for each in fit.measurements)
+    reach = replace(measurement.extent, duration=duration)
     if effect.contact == TISSUE_FORCE:
-        return measurement.extent
+        return reach
     tip = CubicSpline(measurement.times, fit.tip[index] - known.get("contact_position", 0.0))
     often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
     peaks = np.sort(pull[find_peaks(pull, height=0.0)[0]])[::-1]
-    return replace(measurement.extent, tensions=tuple(map(float, peaks)))
+    return replace(reach, tensions=tuple(map(float, peaks)))
 
 
 def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
@@ -104,8 +112,10 @@ def start_values(
     named = effect.parameters[: effect.strengths] if effect else ()
     strengths = {parameter.name: effect.neutral for parameter in named}
     given = {**known, **strengths, **proposed}
-    pairs = zip(problem.kernel.values, problem.composition.values, strict=True)
-    values = np.array([given.get(name, entry.default) for name, entry in pairs])
+    runs = problem.runs
+    default = {entry.name: given.get(entry.name, entry.default) for entry in runs.entries}
+    pairs = zip(runs.names, runs.meanings, strict=True)
+    values = np.array([given.get(name, default[meaning]) for name, meaning in pairs])
     values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
     return np.clip(values, problem.lower, problem.upper)
 

@@ -1,0 +1,88 @@
+"""A fitted model on other runs of the specimen: its values are held, but those of a run.
+
+What belongs here: what is found anew in each run, such as the phase of the mains.
+What does not: what the error on other runs says (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.search import promise, search
+from tissue_probe.diagnosis.ranking.starts import Values, extent, instants, start_values
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+
+#: How many of the instants that promise most are searched from.
+FOLLOWED = 2
+
+
+def of_specimen(composition: Composition) -> list[str]:
+    """Name the values of a model that are the same in every run."""
+    of_run = {name for effect in composition.all_effects for name in effect.of_run}
+    return [name for name in composition.kernel.values if name not in of_run]
+
+
+def carried(
+    composition: Composition,
+    named: Values,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+) -> Fit | None:
+    """Take a model to other runs of the specimen; None where it diverges.
+
+    Only what belongs to a run is fitted anew: the states at its start, and phases and instants
+    (``Effect.of_run``).
+
+    Parameters
+    ----------
+    composition : Composition
+        The model.
+    named : mapping of str to float
+        Its values, where it was fitted.
+    measurements : sequence of Measurement
+        Of the other runs.
+    instrument : Instrument
+        What is known of the rig.
+    """
+    held = {name: named[name] for name in of_specimen(composition)}
+    problem = Problem(composition, measurements, instrument, held)
+    values = start_values(problem, named, None, {})
+    best = search(problem, values, [begun.mean for begun in problem.begin(values)])
+    if best is not None:
+        for number in range(problem.runs.count):
+            for effect in composition.all_effects:
+                best = _at_instants(problem, best, effect, number)
+    return best
+
+
+def _at_instants(problem: Problem, best: Fit, effect: Effect, number: int) -> Fit:
+    """Search from other instants of an effect in a run too: no step is sure to lead to them."""
+    own = instants(effect)
+    if own:
+        reach = extent(best, best.named(), effect)
+        best = _from(problem, best, number, [_only(each, own) for each in effect.starts(reach)])
+        if effect.near:
+            found = problem.runs.named_in(number, best.named())
+            near = [_only(each, own) for each in effect.near(reach, found)]
+            best = _from(problem, best, number, near)
+    return best
+
+
+def _from(problem: Problem, best: Fit, number: int, tried: Iterable[Values]) -> Fit:
+    """Search from the most promising of other values in a run; return the best."""
+    runs, named = problem.runs, best.named()
+    every = [start_values(problem, named | runs.told_in(number, v), None, {}) for v in tried]
+    promises = [promise(problem, values, best.starts) for values in every]
+    chosen = [every[place] for place in np.argsort(promises, kind="stable")[:FOLLOWED]]
+    fits = [search(problem, values, best.starts) for values in chosen]
+    return min([best, *filter(None, fits)], key=lambda fit: fit.cost)
+
+
+def _only(values: Values, names: Iterable[str]) -> Values:
+    return {name: values[name] for name in names if name in values}
