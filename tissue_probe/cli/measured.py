@@ -16,8 +16,8 @@ import typer
 
 if TYPE_CHECKING:
     from tissue_probe.recording.layout import Layout
-    from tissue_probe.recording.stretches import BoolArray, Stretch
-    from tissue_probe.signals import FloatArray, SampleBlock
+    from tissue_probe.recording.stretches import Stretch
+    from tissue_probe.signals import BoolArray, FloatArray, SampleBlock
 
 
 class Polarity(str, Enum):

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from threadpoolctl import threadpool_limits
 
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
@@ -20,10 +19,11 @@ from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import BoolArray, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by
 from tissue_probe.diagnosis.improvement.settled import settled
+from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
@@ -35,11 +35,11 @@ from tissue_probe.physics.effects.channel_delay import LONGEST
 from tissue_probe.physics.rigs import admits, obstacle
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
-#: Single values that are left out of every fit besides, and where they drive, bridged.
+#: Values that stand alone are left out of every fit besides, and where they drive, bridged.
 DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
@@ -290,24 +290,16 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     if steady.all() and used.all():
         return measurement
     # A spike of what drives would move the tip, and that of a force ever after: it is bridged.
-    bridged = _bridged(measurement.input_values, steady)
+    driven_by = bridged(measurement.input_values, steady)
     force, position = measurement.force, measurement.position
     if measurement.input is FORCE:
-        force = bridged
+        force = driven_by
     else:
-        position = bridged
+        position = driven_by
     # The noise is estimated anew: where samples repeat there seems to be none.
     return replace(
         measurement, position=position, force=force, used=used & measurement.used, noise=0.0
     )
-
-
-def _bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
-    """Put what lies on a curve through the others in the place of values that are not steady."""
-    number = np.arange(values.size)
-    if steady.all():
-        return values
-    return np.where(steady, values, CubicSpline(number[steady], values[steady])(number))
 
 
 def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:

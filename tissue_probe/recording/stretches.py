@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import BRIDGED, interpolate
-from tissue_probe.signals import NANOSECONDS, FloatArray, Recording, SampleBlock
-
-BoolArray = NDArray[np.bool_]
+from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, Recording, SampleBlock
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,15 +11,13 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.effects import Extent
 from tissue_probe.quantities import FORCE, Quantity, other
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
-BoolArray = NDArray[np.bool_]
 #: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
 #: 20 %, the coil's position at first touch to 30 um.
 PAPER_RIG = {

@@ -13,12 +13,11 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import BoolArray
 from tissue_probe.diagnosis.fitting.outcome import finished
 from tissue_probe.diagnosis.fitting.point import Point, point_at
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.sharing import Numbers
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.

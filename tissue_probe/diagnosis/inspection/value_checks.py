@@ -1,6 +1,7 @@
 """Values that no sensor measured: cut off at a limit, repeated, or far from their neighbours.
 
-What belongs here: what is said of them. What does not: finding them (``repeats``).
+What belongs here: what is said of them. What does not: finding them (``repeats``,
+``disturbances``).
 """
 
 from __future__ import annotations
@@ -8,20 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, percentile_filter
+from scipy.ndimage import maximum_filter1d
 
 from tissue_probe.diagnosis.inspection.channel import Channel
-from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.disturbances import alone, disturbed, turning_sharply
+from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
 from tissue_probe.diagnosis.inspection.repeats import Runs, clipped, stuck
-from tissue_probe.signals import FloatArray, IntArray
+from tissue_probe.signals import BoolArray
 
-#: Share of a cubic through the neighbours that each of them has, and how far off stands alone.
-_CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
-_ALONE, _LARGE = 12.0, 0.03  # times what is usual around it; times the rms of all
-_AROUND = 101  # samples
+_LARGE = 0.03  # share of the rms that what stands alone exceeds
+_FOLLOWING = 21  # samples about a sharp turn of the position in which the force follows it
 _COUNTS = 3.0  # steps of an encoder by which no reading of it is off alone
-#: What a spike's neighbours are off lies between these shares of what it is off.
-_BEND, _STEP = 0.55, 0.8
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled
 
 
@@ -60,39 +58,26 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
         for first, stop in there.spans():
             held[first:stop] = True
     # Where a channel begins to move, or is held and let go, the force turns as sharply.
-    excused = maximum_filter1d(held | _alone(position.values, 0.0), 7)
-    alone = np.flatnonzero(_alone(force.values, _LARGE) & ~excused & known)
-    if alone.size:
-        yield _spikes("spikes", "forces", alone, known.size)
+    excused = maximum_filter1d(held | alone(position.values, 0.0), 7)
+    turning = maximum_filter1d(turning_sharply(position.values), _FOLLOWING)
+    off = disturbed(force.values, _LARGE, 0.0, excused, turning) & known
+    if off.any():
+        yield _spikes("spikes", "forces", off)
     excused = maximum_filter1d(held, 7)
-    alone = _alone(position.values, _LARGE, _COUNTS * position.step)
-    alone = np.flatnonzero(alone & ~excused & known)
-    if alone.size:
-        yield _spikes("position_spikes", "positions", alone, known.size)
+    off = disturbed(position.values, _LARGE, _COUNTS * position.step, excused, excused) & known
+    if off.any():
+        yield _spikes("position_spikes", "positions", off)
 
 
-def _alone(values: FloatArray, large: float, least: float = 0.0) -> np.ndarray:
-    """Tell the samples that stand out of the cubic through two neighbours to either side.
-
-    As far as no noise does, as ``least``, as ``large`` a share of their rms, and with both
-    neighbours thrown off by two thirds as much, as by a spike: a step throws one off as far, a bend
-    both by half.
-    """
-    off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
-    off[:2] = off[-2:] = 0.0
-    usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
-    near = np.stack([np.roll(off, 1), np.roll(off, -1)])
-    shaped = ((near > _BEND * off) & (near < _STEP * off)).all(axis=0)
-    return shaped & (off > _ALONE * usual) & (off > max(large * np.std(values), least))
-
-
-def _spikes(name: str, values: str, alone: IntArray, count: int) -> Finding:
+def _spikes(name: str, values: str, off: BoolArray) -> Finding:
+    spans = tuple(spans_of(off))
     return Finding(
         name,
-        f"{alone.size} of {count} {values} stand alone, far from both neighbours, the first at "
-        f"sample {alone[0]}: disturbances of the electronics, left out; look for a loose contact "
-        "or a switching load.",
-        spans=tuple((int(index), int(index) + 1) for index in alone),
+        f"{np.count_nonzero(off)} of {off.size} {values} stand alone, far from those before and "
+        f"after, the first at sample {spans[0][0]}: disturbances of the electronics, left out of "
+        "the fit or, where they drive the model, bridged; look for a loose contact or a switching "
+        "load.",
+        spans=spans,
     )
 
 

@@ -427,7 +427,8 @@ class _Candidate:
 
     def _settled(self, found: list[Fit], bar: Bar) -> Iterator[Fit]:
         """Search near the best of what was found while that does better, and then go on."""
-        for _ in range(ROUNDS if self.effect.near and found else 0):
+        rounds = ROUNDS * (self.problem.runs.count if instants(self.effect) else 1)
+        for _ in range(rounds if self.effect.near and found else 0):
             best = min(found, key=lambda fit: fit.cost)
             if _is_settled(best, bar):
                 break
@@ -456,7 +457,7 @@ class _Candidate:
         reach = extent(best, named, self.effect)
         known = [
             named | runs.told_in(number, other)
-            for number in range(runs.count if self.effect.of_run else 1)
+            for number in range(runs.count if instants(self.effect) else 1)
             for other in self.effect.near(reach, runs.named_in(number, named))
         ]
         lower, upper = self.problem.lower, self.problem.upper

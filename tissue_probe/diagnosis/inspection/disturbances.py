@@ -1,0 +1,131 @@
+"""Values far from their neighbours for a few samples: what no motion does, but electronics do.
+
+What belongs here: finding them in one channel. What does not: what is said of them
+(``value_checks``), what becomes of them (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import percentile_filter
+
+from tissue_probe.diagnosis.inspection.finding import spans_of
+from tissue_probe.signals import BoolArray, FloatArray
+
+#: Share of a cubic through the neighbours that each of them has.
+_CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
+#: What stands out is off by so many times what is usual around it.
+_ALONE = 12.0
+_AROUND = 101  # samples
+#: What a single one's neighbours are off lies between these shares of what it is off.
+_BEND, _STEP = 0.55, 0.8
+#: Samples in a row at the most, and to either side of them those that a cubic follows.
+_LONGEST, _SIDE = 8, 4
+#: Those to either side are off by less than this many times what is usual, and this share.
+_QUIET, _SHARE = 3.0, 0.15
+
+
+def disturbed(
+    values: FloatArray, large: float, least: float, excused: BoolArray, turning: BoolArray
+) -> BoolArray:
+    """Tell the samples that stand out of the curve through those before and after.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        One channel, finite.
+    large, least : float
+        Share of the rms, and size, that what stands out exceeds.
+    excused : array of bool, shape (n,)
+        Which samples are known to be of another kind.
+    turning : array of bool, shape (n,)
+        Where the other channel turns sharply: what stands out there for longer is its doing.
+    """
+    large = max(large * float(np.std(values)), least)
+    single = alone(values, large) & ~excused
+    found = single.copy()
+    for first, stop in _rows(bridged(values, ~single), large):
+        if not (excused | turning)[first:stop].any():
+            found[first:stop] = True
+    return found
+
+
+def alone(values: FloatArray, large: float) -> BoolArray:
+    """Tell the samples that stand out of the cubic through two neighbours to either side.
+
+    As far as no noise does, more than ``large``, and with both neighbours thrown off by two thirds
+    as much, as by a spike: a step throws one off as far, a bend both by half.
+    """
+    off = _off(values)
+    near = np.stack([np.roll(off, 1), np.roll(off, -1)])
+    shaped = ((near > _BEND * off) & (near < _STEP * off)).all(axis=0)
+    return shaped & turning_sharply(values) & (off > large)
+
+
+def turning_sharply(values: FloatArray) -> BoolArray:
+    """Tell the samples that are off the cubic through two neighbours to either side."""
+    off = _off(values)
+    usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
+    return off > _ALONE * usual
+
+
+def _off(values: FloatArray) -> FloatArray:
+    off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
+    off[:2] = off[-2:] = 0.0
+    return off
+
+
+def bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
+    """Put what lies on a curve through the others in the place of values that are not steady."""
+    number = np.arange(values.size)
+    if steady.all():
+        return values
+    return np.where(steady, values, CubicSpline(number[steady], values[steady])(number))
+
+
+def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
+    """Return (first, stop) of two and more samples that stand out together.
+
+    A cubic follows those to either side, and not them. Of several that overlap the one stays that
+    explains most.
+    """
+    found: list[tuple[float, int, int]] = []
+    for length in range(2, _LONGEST + 1):
+        if values.size < _AROUND + length:
+            break
+        windows = np.lib.stride_tricks.sliding_window_view(values, length + 2 * _SIDE)
+        off = np.abs(windows @ _departures(length).T)
+        inside = np.sqrt(np.mean(off[:, _SIDE:-_SIDE] ** 2, axis=1))
+        beside = np.delete(off, np.s_[_SIDE:-_SIDE], axis=1).max(axis=1)
+        clear = (inside > large) & (beside < _SHARE * inside)
+        clear &= inside > _ALONE * np.median(inside) / 0.93
+        for place in map(int, np.flatnonzero(clear)):
+            usual, quiet = (_usual(each, place) for each in (inside, beside))
+            if inside[place] > _ALONE * usual and beside[place] < _QUIET * quiet:
+                explained = length * (inside[place] ** 2 - (0.4 * _ALONE * usual) ** 2)
+                found.append((explained, place + _SIDE, place + _SIDE + length))
+    taken = np.zeros(values.size, dtype=bool)
+    for _, first, stop in sorted(found, reverse=True):
+        if not taken[max(first - _SIDE, 0) : stop + _SIDE].any():
+            taken[first:stop] = True
+    return list(spans_of(taken))
+
+
+def _usual(off: FloatArray, place: int) -> float:
+    """Return what is usual around a place."""
+    around = off[max(place - _AROUND, 0) : place + _AROUND]
+    return float(max(np.median(off), np.percentile(around, 65)) / 0.93)
+
+
+@cache
+def _departures(length: int) -> FloatArray:
+    """Return the matrix of departures from a cubic through what is to either side of a row."""
+    place = np.linspace(-1.0, 1.0, length + 2 * _SIDE)
+    powers = np.vander(place, 4)
+    beside = np.abs(np.arange(place.size) - (place.size - 1) / 2) > (length - 1) / 2
+    matrix = np.eye(place.size)
+    matrix[:, beside] -= powers @ np.linalg.pinv(powers[beside])
+    return matrix
