@@ -20,11 +20,12 @@ from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.disturbances import bridged
-from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
@@ -47,6 +48,12 @@ CURTAILED = Finding(
     "Not every further effect was tried beside every other: the search came to its limit. If you "
     "suspect some, add them by name (improve --add).",
 )
+#: What is far off any model, and was left out.
+OUTLIERS = (
+    "{}{} samples in short rows, the first at sample {}, are far from what any model leaves of "
+    "those before and after: disturbances, left out of the fit; look for a loose contact or a "
+    "switching load."
+)
 #: How many of the ranking are tried on a second recording.
 VALIDATED = 8
 #: A model does not carry over that leaves this many times what it should on a second recording.
@@ -66,7 +73,7 @@ class Diagnosis:
     spoilt : tuple of str
         ``adc_saturation``, ``stuck_samples``: what is wrong with samples, which were left out.
     findings : tuple of Finding
-        Of reading, also what validates; of the inspection, on all measurements; of the fit.
+        Of reading and of the inspection, on all measurements, also what validates; of the fit.
     indistinguishable : tuple of str
         Effects by which models differ that explain the measurement equally well
         (``ladder.rivals``); empty where one is alone.
@@ -160,7 +167,7 @@ def diagnose(
     Raises
     ------
     ValueError
-        If the samples are such that any fit would be worthless, or the rig has nothing that a
+        If any samples are such that a fit would be worthless, or the rig has nothing that a
         wanted effect acts on; says why and what to do.
     """
     begun = time.perf_counter()
@@ -169,7 +176,8 @@ def diagnose(
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     findings = [*_as_read([*measurements, *validation]), *findings]
-    validation = [_finely_read(_without_spoilt(each, ())) for each in validation]
+    validation, of_validation = cleaned(validation)
+    findings += of_validation
     if wanted:
         effects = [library[name] for name in wanted]
         ladder = climb_by(composition, clean, instrument, effects, begin_at)
@@ -194,6 +202,7 @@ def diagnose(
     rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)
+    findings += _outliers(clean, ladder.base.measurements)
     findings += check_fit(ladder.base, ladder.final)
     findings += [CURTAILED] if ladder.curtailed else []
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
@@ -223,8 +232,11 @@ def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], lis
 
 
 def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error of a fitted model on other recordings of the specimen, see ``carried``."""
-    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    """Error of a fitted model on other recordings of the specimen, outliers left out.
+
+    See ``carried``.
+    """
+    moved = _moved(fit, measurements, instrument)
     return float("inf") if moved is None else moved.rmse
 
 
@@ -233,7 +245,7 @@ def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instr
 
     To first order in the values' errors, and rms over all samples; 0 where the model diverges.
     """
-    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    moved = _moved(fit, measurements, instrument)
     if moved is None:
         return 0.0
     held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition)))
@@ -243,6 +255,13 @@ def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instr
     by_value = np.concatenate([each[m.used, problem.states :][:, held] for (_, each), m in used])
     squares = float(np.sum(by_value @ fit.covariance[np.ix_(held, held)] * by_value))
     return math.sqrt(max(squares, 0.0) / len(by_value))
+
+
+def _moved(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> Fit | None:
+    """Carry a model over, and once more without what no model follows there."""
+    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    kept = without_outliers(moved) if moved else None
+    return carried(fit.composition, fit.named(), kept, instrument) if kept else moved
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:
@@ -268,6 +287,20 @@ def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
 
 def _as_read(measurements: Sequence[Measurement]) -> list[Finding]:
     return [Finding("as_read", note) for each in measurements for note in each.notes]
+
+
+def _outliers(given: Sequence[Measurement], fitted: Sequence[Measurement]) -> list[Finding]:
+    """Tell what was left out of each measurement since it was inspected."""
+    found = []
+    for one, rest in zip(given, fitted, strict=True):
+        spans = tuple(spans_of(one.used & ~rest.used))
+        count = sum(stop - first for first, stop in spans)
+        if count:
+            told = f"{one.source}: " if one.source else ""
+            found.append(
+                Finding("outliers", OUTLIERS.format(told, count, spans[0][0]), spans=spans)
+            )
+    return found
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:

@@ -13,6 +13,7 @@ from typing import Literal
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.improvement.exchange import anew, exchanged
 from tissue_probe.diagnosis.improvement.further import SHARE, Further, addable
 from tissue_probe.diagnosis.improvement.paths import begun, beside_each, longest
@@ -112,6 +113,8 @@ def climb(
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
+    Where outliers are left, all is done once more without them.
+
     Parameters
     ----------
     composition : Composition
@@ -128,6 +131,9 @@ def climb(
     base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library).values()
     ranking = ranked(fit_candidates(base, allowed, instrument))
+    best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
+    if kept := _rest(best_so_far):
+        return climb(composition, kept, instrument, library, begin_at)
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
@@ -150,6 +156,8 @@ def climb(
         if not any(_leads(base, fit) for fit in _alone(longer[-1], ranking)):
             break
         best, paths = longer, [longer]
+    if kept := _rest(best[-1]):
+        return climb(composition, kept, instrument, library, begin_at)
     steps = _needed(best, further)
     first = steps[0]
     if len(steps) == 1:
@@ -168,6 +176,11 @@ def climb(
     )
 
 
+def _rest(fit: Fit) -> list[Measurement] | None:
+    """Return what was fitted without its outliers, where anything else than noise is left."""
+    return None if explained(fit) else without_outliers(fit)
+
+
 def climb_by(
     composition: Composition,
     measurements: Sequence[Measurement],
@@ -175,7 +188,7 @@ def climb_by(
     wanted: Sequence[Effect],
     begin_at: Mapping[str, float] | None = None,
 ) -> Ladder:
-    """Fit a model, and add the effects that are asked for, one by one; else as ``climb``.
+    """Fit a model, and add the effects that are asked for, in turn; else as ``climb``.
 
     Raises
     ------
@@ -191,6 +204,8 @@ def climb_by(
                 f"{effect.name} cannot be fitted to these measurements of a {composition.rig}"
             )
         steps += found
+    if kept := _rest([base, *steps][-1]):
+        return climb_by(composition, kept, instrument, wanted, begin_at)
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"

@@ -1,0 +1,80 @@
+"""Samples that no model follows, as they stand alone in what it leaves: disturbances.
+
+What belongs here: finding them in the residual of a fit. What does not: those so far off that the
+samples alone show them (``inspection.disturbances``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.ndimage import binary_closing, median_filter, percentile_filter
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.inspection.finding import spans_of
+from tissue_probe.signals import BoolArray, FloatArray
+
+#: An outlier is off by more than this many standard deviations of what is left around it: of white
+#: noise one sample in 26 million is.
+FAR = 5.5
+#: And those right before and after by less: what a model lacks comes and goes within some samples.
+NEXT = 3.5
+#: Samples in a row at the most, and between two such rows at least.
+LONGEST, APART = 8, 20
+#: Samples around, of which the median is what a model leaves, and the spread the noise.
+AROUND, SPREAD = 25, 151
+#: What comes more often than in this share of the samples is something that the model lacks.
+RARE = 0.01
+#: Residual over noise of the rest above which a model lacks so much that nothing is said.
+NEARLY = 2.5
+
+
+def without_outliers(fit: Fit) -> list[Measurement] | None:
+    """Return what was fitted without the outliers of a fit; None where there are none."""
+    pairs = zip(fit.measurements, fit.residuals, strict=True)
+    found = [outliers(residual, measurement) for measurement, residual in pairs]
+    count = sum(int(np.sum(each)) for each in found)
+    if not 0 < count <= RARE * fit.samples or _left(fit, found) > NEARLY:
+        return None
+    return [
+        replace(measurement, used=measurement.used & ~each, noise=0.0)
+        if each.any()
+        else measurement
+        for measurement, each in zip(fit.measurements, found, strict=True)
+    ]
+
+
+def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
+    """Return residual over noise, root mean square, without the outliers."""
+    over_noise = [
+        (residual / measurement.noise)[measurement.used & ~each]
+        for residual, measurement, each in zip(
+            fit.residuals, fit.measurements, outliers, strict=True
+        )
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(over_noise) ** 2)))
+
+
+def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
+    """Tell the samples that are off for a short time, and at once."""
+    off = np.abs(residual - median_filter(residual, AROUND))
+    usual = np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise)
+    far = binary_closing(np.pad(off > FAR * usual, LONGEST), np.ones(3))[LONGEST:-LONGEST]
+    outliers = np.zeros(off.size, dtype=bool)
+    for first, stop in _alone(list(spans_of(far))):
+        beside = [place for place in (first - 1, stop) if 0 <= place < off.size]
+        if all(off[place] < NEXT * usual[place] for place in beside):
+            outliers[first:stop] = True
+    return outliers & measurement.used
+
+
+def _alone(spans: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Yield those spans that are short and far from any other."""
+    for place, (first, stop) in enumerate(spans):
+        before = spans[place - 1][1] if place else -APART
+        after = spans[place + 1][0] if place + 1 < len(spans) else np.inf
+        if stop - first <= LONGEST and first - before >= APART and after - stop >= APART:
+            yield first, stop
