@@ -287,3 +287,10 @@ class TissueEstimates:
         """Join the estimates of one estimator, in the order given."""
         columns = zip(*(part.arrays() for part in parts), strict=True)
         return TissueEstimates(parts[0].estimator, *(np.concatenate(c) for c in columns))
+
+
+def spans_of(marked: BoolArray) -> Iterator[tuple[int, int]]:
+    """Yield (first, stop) of each run of marked samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(np.int8)))
+    for first, stop in zip(edges[::2], edges[1::2], strict=True):
+        yield int(first), int(stop)

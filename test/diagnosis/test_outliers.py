@@ -70,7 +70,8 @@ def test_what_stands_alone_in_white_noise_is_all_that_is_left_out(at, length, he
     thrown = disturbed(noise, at=sorted(set(at)), rows=[length] * len(set(at)), height=height)
     seen = Measurement(np.zeros(2000), thrown, 5e-4, noise=1.0)
     left = outliers(thrown, seen)
-    assert set(np.flatnonzero(left)) <= {first + i for first in at for i in range(length)}
+    near = {first + i for first in at for i in range(-3, length + 3)}
+    assert set(np.flatnonzero(left)) <= near  # noise may be as far off there
     assert np.count_nonzero(left) >= 0.9 * length * len(set(at))
 
 

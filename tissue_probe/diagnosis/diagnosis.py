@@ -25,7 +25,7 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.disturbances import bridged
-from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
+from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
@@ -36,7 +36,7 @@ from tissue_probe.physics.effects.channel_delay import LONGEST
 from tissue_probe.physics.rigs import admits, obstacle
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
-from tissue_probe.signals import BoolArray
+from tissue_probe.signals import BoolArray, spans_of
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")

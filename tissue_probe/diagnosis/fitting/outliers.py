@@ -14,14 +14,13 @@ from scipy.ndimage import binary_closing, median_filter, percentile_filter
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Measurement
-from tissue_probe.diagnosis.inspection.finding import spans_of
-from tissue_probe.signals import BoolArray, FloatArray
+from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
-#: An outlier is off by more than this many standard deviations of what is left around it: of white
-#: noise one sample in 26 million is.
-FAR = 5.5
-#: And those right before and after by less: what a model lacks comes and goes within some samples.
-NEXT = 3.5
+#: A row of outliers is off by this many standard deviations of what is left around it, at the worst
+#: and at the least: of white noise one sample in 26 million is at the worst.
+FAR, NEXT = 5.5, 3.5
+#: And that at once, by this many from a sample to the next: what a model lacks comes more slowly.
+EDGE = 2.5
 #: Samples in a row at the most, and between two such rows at least.
 LONGEST, APART = 8, 20
 #: Samples around, of which the median is what a model leaves, and the spread the noise.
@@ -62,19 +61,23 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     """Tell the samples that are off for a short time, and at once."""
     off = np.abs(residual - median_filter(residual, AROUND))
     usual = np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise)
-    far = binary_closing(np.pad(off > FAR * usual, LONGEST), np.ones(3))[LONGEST:-LONGEST]
-    outliers = np.zeros(off.size, dtype=bool)
-    for first, stop in _alone(list(spans_of(far))):
-        beside = [place for place in (first - 1, stop) if 0 <= place < off.size]
-        if all(off[place] < NEXT * usual[place] for place in beside):
-            outliers[first:stop] = True
-    return outliers & measurement.used
+    over = np.pad(off / usual, LONGEST)
+    found = np.zeros(over.size, dtype=bool)
+    for first, stop in _alone(over):
+        if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE:
+            found[first:stop] = True
+    return found[LONGEST:-LONGEST] & measurement.used
 
 
-def _alone(spans: list[tuple[int, int]]) -> Iterator[tuple[int, int]]:
-    """Yield those spans that are short and far from any other."""
-    for place, (first, stop) in enumerate(spans):
-        before = spans[place - 1][1] if place else -APART
-        after = spans[place + 1][0] if place + 1 < len(spans) else np.inf
+def _alone(over: FloatArray) -> Iterator[tuple[int, int]]:
+    """Yield (first, stop) of each row that is short, and far from any other.
+
+    Up to two samples within it may be less off.
+    """
+    rows = spans_of(binary_closing(over > NEXT, np.ones(3)))
+    worst = [(first, stop) for first, stop in rows if over[first:stop].max() > FAR]
+    for place, (first, stop) in enumerate(worst):
+        before = worst[place - 1][1] if place else -APART
+        after = worst[place + 1][0] if place + 1 < len(worst) else np.inf
         if stop - first <= LONGEST and first - before >= APART and after - stop >= APART:
             yield first, stop

@@ -12,8 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import percentile_filter
 
-from tissue_probe.diagnosis.inspection.finding import spans_of
-from tissue_probe.signals import BoolArray, FloatArray
+from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: Share of a cubic through the neighbours that each of them has.
 _CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0

@@ -5,11 +5,7 @@ What belongs here: the record of a finding. What does not: finding it (``inspect
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -38,10 +34,3 @@ class Finding:
     def samples(self) -> int:
         """How many samples it concerns, where it concerns some."""
         return sum(stop - first for first, stop in self.spans)
-
-
-def spans_of(marked: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield (first, stop) of each run of marked samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(np.int8)))
-    for first, stop in zip(edges[::2], edges[1::2], strict=True):
-        yield int(first), int(stop)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.inspection.channel import Channel
-from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
+from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.response_checks import check_response, check_size
 from tissue_probe.diagnosis.inspection.sampling_checks import check_sampling, check_times
 from tissue_probe.diagnosis.inspection.value_checks import check_values
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, spans_of
 
 _FEWEST = 16  # samples that the checks of values need
 

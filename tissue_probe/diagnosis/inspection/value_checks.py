@@ -13,9 +13,9 @@ from scipy.ndimage import maximum_filter1d
 
 from tissue_probe.diagnosis.inspection.channel import Channel
 from tissue_probe.diagnosis.inspection.disturbances import alone, disturbed, turning_sharply
-from tissue_probe.diagnosis.inspection.finding import Finding, spans_of
+from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.repeats import Runs, clipped, stuck
-from tissue_probe.signals import BoolArray
+from tissue_probe.signals import BoolArray, spans_of
 
 _LARGE = 0.03  # share of the rms that what stands alone exceeds
 _FOLLOWING = 21  # samples about a sharp turn of the position in which the force follows it
