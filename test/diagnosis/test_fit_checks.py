@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from hidden import challenge, measurement
 from shaken import PERIOD, TIMES, push, shaken
 from shaken import Specimen as Shaken
 from specimen import Specimen, chirp, sine
@@ -127,3 +128,15 @@ def test_a_position_that_a_force_drives_may_wander():
     fit = fit_base(Composition("force_driven"), [seen], instrument)
     assert names(fit) == []
     assert names(replace(fit, residuals=(seen.position + 0.1 * TIMES**2,))) == []
+
+
+def test_a_force_that_no_spring_of_the_load_cell_lets_through_has_other_units():
+    """Millinewtons taken for newtons: no tissue is felt as stiffer than the spring before it."""
+    made = challenge(706002, rig="tolerant").recording
+    seen = measurement(replace(made, force=1e3 * made.force))
+    fit = fit_base(Composition(), [seen], Instrument())
+    (finding,) = check_fit(fit, fit)
+    assert finding.name == "suspicious_units"
+    assert "--force-unit" in finding.sentence
+    assert "suspicious_units" not in names(fitted(SOFT))
+    assert "suspicious_units" not in names(fitted(NOTHING, sine(60.0)))

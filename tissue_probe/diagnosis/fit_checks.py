@@ -31,7 +31,9 @@ STIFFEST, BEYOND_CELL = 1e5, 5.0
 
 
 def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
-    """Yield ``not_followed``, ``no_tissue`` or ``no_contact``, where a fit shows it.
+    """Yield ``suspicious_units``, and ``not_followed``, ``no_tissue`` or ``no_contact``.
+
+    Each where a fit shows it.
 
     Parameters
     ----------
@@ -48,6 +50,13 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
             f"{FORCE.tell(base.rmse)} is {100 * base.rmse / _size(base):.3g} % of the force's rms. "
             "Check the units of position and force (--position-unit, --force-unit), their "
             "polarity, whether both belong together in time, and the rig's constants.",
+        )
+    elif _felt(base) > BEYOND_CELL * _cell(base) and not explained(final):
+        yield Finding(
+            "suspicious_units",
+            f"Force over position is {_felt(base):.3g} N/m, and the load cell's spring, through "
+            f"which it is felt, has {_cell(base):.4g} N/m: check the units (--position-unit, "
+            "--force-unit), or state the spring (--constant load_cell_stiffness).",
         )
     elif _is_too_stiff(base) and _is_too_stiff(final):
         yield Finding("no_tissue", _no_tissue(final))
@@ -82,6 +91,14 @@ def _is_too_stiff(fit: Fit) -> bool:
     if stiffness > BEYOND_CELL * _cell(fit):
         return True
     return stiffness > max(STIFFEST, CERTAIN * deviation)
+
+
+def _felt(fit: Fit) -> float:
+    """Return the rms of the force's changes over that of the position's [N/m].
+
+    Through a spring it is no more than that of the spring, if no mass is in resonance with it.
+    """
+    return float(max(np.std(m.force) / np.std(m.position) for m in fit.measurements))
 
 
 def _cell(fit: Fit) -> float:
