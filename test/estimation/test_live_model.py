@@ -6,6 +6,7 @@ import pytest
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.library import effects
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.response import course, respond
 from tissue_probe.settings import SettingsError
@@ -175,12 +176,62 @@ def test_strengths_can_be_estimated_too(tmp_path):
     assert free.stiffness[-1] == pytest.approx(450.0, rel=0.02)
 
 
-REFUSED = {
-    "channel_delay": "channel_delay cannot run live: its force is that of an earlier position",
-    "backlash": "backlash cannot run live: it remembers which way the play was taken up",
-    "stiffness_step": "stiffness_step cannot run live: it happens at a time of the recording",
-    "stiffness_ramp": "stiffness_ramp cannot run live: it happens at a time of the recording",
-}
+@pytest.mark.slow
+@pytest.mark.parametrize("delay", [3e-4, 2.2e-3, -1.3e-3])
+def test_a_channel_that_is_late_is_read_as_late(delay, tmp_path):
+    composition = Composition(effects=(EFFECTS["channel_delay"],))
+    block = measured(composition, channel_delay=delay)
+    path = written(tmp_path / "model.yaml", composition, channel_delay=delay)
+    plain = Estimator("robust_ekf", EstimatorSettings()).process(block)
+    improved = Estimator("robust_ekf", EstimatorSettings(model=path))
+    cut = [improved.process(block[i : i + 7]) for i in range(0, len(block), 7)]
+    estimates = TissueEstimates.concatenate(cut)
+    assert rms(last_half(estimates).innovation) < 1.05 * NOISE
+    assert rms(last_half(plain).innovation) > rms(last_half(estimates).innovation)
+    assert estimates.stiffness[-1] == pytest.approx(450.0, rel=0.01)
+    assert estimates.damping[-1] == pytest.approx(5.0, rel=0.02)
+    assert abs(plain.damping[-1] - 5.0) > 5 * abs(estimates.damping[-1] - 5.0)
+    whole = Estimator("robust_ekf", EstimatorSettings(model=path)).process(block)
+    np.testing.assert_array_equal(whole.innovation, estimates.innovation)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["stiffness_step", "stiffness_ramp"])
+def test_a_stiffness_that_changes_is_followed_whenever_it_does(effect, tmp_path):
+    composition = Composition(effects=(EFFECTS[effect],))
+    path = written(tmp_path / "model.yaml", composition)
+    block = measured(Composition())
+    plain = Estimator("robust_ekf", EstimatorSettings()).process(block)
+    improved = Estimator("robust_ekf", EstimatorSettings(model=path)).process(block)
+    np.testing.assert_allclose(improved.stiffness, plain.stiffness, rtol=1e-6, atol=1e-6)
+
+
+REFUSED = {"backlash": "backlash cannot run live: it remembers which way the play was taken up"}
+
+
+TIMED = """
+import sympy as sp
+from tissue_probe.physics.effects.effect import INDENTATION, TIME, Effect, Parameter
+
+RATE = sp.Symbol("thawing_rate", real=True)
+EFFECT = Effect(
+    name="thawing",
+    family="time-varying",
+    physics="The tissue stiffens less and less as it thaws",
+    parameters=(Parameter(RATE, "N/(m^3 s)", default=1e6, lower=-1e9, upper=1e9),),
+    force=RATE * TIME * INDENTATION**3,
+)
+"""
+
+
+def test_what_changes_with_the_time_of_its_recording_is_refused(tmp_path):
+    file = tmp_path / "thawing.py"
+    file.write_text(TIMED)
+    (thawing,) = (effects([file])[name] for name in ["thawing"])
+    composition, path = Composition(effects=(thawing,)), tmp_path / "model.yaml"
+    save(path, composition, default_values(composition), {}, effect_files=[file])
+    with pytest.raises(SettingsError, match="thawing cannot run live: it happens at a time of the"):
+        Estimator("robust_ekf", EstimatorSettings(model=str(path)))
 
 
 @pytest.mark.parametrize("effect", REFUSED)

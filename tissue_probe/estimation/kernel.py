@@ -34,10 +34,13 @@ class Kernel:
         (settings, sample period [s]) -> ``constants``.
     code : MachineCode
         Has the entries ``start_on``, ``reopen_on`` and ``run_on`` (see ``entries``).
+    delay : float
+        Time by which the force is late against the position [s]; negative where the position is.
     """
 
     constants: Callable[[EstimatorSettings, float], FloatArray]
     code: MachineCode
+    delay: float = 0.0
 
     @property
     def size(self) -> int:
@@ -91,7 +94,7 @@ class KalmanFilter:
         def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
             return layout.constants(live.with_tool(settings), sample_period)
 
-        return Kernel(constants, code)
+        return Kernel(constants, code, live.delay)
 
     @property
     def _name(self) -> str:

@@ -18,7 +18,13 @@ import sympy as sp
 from tissue_probe.estimation.layout import Layout, Prior
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.effects.effect import POSITION, POSITION_RATE, TIME, State
+from tissue_probe.physics.effects.effect import (
+    INDENTATION,
+    POSITION,
+    POSITION_RATE,
+    TIME,
+    State,
+)
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.model_file import FittedModel, load
 from tissue_probe.physics.rigs import compliant_probe
@@ -64,13 +70,21 @@ class LiveModel:
         known = {name: self.values[name] for name in names if name not in TOOL}
         return Layout(states, extra, known, self.priors)
 
+    @property
+    def delay(self) -> float:
+        """Time by which the force is late against the position [s]."""
+        return self._valued(self.model.delay)
+
     def with_tool(self, settings: EstimatorSettings) -> EstimatorSettings:
         """Return the settings with the file's tool, and its encoder's steps where it tells them."""
         tool = {name: self.values[name] for name in TOOL}
-        step = sp.sympify(self.model.rounded)
-        rounded = float(step.subs({s: self.values[str(s)] for s in step.free_symbols}))
+        rounded = self._valued(self.model.rounded)
         tool["encoder_resolution"] = max(settings.encoder_resolution, rounded)
         return settings.model_copy(update=tool)
+
+    def _valued(self, expression: sp.Expr) -> float:
+        expression = sp.sympify(expression)
+        return float(expression.subs({s: self.values[str(s)] for s in expression.free_symbols}))
 
 
 def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
@@ -80,6 +94,9 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     parameters are held at the file's values; with ``estimate_effects`` their strengths are
     estimated, from the file's value give or take half of it. What follows the clock (hum, drift,
     breathing) began at another phase in the file's recording: its strengths are always estimated.
+
+    What changes the tissue's stiffness at a time of that recording is left out: stiffness is
+    estimated. Where a channel is late, the other is read as late, and the estimates are of then.
 
     A switch, such as contact, remembers nothing live: it is on where it would come on. So adhesion
     holds the tip only while it is in the tissue, as without it; friction that sticks creeps.
@@ -101,11 +118,12 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     composition = fitted.composition
     for reason in _refusals(fitted):
         raise SettingsError(f"{path}: {reason}")
+    effects = [each for each in composition.all_effects if not _is_followed(each)]
     model = compliant_probe(
-        composition.all_effects, force_offset, TISSUES[composition.tissue], contact_position=True
+        effects, force_offset, TISSUES[composition.tissue], contact_position=True
     )
     priors = {str(state.symbol): _of_state(state, settings) for state in model.begin[2:]}
-    for effect in composition.all_effects:
+    for effect in effects:
         priors |= _strengths(effect, fitted.values, settings.estimate_effects)
     return LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
 
@@ -118,8 +136,6 @@ def _refusals(fitted: FittedModel) -> list[str]:
     if composition.tissue == "maxwell":
         return ["the tissue maxwell cannot run live: a damping of 0, where filters begin, ends it"]
     said = {
-        "its force is that of an earlier position: set the channels' delay right where they are "
-        "sampled": lambda effect: effect.delay != 0,
         "it remembers which way the play was taken up": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE)
         ),
@@ -136,8 +152,37 @@ def _refusals(fitted: FittedModel) -> list[str]:
         f"{effect.name} cannot run live: {why}; fit the model without it"
         for effect in composition.all_effects
         for why, applies in said.items()
-        if applies(effect)
+        if applies(effect) and not _is_followed(effect)
     ]
+
+
+def _is_followed(effect: Effect) -> bool:
+    """Whether an effect is another stiffness at another time, and nothing else."""
+    stiffness = sp.sympify(effect.force) / INDENTATION
+    symbols = {*stiffness.free_symbols}
+    known = {TIME, *(p.symbol for p in effect.parameters), *(s.symbol for s in effect.switches)}
+    timed = stiffness.has(TIME) or any(
+        sp.sympify(side).has(TIME) for switch in effect.switches for side in (switch.on, switch.off)
+    )
+    same = replace(effect, force=sp.S.Zero, switches=())
+    return timed and symbols <= known and not effect.states and _acts_nowhere(same)
+
+
+def _acts_nowhere(effect: Effect) -> bool:
+    none = Effect(effect.name, effect.family, effect.physics)
+    acts = (
+        "force",
+        "contact",
+        "surface",
+        "drag",
+        "moving",
+        "inertia",
+        "coil",
+        "stretch",
+        "engaged",
+    )
+    acts += ("cell", "output", "position", "delay", "rounded")
+    return all(getattr(effect, field) == getattr(none, field) for field in acts)
 
 
 def _estimating(model: Model, priors: Mapping[str, Prior]) -> Model:
@@ -178,7 +223,8 @@ def _strengths(effect: Effect, values: Mapping[str, float], wanted: bool) -> dic
         return {}
     periodic = any(angle.has(TIME) for e in clocked for angle in e.atoms(sp.sin, sp.cos))
     priors = {}
-    fixed = {*effect.position.free_symbols, *sp.sympify(effect.rounded).free_symbols}
+    of_channels = (effect.position, sp.sympify(effect.rounded), sp.sympify(effect.delay))
+    fixed = {symbol for expression in of_channels for symbol in expression.free_symbols}
     strengths = [p for p in effect.parameters[: effect.strengths] if p.symbol not in fixed]
     for entry in strengths:
         own = values[entry.name]
