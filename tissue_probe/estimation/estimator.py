@@ -10,11 +10,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from tissue_probe.estimation.late import Late
+from tissue_probe.alignment import Alignment
 from tissue_probe.estimation.run import Run
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.estimation.table import ESTIMATORS
-from tissue_probe.signals import FloatArray, SampleBlock, TissueEstimates, sample_offsets
+from tissue_probe.signals import SampleBlock, TissueEstimates, sample_offsets
 
 #: Samples that come again within this time are taken for repeats [ns].
 REPEAT_WINDOW = 1_000_000_000
@@ -66,7 +66,7 @@ class Estimator:
         self.gaps = self.lost = self.missing = self.repeats = self.restarts = 0
         self._kernel = ESTIMATORS[name].kernel(settings)
         self._run: Run | None = None
-        self._late = Late(0.0)
+        self._alignment = Alignment(0.0)
         self._sample_period = 0.0
         self._expected = 0
         self._end = 0
@@ -85,7 +85,8 @@ class Estimator:
         stamps = block.stamp + _offsets(count, block.sample_period)
         estimates = np.empty((11, count))
         begin = 0
-        self._run.take(*self._together(block), estimates)
+        aligned = self._alignment.apply(block.position, block.force)
+        self._run.take(*aligned, estimates)
         while self._restart_stamps:
             index = int(np.searchsorted(stamps, self._restart_stamps[0]))
             if index >= count:
@@ -96,14 +97,6 @@ class Estimator:
             begin = index
         self.missing += self._run.filter(begin, count)
         return self._estimates(stamps, block.sequence, estimates)
-
-    def _together(self, block: SampleBlock) -> tuple[FloatArray, FloatArray]:
-        """Return position and force of one time where one of them is late."""
-        if self._kernel.delay > 0.0:
-            return self._late.read(block.position), block.force
-        if self._kernel.delay < 0.0:
-            return block.position, self._late.read(block.force)
-        return block.position, block.force
 
     def restart(self) -> None:
         """Forget everything learnt."""
@@ -130,11 +123,11 @@ class Estimator:
             self.gaps += 1
             self.lost += block.sequence - self._expected
             self._run.reopen()
-            self._late.restart()
+            self._alignment = self._aligning()
         elif block.sequence < self._expected:
             if self._begins_anew(block):
                 self.restart()
-                self._late.restart()
+                self._alignment = self._aligning()
             else:
                 known = min(self._expected - block.sequence, len(block))
                 self.repeats += known
@@ -156,7 +149,11 @@ class Estimator:
             self.restarts += 1
         self._sample_period = block.sample_period
         self._run = Run(self._kernel, self.settings, block.sample_period)
-        self._late = Late(abs(self._kernel.delay) / block.sample_period)
+        self._alignment = self._aligning()
+
+    def _aligning(self) -> Alignment:
+        """Return what brings force and position together where the model says that one is late."""
+        return Alignment(self._kernel.delay / self._sample_period)
 
     def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:
         sequence = np.arange(first, first + stamps.size)

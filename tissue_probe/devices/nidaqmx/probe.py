@@ -12,7 +12,7 @@ from nidaqmx.constants import AcquisitionType, TerminalConfiguration
 from nidaqmx.errors import Error
 from nidaqmx.stream_writers import AnalogSingleChannelWriter
 
-from tissue_probe.devices.alignment import Alignment
+from tissue_probe.alignment import Alignment
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.nidaqmx.connection import Connection

@@ -43,6 +43,8 @@ MOST = 3
 LEADING = 0.2
 #: None is tried on an effect that alone leaves this many times the best's cost.
 BEHIND = 25.0
+#: How often outliers are left out: those of the first effect, and of what came of it.
+ROUNDS = 3
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ def climb(
     instrument: Instrument,
     library: Mapping[str, Effect],
     begin_at: Mapping[str, float] | None = None,
+    rounds: int = ROUNDS,
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
@@ -127,13 +130,15 @@ def climb(
         What may be added.
     begin_at : mapping of str to float, optional
         Values at which the search for the model itself begins, see ``fit_base``.
+    rounds : int
+        How often outliers are left out at the most.
     """
     base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library).values()
     ranking = ranked(fit_candidates(base, allowed, instrument))
     best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
-    if kept := _rest(best_so_far):
-        return climb(composition, kept, instrument, library, begin_at)
+    if kept := _rest(best_so_far, rounds):
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1)
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
@@ -156,8 +161,8 @@ def climb(
         if not any(_leads(base, fit) for fit in _alone(longer[-1], ranking)):
             break
         best, paths = longer, [longer]
-    if kept := _rest(best[-1]):
-        return climb(composition, kept, instrument, library, begin_at)
+    if kept := _rest(best[-1], rounds):
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1)
     steps = _needed(best, further)
     first = steps[0]
     if len(steps) == 1:
@@ -176,9 +181,9 @@ def climb(
     )
 
 
-def _rest(fit: Fit) -> list[Measurement] | None:
+def _rest(fit: Fit, rounds: int) -> list[Measurement] | None:
     """Return what was fitted without its outliers, where anything else than noise is left."""
-    return None if explained(fit) else without_outliers(fit)
+    return None if explained(fit) or rounds == 0 else without_outliers(fit)
 
 
 def climb_by(
@@ -187,6 +192,7 @@ def climb_by(
     instrument: Instrument,
     wanted: Sequence[Effect],
     begin_at: Mapping[str, float] | None = None,
+    rounds: int = ROUNDS,
 ) -> Ladder:
     """Fit a model, and add the effects that are asked for, in turn; else as ``climb``.
 
@@ -204,8 +210,8 @@ def climb_by(
                 f"{effect.name} cannot be fitted to these measurements of a {composition.rig}"
             )
         steps += found
-    if kept := _rest([base, *steps][-1]):
-        return climb_by(composition, kept, instrument, wanted, begin_at)
+    if kept := _rest([base, *steps][-1], rounds):
+        return climb_by(composition, kept, instrument, wanted, begin_at, rounds - 1)
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"

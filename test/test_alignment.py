@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.devices.alignment import Alignment
+from tissue_probe.alignment import Alignment
 
 T = np.arange(4000) * 5e-4
 
