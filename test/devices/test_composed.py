@@ -89,6 +89,7 @@ SIMULATED = [
     "standard_linear_solid", "hertz_contact", "contact_loss", "coulomb_friction", "backlash",
     "structural_mode", "load_cell_stiffness_error", "tissue_motion", "force_lag", "mains_hum",
     "encoder_interpolation", "stiffness_ramp", "coulomb_friction 1", "stribeck_friction 1",
+    "channel_delay",
 ]  # fmt: skip
 
 
@@ -147,9 +148,6 @@ def test_a_recording_tells_the_model(probe, tmp_path):
 
 
 def test_what_cannot_be_simulated_is_refused_in_one_sentence(probe, tmp_path):
-    delay = written(tmp_path / "delay.yaml", Composition(effects=(EFFECTS["channel_delay"],)))
-    with pytest.raises(DeviceError, match="channel_delay cannot be simulated by the probe"):
-        probe(model=delay)
     for rig in ("rigid_probe", "force_driven"):
         other = written(tmp_path / "other.yaml", Composition(rig))
         with pytest.raises(DeviceError, match=f"the rig is {rig}"):

@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 from numba import njit, types
 
+from tissue_probe.alignment import Alignment
 from tissue_probe.devices.device import DeviceError
 from tissue_probe.physics import compiled
 from tissue_probe.physics.composition import Composition
@@ -90,12 +91,6 @@ class ComposedProbe:
                 f"{path}: the rig is {composition.rig}, but the simulated probe is a "
                 "compliant_probe"
             )
-        for effect in composition.all_effects:
-            if effect.delay != 0:
-                raise DeviceError(
-                    f"{path}: {effect.name} cannot be simulated by the probe, whose channels are "
-                    "sampled at one time; fit the model without it"
-                )
         with_stage = Composition(
             "compliant_probe", composition.tissue, (*composition.effects, STAGE)
         )
@@ -113,6 +108,7 @@ class ComposedProbe:
         self._true = None
         if model.position != POSITION:
             self._true = sp.lambdify((POSITION, TIME), model.position.subs(known), "numpy")
+        self._late = float(sp.sympify(model.delay).subs(known)) / sample_period
         self.start(0.0)
         self._substeps = self._needed_substeps(stiffest)
 
@@ -124,6 +120,8 @@ class ComposedProbe:
         self._values[-1] = float(depth >= 0.0)
         self._kernel.begin(self._values, 0.0, 0.0, self._state[FIRST:])
         self._count = 0
+        # The channel that is late is delayed, where a measurement would delay the other.
+        self._delaying = Alignment(-self._late)
 
     def advance(
         self, command: FloatArray, relative: tuple[float, float], depth: float
@@ -156,7 +154,7 @@ class ComposedProbe:
             raise DeviceError("the simulated model diverges: check the values in the model file")
         times = (self._count + np.arange(command.size)) * self._period
         self._count += command.size
-        return self._measured(position, times), force
+        return self._delaying.apply(self._measured(position, times), force)
 
     def _measured(self, true: FloatArray, times: FloatArray) -> FloatArray:
         """Return what an encoder that errs shows; the model tells the true of the shown."""
