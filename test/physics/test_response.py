@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from composed import PERIOD, force_of, halved, risen, values_of, vibrating
+from composed import FORMS, PERIOD, force_of, halved, risen, values_of, vibrating
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -269,3 +269,29 @@ def test_friction_is_followed_as_closely_however_fast_the_probe_is(effect):
     force = force_of(composition, values, chirp).output
     finer = force_of(composition, values, fine, PERIOD / 16).output[::16]
     assert np.sqrt(np.mean((force - finer) ** 2)) < 1e-3  # a fifth of the load cell's noise
+
+
+@pytest.mark.parametrize("name", ["backlash", "contact_loss", "coulomb_friction_1"])
+@pytest.mark.parametrize("delay", [7e-5, 2.3e-3, -8e-4])
+def test_what_switches_answers_to_an_input_that_is_late(name, delay):
+    """A force with kinks is no spline through its samples: those lie elsewhere when it is late."""
+    alone = Composition().plus(FORMS[name])
+    composition = alone.plus(EFFECTS["channel_delay"])
+    times = np.arange(1500) * PERIOD
+    late = force_of(composition, values_of(composition, channel_delay=delay), vibrating(times))
+    expected = force_of(alone, values_of(alone), vibrating(np.maximum(times - delay, 0.0))).output
+    inside = times > 0.02
+    inside &= times < times[-1] - 2e-3
+    off = (late.output - expected)[inside]
+    assert np.sqrt(np.mean(off**2)) < 2e-4 * np.ptp(expected)
+    step = 1e-6
+    above, below = (
+        force_of(composition, values_of(composition, channel_delay=d), vibrating(times)).output
+        for d in (delay + step, delay - step)
+    )
+    column = len(composition.kernel.states) + composition.kernel.values.index("channel_delay")
+    slope = ((above - below) / (2 * step))[inside]
+    found = late.sensitivity[inside, column]
+    # Where a switch turns at a sample the quotient of differences tells nothing.
+    assert np.median(np.abs(found - slope)) < 1e-3 * np.std(slope)
+    assert np.corrcoef(found, slope)[0, 1] > 0.99

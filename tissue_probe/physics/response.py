@@ -55,8 +55,9 @@ class Kernel:
         Numbers of start and values by which the coil's course changes.
     moves_position : bool
         Whether the true course is another than what is measured.
-    delays : bool
-        Whether the output is read later, or the input, than it says.
+    delays, shifts : bool
+        Whether the output is read later, or earlier; whether the model answers to an input of
+        earlier, or of later.
     delay, rounded : int
         Numbers of the values that say by how much [s], and how coarse the encoder is [m]; or -1.
     late : float
@@ -76,6 +77,7 @@ class Kernel:
     course_columns: list[int]
     moves_position: bool
     delays: bool
+    shifts: bool
     delay: int
     late: float
     rounded: int
@@ -188,11 +190,35 @@ def course(
     changed = np.zeros((len(kernel.course_columns), measured.size))
     if kernel.moves_position:
         kernel.position(begins + np.arange(true.size) * period, true, values, changed)
+    if kernel.shifts:
+        true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay])
+        changed[-1] *= kernel.late
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
         changes[row] = cubics(change, period)
     columns = np.array(kernel.course_columns, dtype=np.int64)
     return Course(cubics(true, period), period, changes, columns, begins)
+
+
+def _shifted(
+    true: FloatArray, changed: FloatArray, period: float, delay: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return a course and its changes as they were earlier; the last change is that by the delay.
+
+    Beyond either end the course goes on as fast as there.
+    """
+    read, rate = later(np.column_stack([true, *changed[:-1]]), period, delay)
+    pieces = cubics(true, period)
+    last = np.polynomial.polynomial.polyval(
+        period, [pieces[2, -1], 2 * pieces[1, -1], 3 * pieces[0, -1]]
+    )
+    off = np.arange(true.size) * period - delay
+    for beyond, over, at, slope in (
+        (off < 0.0, off, true[0], pieces[2, 0]),
+        (off > (true.size - 1) * period, off - (true.size - 1) * period, true[-1], last),
+    ):
+        read[beyond, 0], rate[beyond] = at + slope * over[beyond], slope
+    return read[:, 0].copy(), np.stack([*read[:, 1:].T, -rate])
 
 
 @lru_cache(maxsize=16)

@@ -34,6 +34,7 @@ linear = {linear}
 course_columns = {columns}
 moves_position = {moves}
 delays = {delays}
+shifts = {shifts}
 delay = {delay}
 late = {late}
 rounded = {rounded}
@@ -52,7 +53,10 @@ def source(model: Model) -> str:
     moves = [s for s in values if model.position.has(s)]
     late, delay = model.delay.as_coeff_Mul()
     delays = delay != 0 and late != 0
-    columns = [len(model.states) + values.index(s) for s in moves]
+    # What switches is not smooth: it answers to a late input instead of being read later itself.
+    shifts = delays and bool(model.switches)
+    moved = [*moves, delay] if shifts else moves
+    columns = [len(model.states) + values.index(s) for s in moved]
     constants = _Constants(values)
     functions = {
         "RATE": _Function(model, bool(columns), constants).rate(),
@@ -71,7 +75,8 @@ def source(model: Model) -> str:
         linear=_is_steady(model),
         columns=columns,
         moves=model.position != POSITION,
-        delays=delays,
+        delays=delays and not shifts,
+        shifts=shifts,
         delay=values.index(delay) if delays else -1,
         late=float(late),
         rounded=values.index(model.rounded) if model.rounded != 0 else -1,
