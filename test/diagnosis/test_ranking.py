@@ -58,6 +58,7 @@ def fit(effects, bic, ratio=1.0):
         made = replace(
             made,
             composition=made.composition.plus(effect),
+            entries=(*made.entries, *effect.parameters),
             values=np.append(made.values, [each.default for each in effect.parameters]),
         )
     made = replace(made, misfits=tuple(scale**2 * misfit for misfit in made.misfits))
