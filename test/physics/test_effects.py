@@ -157,3 +157,22 @@ def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_on
         speeds = {each["stribeck_velocity"] for each in effect.near(EXTENT, found)}
         assert (0.01 in speeds) is same
         assert min(speeds) < 0.01 < max(speeds)
+
+
+@pytest.mark.parametrize(
+    "stiffening", ["cubic_stiffening", "exponential_stiffening", "hertz_contact"]
+)
+@pytest.mark.parametrize("name", ["stiffness_step", "stiffness_ramp"])
+def test_a_stiffness_that_changes_does_so_in_all_that_is_elastic(name, stiffening):
+    """In the same proportion at every depth; relaxation and damping stay as they are."""
+    plain = Composition("rigid_probe").plus(EFFECTS[stiffening].plain)
+    changing = plain.plus(EFFECTS[name])
+    when = {"step_time": 0.2} if name == "stiffness_step" else {"ramp_duration": 0.2}
+    for depth in (3e-4, 2e-3):
+        held = np.full(1000, depth)
+        before = force_of(plain, values_of(plain), held).output
+        after = force_of(changing, values_of(changing, **when), held).output
+        known = {entry.name: entry.default for entry in changing.values}
+        grown = 1.0 + known[EFFECTS[name].parameters[0].name] / known["stiffness"]
+        assert after[-1] == pytest.approx(grown * before[-1], rel=1e-9)
+        assert after[0] == pytest.approx(before[0], rel=1e-9)

@@ -19,6 +19,7 @@ from tissue_probe.estimation.layout import Layout, Prior
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.effect import (
+    ELASTIC_DEPTH,
     INDENTATION,
     POSITION,
     POSITION_RATE,
@@ -158,7 +159,7 @@ def _refusals(fitted: FittedModel) -> list[str]:
 
 def _is_followed(effect: Effect) -> bool:
     """Whether an effect is another stiffness at another time, and nothing else."""
-    stiffness = sp.sympify(effect.force) / INDENTATION
+    stiffness = sp.sympify(effect.force).subs(ELASTIC_DEPTH, INDENTATION) / INDENTATION
     symbols = {*stiffness.free_symbols}
     known = {TIME, *(p.symbol for p in effect.parameters), *(s.symbol for s in effect.switches)}
     timed = stiffness.has(TIME) or any(

@@ -16,6 +16,7 @@ import sympy as sp
 from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
+    ELASTIC_DEPTH,
     FORCE,
     INDENTATION,
     NET_FORCE,
@@ -33,7 +34,7 @@ from tissue_probe.physics.tissues import EXTENSION
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
 SIGNALS = (
-    INDENTATION, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION, POSITION_RATE,
+    INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION, POSITION_RATE,
     TIME,
 )  # fmt: skip
 ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)

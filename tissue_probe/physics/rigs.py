@@ -15,6 +15,7 @@ import sympy as sp
 from tissue_probe import quantities
 from tissue_probe.physics.effects.effect import (
     DAMPING,
+    ELASTIC_DEPTH,
     FORCE,
     INDENTATION,
     NET_FORCE,
@@ -240,7 +241,8 @@ class _Pressed:
             INDENTATION: x - sum(effect.surface[0] for effect in effects),
             TIP_VELOCITY: v - sum(effect.surface[1] for effect in effects),
         }
-        self.bonded = self.at(tissue.force + sum(effect.force for effect in effects))
+        whole = tissue.force + sum(effect.force for effect in effects)
+        self.bonded = self.at(sp.sympify(whole).subs(ELASTIC_DEPTH, _elastic_depth(effects)))
         self.force = self.bonded
         for effect in effects:
             self.force = self.at(effect.contact).subs(TISSUE_FORCE, self.force)
@@ -330,6 +332,14 @@ def _placed(state: State, pressed: _Pressed, at: Callable[[sp.Expr], sp.Expr]) -
 def _through(coil: tuple[sp.Expr, sp.Expr], effect: Effect) -> tuple[sp.Expr, sp.Expr]:
     at = {POSITION: coil[0], POSITION_RATE: coil[1]}
     return tuple(side.subs(at, simultaneous=True) for side in effect.coil)
+
+
+def _elastic_depth(effects: Sequence[Effect]) -> sp.Expr:
+    """Return the force that indentation alone gives, over the stiffness [m]."""
+    forces = [sp.sympify(effect.force) for effect in effects]
+    values = {entry.symbol for effect in effects for entry in effect.parameters}
+    known = {INDENTATION, STIFFNESS, *values}
+    return INDENTATION + sum(f / STIFFNESS for f in forces if f.free_symbols <= known)
 
 
 def _stretched(effects: Sequence[Effect], stretch: sp.Expr) -> sp.Expr:

@@ -18,6 +18,7 @@ INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
 STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
 NET_FORCE = sp.Symbol("net_force", real=True)
+ELASTIC_DEPTH = sp.Symbol("elastic_depth", real=True)
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,9 @@ class Effect:
     parameters : tuple of Parameter
         What is to be estimated; the first is the effect's strength.
     force : Expr
-        Further force of the tissue on the tip [N], positive against indentation.
+        Further force of the tissue on the tip [N], positive against indentation. In it stands
+        ``ELASTIC_DEPTH`` [m] for all that is elastic over the stiffness: the indentation, and what
+        it is where the tissue stiffens.
     contact : Expr
         What becomes of ``TISSUE_FORCE`` [N], the sum of all forces of the tissue.
     surface : tuple of two Expr

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from tissue_probe.physics.effects.effect import INDENTATION, TIME, Effect, Extent, Parameter
+from tissue_probe.physics.effects.effect import ELASTIC_DEPTH, TIME, Effect, Extent, Parameter
 
 CHANGE = sp.Symbol("ramp_change", real=True)
 BEGIN = sp.Symbol("ramp_begin", real=True)
@@ -28,11 +28,11 @@ STIFFNESS_RAMP = Effect(
         Parameter(LENGTH, "s", default=1.0, lower=5e-3, upper=1e4),
     ),
     force=CHANGE
-    * INDENTATION
+    * ELASTIC_DEPTH
     * sp.Piecewise((0, TIME < BEGIN), (1, TIME > BEGIN + LENGTH), ((TIME - BEGIN) / LENGTH, True)),
     of_run=("ramp_begin", "ramp_duration"),
     starts=starts,
     simpler=("stiffness_step",),
-    assumptions="One ramp; the damping stays",
+    assumptions="One ramp, of all that is elastic alike; the damping stays",
     reference="Ljung, System Identification (1999), section 11.2, on time-varying systems",
 )

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import (
-    INDENTATION,
+    ELASTIC_DEPTH,
     TIME,
     Effect,
     Extent,
@@ -37,11 +37,11 @@ STIFFNESS_STEP = Effect(
         Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
         Parameter(INSTANT, "s", default=1.0, lower=0.0, upper=1e4),
     ),
-    force=CHANGE * AFTER * INDENTATION,
+    force=CHANGE * AFTER * ELASTIC_DEPTH,
     switches=(Switch(AFTER, sp.Integer(1), INSTANT - TIME, first=False),),
     of_run=("step_time",),
     starts=starts,
     near=near,
-    assumptions="One step; the damping stays",
+    assumptions="One step, of all that is elastic alike; the damping stays",
     reference="Basseville and Nikiforov, Detection of Abrupt Changes (1993), section 2.1",
 )
