@@ -34,8 +34,8 @@ from tissue_probe.physics.tissues import EXTENSION
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
 SIGNALS = (
-    INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION, POSITION_RATE,
-    TIME,
+    INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION,
+    POSITION_RATE, TIME,
 )  # fmt: skip
 ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which what an effect proposes is tried.
