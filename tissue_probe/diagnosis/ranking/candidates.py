@@ -27,6 +27,7 @@ from tissue_probe.diagnosis.ranking.starts import (
     pressed_in,
     proposed,
     start_values,
+    with_instant,
 )
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.physics.composition import Composition
@@ -362,16 +363,15 @@ class _Candidate:
 
         It is varied in one run after the other.
         """
-        runs, own, begun = self.problem.runs, instants(self.effect), []
+        runs, begun = self.problem.runs, []
         reach = extent(self.base, self.base.named(), self.effect)
-        tried = list(self.effect.starts(reach)) if own and runs.count > 1 else []
+        several = runs.count > 1 and instants(self.effect)
+        tried = list(self.effect.starts(reach)) if several else []
         for best in proposals if tried else ():
             for number in range(runs.count):
                 named = dict(zip(runs.names, best[1], strict=True))
                 for each in tried:
-                    instant = {name: each[name] for name in own if name in each}
-                    known = named | runs.told_in(number, instant)
-                    values = start_values(self.problem, known, None, {})
+                    values = with_instant(self.problem, named, self.effect, number, each)
                     promised = self._promise(values, best[2])
                     best = min(best, (promised, values, best[2]), key=lambda each: each[0])
             begun.append(best)

@@ -14,7 +14,13 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise, search
-from tissue_probe.diagnosis.ranking.starts import Values, extent, instants, start_values
+from tissue_probe.diagnosis.ranking.starts import (
+    Values,
+    extent,
+    instants,
+    start_values,
+    with_instant,
+)
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
@@ -63,26 +69,19 @@ def carried(
 
 def _at_instants(problem: Problem, best: Fit, effect: Effect, number: int) -> Fit:
     """Search from other instants of an effect in a run too: no step is sure to lead to them."""
-    own = instants(effect)
-    if own:
+    if instants(effect):
         reach = extent(best, best.named(), effect)
-        best = _from(problem, best, number, [_only(each, own) for each in effect.starts(reach)])
+        best = _from(problem, best, effect, number, effect.starts(reach))
         if effect.near:
             found = problem.runs.named_in(number, best.named())
-            near = [_only(each, own) for each in effect.near(reach, found)]
-            best = _from(problem, best, number, near)
+            best = _from(problem, best, effect, number, effect.near(reach, found))
     return best
 
 
-def _from(problem: Problem, best: Fit, number: int, tried: Iterable[Values]) -> Fit:
-    """Search from the most promising of other values in a run; return the best."""
-    runs, named = problem.runs, best.named()
-    every = [start_values(problem, named | runs.told_in(number, v), None, {}) for v in tried]
+def _from(problem: Problem, best: Fit, effect: Effect, number: int, tried: Iterable[Values]) -> Fit:
+    """Search from the most promising of other instants in a run; return the best."""
+    every = [with_instant(problem, best.named(), effect, number, each) for each in tried]
     promises = [promise(problem, values, best.starts) for values in every]
     chosen = [every[place] for place in np.argsort(promises, kind="stable")[:FOLLOWED]]
     fits = [search(problem, values, best.starts) for values in chosen]
     return min([best, *filter(None, fits)], key=lambda fit: fit.cost)
-
-
-def _only(values: Values, names: Iterable[str]) -> Values:
-    return {name: values[name] for name in names if name in values}

@@ -67,6 +67,14 @@ def instants(effect: Effect) -> list[str]:
     return [name for name in effect.of_run if name not in strengths]
 
 
+def with_instant(
+    problem: Problem, named: Values, effect: Effect, number: int, tried: Values
+) -> FloatArray:
+    """Return known values, but in a run an effect at the instants that are to be tried."""
+    instant = {name: tried[name] for name in instants(effect) if name in tried}
+    return start_values(problem, named | problem.runs.told_in(number, instant), None, {})
+
+
 def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     """How far the longest measurement reaches, by a fitted model with these values of its tissue.
 
