@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.signal import decimate
+from scipy.stats import gamma
 from specimen import Specimen, chirp, multisine, sine
 
 from tissue_probe.diagnosis.inspection.inspection import inspect
@@ -157,6 +158,17 @@ def test_positions_that_stand_alone_are_told_one_by_one(motion):
     assert found.name == "position_spikes"
     assert found.spans == tuple((index, index + 1) for index in disturbed)
     assert not found.fatal
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@pytest.mark.parametrize("lag", [0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0])
+def test_a_force_that_reverses_within_samples_is_no_disturbance(order, lag):
+    """As that of a drive whose friction turns: a step through lags of so many samples each."""
+    position, force = measure(motion="slow", seed=order)
+    sample = np.arange(force.size)
+    for turn, at in enumerate((1700.3, 3500.7, 5900.0)):
+        force += 2.0 * (-1) ** turn * gamma.cdf(sample - at, order, scale=lag)
+    assert names(position, force) == set()
 
 
 @pytest.mark.parametrize("step", [1e-6, 1e-5, 1e-4])

@@ -25,6 +25,8 @@ _BEND, _STEP = 0.55, 0.8
 _LONGEST, _SIDE = 8, 4
 #: Those to either side are off by less than this many times what is usual, and this share.
 _QUIET, _SHARE = 3.0, 0.15
+#: Both ends of a row are off by this share of it, to one side: at a bend less, at a step to both.
+_ABRUPT = 0.6
 
 
 def disturbed(
@@ -59,20 +61,21 @@ def alone(values: FloatArray, large: float) -> BoolArray:
     as much, as by a spike: a step throws one off as far, a bend both by half.
     """
     off = _off(values)
-    near = np.stack([np.roll(off, 1), np.roll(off, -1)])
+    near = -np.stack([np.roll(off, 1), np.roll(off, -1)]) * np.sign(off)
+    off = np.abs(off)
     shaped = ((near > _BEND * off) & (near < _STEP * off)).all(axis=0)
     return shaped & turning_sharply(values) & (off > large)
 
 
 def turning_sharply(values: FloatArray) -> BoolArray:
     """Tell the samples that are off the cubic through two neighbours to either side."""
-    off = _off(values)
+    off = np.abs(_off(values))
     usual = np.maximum(np.median(off) / 0.67, percentile_filter(off, 75, _AROUND) / 1.15)
     return off > _ALONE * usual
 
 
 def _off(values: FloatArray) -> FloatArray:
-    off = np.abs(values - np.convolve(values, _CUBIC, mode="same"))
+    off = values - np.convolve(values, _CUBIC, mode="same")
     off[:2] = off[-2:] = 0.0
     return off
 
@@ -88,18 +91,20 @@ def bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
 def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
     """Return (first, stop) of two and more samples that stand out together.
 
-    A cubic follows those to either side, and not them. Of several that overlap the one stays that
-    explains most.
+    A cubic follows those to either side, and not them, which leave it at once and to one side. Of
+    several that overlap the one stays that explains most.
     """
     found: list[tuple[float, int, int]] = []
     for length in range(2, _LONGEST + 1):
         if values.size < _AROUND + length:
             break
         windows = np.lib.stride_tricks.sliding_window_view(values, length + 2 * _SIDE)
-        off = np.abs(windows @ _departures(length).T)
-        inside = np.sqrt(np.mean(off[:, _SIDE:-_SIDE] ** 2, axis=1))
-        beside = np.delete(off, np.s_[_SIDE:-_SIDE], axis=1).max(axis=1)
-        clear = (inside > large) & (beside < _SHARE * inside)
+        off = windows @ _departures(length).T
+        row = off[:, _SIDE:-_SIDE]
+        inside = np.sqrt(np.mean(row**2, axis=1))
+        beside = np.abs(np.delete(off, np.s_[_SIDE:-_SIDE], axis=1)).max(axis=1)
+        ends = (row[:, [0, -1]] * np.sign(row[:, :1])).min(axis=1)
+        clear = (inside > large) & (beside < _SHARE * inside) & (ends > _ABRUPT * inside)
         clear &= inside > _ALONE * np.median(inside) / 0.93
         for place in map(int, np.flatnonzero(clear)):
             usual, quiet = (_usual(each, place) for each in (inside, beside))
