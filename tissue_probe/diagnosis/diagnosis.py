@@ -191,9 +191,12 @@ def diagnose(
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
     models = [ladder.base, *ladder.steps, *ladder.rivals, *ladder.ranking[:VALIDATED]]
-    validated = {
-        fit.composition.names: error(fit, validation, instrument) for fit in models if validation
+    moved = {
+        fit.composition.names: carried_over(fit, validation, instrument)
+        for fit in models
+        if validation
     }
+    validated = {names: fit.rmse if fit else math.inf for names, fit in moved.items()}
     if not wanted:
         ladder = settled(ladder, validated)
     indistinguishable = ladder.tied if ladder.alternatives else ()
@@ -210,7 +213,7 @@ def diagnose(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
         suggestion and driver_command(suggestion, _coil_gain(clean)),
-        uncertainty(ladder.final, validation, instrument) if validation else 0.0,
+        _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
 
 
@@ -231,21 +234,23 @@ def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], lis
     return [_finely_read(each) for each in sound], findings
 
 
-def error(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
-    """Error of a fitted model on other recordings of the specimen, outliers left out.
+def carried_over(
+    fit: Fit, measurements: Sequence[Measurement], instrument: Instrument
+) -> Fit | None:
+    """Carry a fitted model over to other recordings of the specimen; None where it diverges.
 
-    See ``carried``.
+    See ``carried``; once more without what no model follows there.
     """
-    moved = _moved(fit, measurements, instrument)
-    return float("inf") if moved is None else moved.rmse
+    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    kept = without_outliers(moved) if moved else None
+    return carried(fit.composition, fit.named(), kept, instrument) if kept else moved
 
 
-def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> float:
+def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:
     """Return the error that the covariance of a model's values predicts on other recordings.
 
     To first order in the values' errors, and rms over all samples; 0 where the model diverges.
     """
-    moved = _moved(fit, measurements, instrument)
     if moved is None:
         return 0.0
     held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition)))
@@ -255,13 +260,6 @@ def uncertainty(fit: Fit, measurements: Sequence[Measurement], instrument: Instr
     by_value = np.concatenate([each[m.used, problem.states :][:, held] for (_, each), m in used])
     squares = float(np.sum(by_value @ fit.covariance[np.ix_(held, held)] * by_value))
     return math.sqrt(max(squares, 0.0) / len(by_value))
-
-
-def _moved(fit: Fit, measurements: Sequence[Measurement], instrument: Instrument) -> Fit | None:
-    """Carry a model over, and once more without what no model follows there."""
-    moved = carried(fit.composition, fit.named(), measurements, instrument)
-    kept = without_outliers(moved) if moved else None
-    return carried(fit.composition, fit.named(), kept, instrument) if kept else moved
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:
