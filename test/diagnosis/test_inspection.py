@@ -291,7 +291,8 @@ def test_a_delay_that_is_an_effect_is_no_matter_of_clocks():
 
 
 @pytest.mark.parametrize(
-    ("position_size", "force_size"), [(1.0, 1e6), (1e-6, 1.0), (1e4, 1.0), (1e3, 1.0)]
+    ("position_size", "force_size"),
+    [(1.0, 1e6), (1e-6, 1.0), (1e4, 1.0), (1e3, 1.0), (1.0, 1e-3)],
 )
 def test_units_that_no_tissue_has_are_suspicious(position_size, force_size):
     position, force = measure()

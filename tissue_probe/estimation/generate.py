@@ -15,6 +15,7 @@ import sympy as sp
 
 from tissue_probe.estimation.equations import Filter
 from tissue_probe.estimation.layout import DERIVED, PER_STATE, SETTINGS, Layout
+from tissue_probe.physics.effects.effect import POSITION_BEFORE
 from tissue_probe.physics.model import Model
 
 #: What calls these functions is compiled code, too.
@@ -157,8 +158,17 @@ def _output(filter: Filter) -> list[sp.Symbol]:
 
 
 def _true_position(filter: Filter) -> list[sp.Symbol]:
-    """Return where the coil is, of what the encoder says."""
-    return [filter.program.let("true", filter.model.position)]
+    """Return where the coil is, of what the encoder says; at first it was there already."""
+    program, layout = filter.program, filter.layout
+    if "POSITION_BEFORE" not in layout.extra:
+        return [program.let("true", filter.model.position)]
+    place = layout.carried("POSITION_BEFORE")
+    program.load("memory", layout.primed, ["primed"])
+    program.load("memory", place, [str(POSITION_BEFORE)])
+    program.line(f"if primed == 0.0: {POSITION_BEFORE} = {filter.model.input}")
+    true = program.let("true", filter.model.position)
+    program.store("memory", place, [true])
+    return [true]
 
 
 def _tick(filter: Filter) -> None:

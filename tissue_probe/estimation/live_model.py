@@ -22,6 +22,7 @@ from tissue_probe.physics.effects.effect import (
     ELASTIC_DEPTH,
     INDENTATION,
     POSITION,
+    POSITION_BEFORE,
     POSITION_RATE,
     TIME,
     State,
@@ -67,6 +68,8 @@ class LiveModel:
         states = tuple(map(str, [*model.states, *model.parameters]))
         if any(expression.has(TIME) for expression in [*model.motion, model.output]):
             extra = {**extra, "SAMPLES": 0.0}
+        if model.position.has(POSITION_BEFORE):
+            extra = {**extra, "POSITION_BEFORE": 0.0}
         names = [str(symbol) for symbol in model.constants]
         known = {name: self.values[name] for name in names if name not in TOOL}
         return Layout(states, extra, known, self.priors)
@@ -119,7 +122,9 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     composition = fitted.composition
     for reason in _refusals(fitted):
         raise SettingsError(f"{path}: {reason}")
-    effects = [each for each in composition.all_effects if not _is_followed(each)]
+    effects = [_sampled(each) for each in composition.all_effects if not _is_followed(each)]
+    # What makes the position true comes before what it then does to the coil.
+    effects.sort(key=lambda effect: effect.position.has(POSITION_BEFORE))
     model = compliant_probe(
         effects, force_offset, TISSUES[composition.tissue], contact_position=True
     )
@@ -137,8 +142,8 @@ def _refusals(fitted: FittedModel) -> list[str]:
     if composition.tissue == "maxwell":
         return ["the tissue maxwell cannot run live: a damping of 0, where filters begin, ends it"]
     said = {
-        "it remembers which way the play was taken up": lambda effect: (
-            effect.coil != (POSITION, POSITION_RATE)
+        "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
+            effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None
         ),
         "it happens at a time of the recording that it was fitted to": lambda effect: any(
             sp.sympify(expression).has(TIME)
@@ -155,6 +160,14 @@ def _refusals(fitted: FittedModel) -> list[str]:
         for why, applies in said.items()
         if applies(effect) and not _is_followed(effect)
     ]
+
+
+def _sampled(effect: Effect) -> Effect:
+    """Read the coil's position from sample to sample, in place of following its motion."""
+    if effect.sampled is None:
+        return effect
+    still = (POSITION, POSITION_RATE)
+    return replace(effect, coil=still, position=effect.sampled, states=(), switches=())
 
 
 def _is_followed(effect: Effect) -> bool:

@@ -22,6 +22,7 @@ from tissue_probe.physics.effects.effect import (
     NET_FORCE,
     POSITION,
     POSITION_ACCELERATION,
+    POSITION_BEFORE,
     POSITION_RATE,
     STRETCH,
     TIME,
@@ -37,7 +38,7 @@ SIGNALS = (
     INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION,
     POSITION_RATE, TIME,
 )  # fmt: skip
-ELSEWHERE = (POSITION_ACCELERATION, OFFSET, TIP_POSITION, EXTENSION)
+ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which what an effect proposes is tried.
 USUAL = Extent(
     duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7
@@ -220,6 +221,7 @@ def _used(effect: Effect) -> set[sp.Symbol]:
         effect.moving,
         *(effect.stretch, effect.engaged, effect.cell, effect.output, effect.position),
         *(effect.delay, effect.rounded),
+        sp.sympify(effect.sampled or 0).subs(POSITION_BEFORE, POSITION),
         *(side for state in effect.states for side in (state.motion, state.start)),
         *(side for switch in effect.switches for side in (switch.on, switch.off)),
         *(switch.alone for switch in effect.switches if switch.alone is not None),

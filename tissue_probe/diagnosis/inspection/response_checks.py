@@ -28,8 +28,8 @@ LEFT = 0.25
 LONGEST_LAG = 0.25
 """Lags are looked for up to this [s], and to an eighth of the record."""
 
-STIFFEST, SOFTEST = 1e6, 1e-1
-"""Apparent stiffnesses of no tissue [N/m]."""
+STIFFEST, SOFTEST = 1e6, 1.0
+"""Apparent stiffnesses of hardly any tissue [N/m]."""
 
 HUGE = 1e30
 """Position [m] or force [N] of nothing that is measured; nor is its inverse."""
@@ -86,8 +86,8 @@ def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
     if not SOFTEST < stiffness < STIFFEST:
         yield Finding(
             "suspicious_units",
-            f"Force over position is {stiffness:.3g} N/m, which no tissue has: are they in newtons "
-            "and metres? State the units.",
+            f"Force over position is {stiffness:.3g} N/m, which hardly any tissue has: are they in "
+            "newtons and metres? State the units.",
         )
     elif position.span > WIDEST:
         yield Finding(

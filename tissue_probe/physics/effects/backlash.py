@@ -6,6 +6,7 @@ import sympy as sp
 
 from tissue_probe.physics.effects.effect import (
     POSITION,
+    POSITION_BEFORE,
     POSITION_RATE,
     STRETCH,
     Effect,
@@ -55,6 +56,7 @@ BACKLASH = Effect(
     parameters=_PARAMETERS,
     # The follower moves with the coil while one flank or the other is in touch.
     coil=(FOLLOWER, POSITION_RATE * (PUSHES + PULLS)),
+    sampled=sp.Max(sp.Min(POSITION_BEFORE, POSITION + WIDTH / 2), POSITION - WIDTH / 2),
     states=(State(FOLLOWER, POSITION_RATE * (PUSHES + PULLS), start=POSITION),),
     # A flank touches only while the coil moves towards it, so that no play is no effect.
     switches=(

@@ -14,6 +14,7 @@ import sympy as sp
 TIME = sp.Symbol("time", real=True)
 POSITION, POSITION_RATE = sp.symbols("position position_rate", real=True)
 POSITION_ACCELERATION = sp.Symbol("position_acceleration", real=True)
+POSITION_BEFORE = sp.Symbol("position_before", real=True)
 INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
 STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
@@ -139,6 +140,9 @@ class Effect:
         Mass that moves with the tip [kg].
     coil : tuple of two Expr
         Position [m] and velocity [m/s] at the load cell's end, of ``POSITION`` and its rate.
+    sampled : Expr, optional
+        The same position [m] for who has samples only, such as a filter, and in place of states and
+        switches: of ``POSITION`` and ``POSITION_BEFORE``, what it was a sample ago.
     stretch, engaged : Expr
         Compression [m] of the load cell's spring, of ``STRETCH`` = u - x; whether (1, 0) it is
         engaged.
@@ -188,6 +192,7 @@ class Effect:
     moving: sp.Expr = sp.S.One
     inertia: sp.Expr = sp.S.Zero
     coil: tuple[sp.Expr, sp.Expr] = (POSITION, POSITION_RATE)
+    sampled: sp.Expr | None = None
     stretch: sp.Expr = STRETCH
     engaged: sp.Expr = sp.S.One
     cell: sp.Expr = sp.S.One
