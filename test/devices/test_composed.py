@@ -13,6 +13,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.response import course, respond
+from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError
 
 PERIOD = 5e-4
@@ -89,7 +90,7 @@ SIMULATED = [
     "standard_linear_solid", "hertz_contact", "contact_loss", "coulomb_friction", "backlash",
     "structural_mode", "load_cell_stiffness_error", "tissue_motion", "force_lag", "mains_hum",
     "encoder_interpolation", "stiffness_ramp", "coulomb_friction 1", "stribeck_friction 1",
-    "channel_delay",
+    "channel_delay", "maxwell",
 ]  # fmt: skip
 
 
@@ -98,7 +99,10 @@ SIMULATED = [
 def test_what_the_probe_measures_is_what_the_model_predicts(name, probe, tmp_path):
     """Two integrators on one model: with the coil's own motion, and with the motion given."""
     name, _, form = name.partition(" ")
-    composition = Composition(effects=(EFFECTS[name].every_form[int(form or 0)],))
+    if name in TISSUES:
+        composition = Composition(tissue=name)
+    else:
+        composition = Composition(effects=(EFFECTS[name].every_form[int(form or 0)],))
     path = written(tmp_path / "model.yaml", composition)
     position, force = run(probe(exact=True, model=path), SINES, (0.0, 600))
     kernel = composition.kernel

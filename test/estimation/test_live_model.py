@@ -277,14 +277,26 @@ def test_what_cannot_run_live_is_refused_in_one_sentence(name, tmp_path):
     assert "\n" not in str(failure.value)
 
 
-def test_only_the_compliant_probe_and_solids_run_live(tmp_path):
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.6, 1.0, 1.6])
+@pytest.mark.parametrize("estimator", ["ekf", "robust_ekf", "afekf"])
+def test_a_fluid_is_followed_from_about_the_values_of_the_file(estimator, share, tmp_path):
+    fluid = Composition(tissue="maxwell")
+    block = measured(fluid, samples=6000, stiffness=450.0, damping=5.0)
+    began = {"stiffness": 450.0 * share, "damping": 5.0 / share}
+    path = written(tmp_path / "fluid.yaml", fluid, **began)
+    estimates = Estimator(estimator, EstimatorSettings(model=path)).process(block)
+    assert rms(last_half(estimates).innovation) < 1.05 * NOISE
+    assert estimates.status[-1] == Status.CONVERGED
+    assert estimates.stiffness[-1] == pytest.approx(450.0, rel=0.01)
+    assert estimates.damping[-1] == pytest.approx(5.0, rel=0.01)
+
+
+def test_only_the_compliant_probe_runs_live(tmp_path):
     for rig in ("rigid_probe", "force_driven"):
         other = written(tmp_path / "other.yaml", Composition(rig))
         with pytest.raises(SettingsError, match=f"rig {rig} cannot run live"):
             Estimator("ekf", EstimatorSettings(model=other))
-    fluid = written(tmp_path / "fluid.yaml", Composition(tissue="maxwell"))
-    with pytest.raises(SettingsError, match="tissue maxwell cannot run live"):
-        Estimator("ekf", EstimatorSettings(model=fluid))
 
 
 @pytest.mark.parametrize("name", ["lock_in", "rls"])

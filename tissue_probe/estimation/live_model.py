@@ -19,6 +19,7 @@ from tissue_probe.estimation.layout import Layout, Prior
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.effect import (
+    DAMPING,
     ELASTIC_DEPTH,
     INDENTATION,
     POSITION,
@@ -94,7 +95,8 @@ class LiveModel:
 def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     """Read the model file that the settings name, and make of it what a filter can run.
 
-    Stiffness, damping and (with ``force_offset``) a constant force are estimated. The effects'
+    Stiffness, damping and (with ``force_offset``) a constant force are estimated; those of a fluid
+    from the file's values on, since without damping it has no motion. The effects'
     parameters are held at the file's values; with ``estimate_effects`` their strengths are
     estimated, from the file's value give or take half of it. What follows the clock (hum, drift,
     breathing) began at another phase in the file's recording: its strengths are always estimated.
@@ -129,6 +131,8 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         effects, force_offset, TISSUES[composition.tissue], contact_position=True
     )
     priors = {str(state.symbol): _of_state(state, settings) for state in model.begin[2:]}
+    if _flows(composition.tissue):
+        priors |= {name: _about(fitted.values[name]) for name in ("stiffness", "damping")}
     for effect in effects:
         priors |= _strengths(effect, fitted.values, settings.estimate_effects)
     return LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
@@ -139,8 +143,6 @@ def _refusals(fitted: FittedModel) -> list[str]:
     composition = fitted.composition
     if composition.rig != "compliant_probe":
         return [f"the rig {composition.rig} cannot run live: the filters know compliant_probe only"]
-    if composition.tissue == "maxwell":
-        return ["the tissue maxwell cannot run live: a damping of 0, where filters begin, ends it"]
     said = {
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None
@@ -216,6 +218,17 @@ def _memoryless(model: Model) -> Model:
     }
     motion, output = model.motion.subs(alone), model.output.subs(alone)
     return replace(model, motion=motion, output=output, switches=())
+
+
+def _flows(tissue: str) -> bool:
+    """Whether a tissue is a fluid, which has no motion at a damping of 0."""
+    rates = (state.motion for state in TISSUES[tissue].states)
+    return any(rate.subs(DAMPING, 0).has(sp.zoo, sp.nan) for rate in rates)
+
+
+def _about(value: float) -> Prior:
+    """Return the prior of a value known give or take half of it, and by its order for certain."""
+    return Prior(value, value / 2, value / 10, value * 10)
 
 
 def _of_state(state: State, settings: EstimatorSettings) -> Prior:
