@@ -400,9 +400,11 @@ def test_a_force_that_no_model_follows_is_told(run, tmp_path):
     (tmp_path / "kilo.csv").write_text(table(quick, 1e-3 * (450.0 * quick + NOISE)))
     outcome = run("compare", "kilo.csv")
     assert outcome.status == 0, outcome.err
-    (note,) = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
-    assert "cannot follow the force at all" in note
-    assert "--force-unit" in note
+    notes = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
+    units, followed = notes
+    assert "which hardly any tissue has" in units
+    assert "cannot follow the force at all" in followed
+    assert "--force-unit" in followed
 
 
 @pytest.mark.parametrize(
