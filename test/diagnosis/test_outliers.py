@@ -75,7 +75,7 @@ def test_what_stands_alone_in_white_noise_is_all_that_is_left_out(at, length, he
     assert np.count_nonzero(left) >= 0.9 * length * len(set(at))
 
 
-@pytest.mark.parametrize("excitation", ["sine10", "chirp60"])
+@pytest.mark.parametrize("excitation", ["sine10", "chirp60", "msine60", "stepped30"])
 @pytest.mark.parametrize("name", ["backlash", "stribeck_friction", "contact_loss", "adhesion"])
 def test_what_a_model_lacks_is_no_outlier_however_sharp(name, excitation):
     made = challenge(700200, name, excitation=excitation)
