@@ -332,6 +332,23 @@ def test_an_effect_that_only_led_another_to_where_it_explains_all_alone_is_dropp
     assert alone.ratio > 5.0
 
 
+def test_where_one_of_three_is_dropped_the_others_may_give_way_again():
+    """Beside a bias, which is none, lost contact was followed by a tissue that holds the tip."""
+    made = challenge(18800025, "contact_loss", "bouc_wen_hysteresis", excitation="sine10ss")
+    effects = library("bouc_wen_hysteresis", "adhesion", "contact_loss", "backlash", "force_bias")
+    ladder = climb(Composition(), [measurement(made.recording, at_rest=False)], EXACT, effects)
+    assert set(ladder.effects) == {"contact_loss", "bouc_wen_hysteresis"}
+
+
+def test_what_was_found_when_enough_was_tried_gives_way_to_what_contains_it(monkeypatch):
+    """The tissue held the tip; that it did was found beside relaxation only."""
+    monkeypatch.setattr("tissue_probe.diagnosis.improvement.further.SOUGHT", 100)
+    made = challenge(18800109, "springpot", "adhesion", rig="tolerant")
+    effects = library("springpot", "adhesion", "contact_loss")
+    ladder = climb(Composition(), [measurement(made.recording)], TOLERANT, effects)
+    assert set(ladder.effects) == {"springpot", "adhesion"}
+
+
 def test_what_is_needed_is_kept():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     base = fit_base(Composition(), [measurement(made.recording)], EXACT)

@@ -59,14 +59,22 @@ def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
 
 def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     """Tell the samples that are off for a short time, and at once."""
-    off = np.abs(residual - median_filter(residual, AROUND))
-    usual = np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise)
-    over = np.pad(off / usual, LONGEST)
+    over = _over(residual, residual, measurement)
+    near, number = over < FAR, np.arange(over.size)
+    # A long row moves the median around it, so that what is beside it seems to be off, too.
+    bridged = np.interp(number, number[near], residual[near])
+    over = np.pad(_over(residual, bridged, measurement), LONGEST)
     found = np.zeros(over.size, dtype=bool)
     for first, stop in _alone(over):
         if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE:
             found[first:stop] = True
     return found[LONGEST:-LONGEST] & measurement.used
+
+
+def _over(residual: FloatArray, others: FloatArray, measurement: Measurement) -> FloatArray:
+    """Return by how many standard deviations each sample is off the median of others around it."""
+    off = np.abs(residual - median_filter(others, AROUND))
+    return off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise)
 
 
 def _alone(over: FloatArray) -> Iterator[tuple[int, int]]:

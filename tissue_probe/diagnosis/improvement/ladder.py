@@ -155,8 +155,8 @@ def climb(
             curtailed |= further.is_spent()
             if not longer or not _removes(best[-1], longer[-1]):
                 break
+            longer = tuple(exchanged(longer, ranking, further))
             if not further.is_spent(longer[-1]):
-                longer = tuple(exchanged(longer, ranking, further))
                 longer = beside_each(longer, ranking, leading, further)
         if not any(_leads(base, fit) for fit in _alone(longer[-1], ranking)):
             break
@@ -164,6 +164,8 @@ def climb(
     if kept := _rest(best[-1], rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1)
     steps = _needed(best, further)
+    if len(steps) < len(best):  # beside what is no more there another form may have been the better
+        steps = exchanged(steps, ranking, further)
     first = steps[0]
     if len(steps) == 1:
         ranking = _bettered(ranking, first)

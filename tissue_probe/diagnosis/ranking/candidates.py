@@ -188,11 +188,11 @@ def fit_candidates(
     counts = (1.0 - rules.LEAST_SHARE) ** 2 * base.cost if explained(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
     enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-    fits = _all([(each, each.fits(bar, enough)) for each in candidates])
-    again = _given_up(candidates, fits, [*fits, *known])
-    fits += _all([(each, each.fits(Bar(), enough)) for each in again])
-    behind = _behind(candidates, fits, bar)
-    fits += _all([(each, each.fits_from(better, bar)) for each, better in behind])
+    fits = _searched([(each, each.fits(bar, enough)) for each in candidates], bar, enough)
+    again, alone = _given_up(candidates, fits, [*fits, *known]), Bar()
+    fits += _searched([(each, each.fits(alone, enough)) for each in again], alone, enough)
+    behind = _behind(candidates, fits, bar.cost)
+    fits += _searched([(each, each.fits_from(other, bar)) for each, other in behind], bar, enough)
     told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
 
@@ -216,10 +216,28 @@ def shared(fit: Fit, models: Iterable[Composition]) -> list[object]:
     return [*fit.measurements, *(part for model in models for part in (model, model.kernel))]
 
 
-def _all(searches: Sequence[tuple[_Candidate, Iterator[Fit]]]) -> list[Fit]:
-    """Return what searches find, made by turns: the others may soon be ahead of one by far."""
+_Search = tuple["_Candidate", Iterator[Fit]]
+
+
+def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]:
+    """Return what searches find, and what is found near the best of each that is not enough.
+
+    How far off it is can be told when all have ended: which of them is ahead is chance.
+    """
+    found = _all(searches)
+    lowest = bar.cost
+    near = [
+        (candidate, candidate.settled(fits, bar, lowest))
+        for (candidate, _), fits in zip(searches, found, strict=True)
+        if fits and fits[-1].cost >= enough and candidate.may_gain(_best(fits), bar.most, lowest)
+    ]
+    return [fit for fits in [*found, *_all(near)] for fit in fits]
+
+
+def _all(searches: Sequence[_Search]) -> list[list[Fit]]:
+    """Return what each search finds, made by turns: the others may soon be ahead of one by far."""
     known = [part for candidate, _ in searches for part in candidate.known]
-    return [fit for found in in_turns([fits for _, fits in searches], known) for fit in found]
+    return in_turns([fits for _, fits in searches], known)
 
 
 def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
@@ -248,18 +266,18 @@ def _given_up(
 
 
 def _behind(
-    candidates: Sequence[_Candidate], fits: Sequence[Fit], bar: Bar
+    candidates: Sequence[_Candidate], fits: Sequence[Fit], lowest: float
 ) -> list[tuple[_Candidate, Fit]]:
     """Return forms of effects that did worse than another form, and what that one found.
 
     The way to where a tip sticks and slides may lead through friction that only creeps. And what
-    contains a simpler effect can do no worse than that: it went astray.
+    contains a simpler effect can do no worse than that, nor that worse than what ended as it: it
+    went astray.
     """
-    best, found = _first_of_each(sorted(fits, key=lambda fit: fit.cost)), []
+    best, found = list(_first_of_each(sorted(fits, key=lambda fit: fit.cost)).values()), []
     for candidate in candidates:
-        names = (candidate.effect.name, *candidate.effect.simpler)
-        better = min((best[n] for n in names if n in best), key=lambda fit: fit.cost, default=None)
-        if better is None or _is_settled(better, bar):
+        same = [fit for fit in best if _is_also(candidate.effect, fit)]
+        if not same or _is_settled(better := _best(same), lowest):
             continue
         own = [fit.cost for fit in fits if fit.composition is candidate.problem.composition]
         if better.cost < BETTER * min(own, default=np.inf):
@@ -267,13 +285,30 @@ def _behind(
     return found
 
 
-def _is_settled(fit: Fit, bar: Bar) -> bool:
+def _is_also(effect: Effect, fit: Fit) -> bool:
+    """Whether what was added is the effect, in some form, or contained in it, or ended as it."""
+    own = added(fit)
+    return own.name in (effect.name, *effect.simpler) or (
+        effect.name in own.simpler and rules.in_limit(fit)
+    )
+
+
+def _best(fits: Iterable[Fit]) -> Fit:
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _runs_on(fit: Fit, most: float, lowest: float) -> bool:
+    """Whether a search ran out of steps, though what it had come to may count."""
+    return not fit.converged and fit.cost <= min(HOPELESS * lowest, most)
+
+
+def _is_settled(fit: Fit, lowest: float) -> bool:
     """Whether values near those of a fit need not be tried: it is far off, or explains all.
 
-    How much noise there is, is estimated: what leaves clearly more than another does not.
+    How much noise there is, is estimated: what leaves clearly more than the lowest does not.
     """
-    close = fit.ratio < CLOSE and fit.cost < bar.cost + rules.TIE
-    return fit.cost > ASTRAY * bar.cost or (explained(fit) and close)
+    close = fit.ratio < CLOSE and fit.cost < lowest + rules.TIE
+    return fit.cost > ASTRAY * lowest or (explained(fit) and close)
 
 
 @dataclass(frozen=True)
@@ -396,18 +431,16 @@ class _Candidate:
         return self.look.scale * promise(self.looked_at, values, starts)
 
     def fits(self, bar: Bar, enough: float) -> Iterator[Fit]:
-        """Search from the best proposals, and again near what was found, until a cost is enough."""
+        """Search from the best proposals, until a cost is enough."""
         begun, least = self.begun, (1.0 - LEAST_SHARE) * self.base.cost
         near = begun.direct or begun.promise < least
-        found: list[Fit] = []
         costs: dict[tuple[float, ...], float] = {}
         for _, values, starts in begun.best if near else begun.best[:1]:
-            if found and begun.promise >= FAR * bar.cost:
+            if costs and begun.promise >= FAR * bar.cost:
                 break
             fit = search(self.problem, values, starts, bar)
             if fit is None:
                 continue
-            found.append(fit)
             yield fit
             if fit.cost < enough:
                 return
@@ -415,41 +448,47 @@ class _Candidate:
             if any(cost < SAME * fit.cost for other, cost in costs.items() if other != own):
                 break
             costs[own] = fit.cost
-        yield from self._settled(found, bar)
 
     def fits_from(self, other: Fit, bar: Bar) -> Iterator[Fit]:
-        """Search from where another form of the effect ended, and near what is found from there."""
+        """Search from where another form of the effect ended."""
         values = start_values(self.problem, other.named(), None, {})
         fit = search(self.problem, values, begin_states(self.problem, other, values), bar)
         if fit is not None:
             yield fit
-            yield from self._settled([fit], bar)
 
-    def _settled(self, found: list[Fit], bar: Bar) -> Iterator[Fit]:
-        """Search near the best of what was found while that does better, and then go on."""
+    def may_gain(self, best: Fit, most: float, lowest: float) -> bool:
+        """Whether there is more to be searched near the best that was found."""
+        near = bool(self.effect.near) and not _is_settled(best, lowest)
+        return near or _runs_on(best, most, lowest)
+
+    def settled(self, found: Sequence[Fit], bar: Bar, lowest: float) -> Iterator[Fit]:
+        """Search near the best of what was found while that does better, and then go on.
+
+        ``lowest`` is the lowest cost that any search had reached before.
+        """
+        found = list(found)
         rounds = ROUNDS * (self.problem.runs.count if instants(self.effect) else 1)
-        for _ in range(rounds if self.effect.near and found else 0):
-            best = min(found, key=lambda fit: fit.cost)
-            if _is_settled(best, bar):
+        for _ in range(rounds if self.effect.near else 0):
+            best = _best(found)
+            if _is_settled(best, lowest):
                 break
             for fit in self._around(best, bar):
                 found.append(fit)
                 yield fit
-            if min(fit.cost for fit in found) > BETTER * best.cost:
+            if _best(found).cost > BETTER * best.cost:
                 break
-        if found:
-            yield self._onward(min(found, key=lambda fit: fit.cost), bar)
+        yield from self._onward(_best(found), bar, lowest)
 
-    def _onward(self, best: Fit, bar: Bar) -> Fit:
+    def _onward(self, best: Fit, bar: Bar, lowest: float) -> Iterator[Fit]:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
         for _ in range(ONWARD):
-            if best.converged or best.cost > min(HOPELESS * bar.cost, bar.most):
+            if not _runs_on(best, bar.most, lowest):
                 break
             fit = search(self.problem, best.values, best.starts, bar)
             if fit is None or fit.cost > best.cost:
                 break
             best = fit
-        return best
+            yield best
 
     def _around(self, best: Fit, bar: Bar) -> list[Fit]:
         """Search again from the two most promising of the values near those found."""

@@ -145,12 +145,17 @@ def _gains_much(simpler: Fit, fit: Fit) -> bool:
     One that ends in the limit where it is the other, or follows an encoder's rounding, is not.
     Where it alone explains all, it need only be told from the other.
     """
-    limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
-    if only_rounding(simpler) or any(fit.named()[each.name] <= each.lower for each in limits):
+    if only_rounding(simpler) or in_limit(fit):
         return False
     share = 1.0 - fit.ratio / simpler.ratio
     needed = TIE if explained(fit) and not explained(simpler) else SIMPLER
     return simpler.bic - fit.bic > needed and share > LEAST_SHARE
+
+
+def in_limit(fit: Fit) -> bool:
+    """Whether an effect that contains a simpler one ended in the limit where it is that."""
+    limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
+    return any(fit.named()[each.name] <= each.lower for each in limits)
 
 
 def ties(order: Sequence[Fit]) -> list[Fit]:

@@ -60,6 +60,7 @@ def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Eff
         near=near,
         forms=forms,
         simpler=("contact_loss",),
+        limit=str(PULL_OFF),
         assumptions="Comes off at once, and sticks again where the tip meets the free surface",
         reference="Johnson, Kendall and Roberts, Proc. Royal Society A 324 (1971), 301",
     )

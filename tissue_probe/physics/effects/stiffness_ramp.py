@@ -33,6 +33,7 @@ STIFFNESS_RAMP = Effect(
     of_run=("ramp_begin", "ramp_duration"),
     starts=starts,
     simpler=("stiffness_step",),
+    limit=str(LENGTH),
     assumptions="One ramp, of all that is elastic alike; the damping stays",
     reference="Ljung, System Identification (1999), section 11.2, on time-varying systems",
 )
