@@ -336,8 +336,8 @@ def test_where_one_of_three_is_dropped_the_others_may_give_way_again():
     """Beside a bias, which is none, lost contact was followed by a tissue that holds the tip."""
     made = challenge(18800025, "contact_loss", "bouc_wen_hysteresis", excitation="sine10ss")
     effects = library("bouc_wen_hysteresis", "adhesion", "contact_loss", "backlash", "force_bias")
-    ladder = climb(Composition(), [measurement(made.recording, at_rest=False)], EXACT, effects)
-    assert set(ladder.effects) == {"contact_loss", "bouc_wen_hysteresis"}
+    found = diagnose(Composition(), [measurement(made.recording, at_rest=False)], EXACT, effects)
+    assert set(found.effects) == {"contact_loss", "bouc_wen_hysteresis"}
 
 
 def test_what_was_found_when_enough_was_tried_gives_way_to_what_contains_it(monkeypatch):

@@ -31,7 +31,7 @@ FOLLOWED = 5
 NEAR = 4.0
 #: Responses after which no more is sought for one effect more, and where all is explained no more
 #: is told from it.
-SOUGHT, COMPARED = 12_000, 25_000
+SOUGHT, COMPARED = 10_000, 25_000
 #: Where no two effects explain all, other forms of a first one are tried that alone leave no more
 #: than this many times its cost; and where one gives way, kin of it from their own side.
 RELATED = 1.2
