@@ -13,7 +13,8 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path
-from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, refit, shared
+from tissue_probe.diagnosis.ranking.candidate import SAME, shared
+from tissue_probe.diagnosis.ranking.candidates import fit_candidates, refit
 from tissue_probe.diagnosis.ranking.rules import (
     SIMPLER,
     added,
@@ -66,10 +67,11 @@ def _without_first(path: Path, instrument: Instrument) -> Iterator[Fit]:
 
 
 def exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -> list[Fit]:
-    """Let one of several effects give way to another of its family, or a simpler one, if better.
+    """Let one of several effects give way to another of its family, if better, or that it contains.
 
-    It was chosen while the others were missing, which another form of it may have followed. One
-    that was found badly stays if it is the better when it is searched in the same way.
+    Or, where something is left to explain, to one that contains it. It was chosen while the others
+    were missing, which another form of it may have followed. One that was found badly stays if it
+    is the better when it is searched in the same way.
     """
     if len(steps) < 2:
         return list(steps)
@@ -99,7 +101,7 @@ def _in_its_place(
     stays: Sequence[Effect],
     further: Further,
 ) -> list[Fit]:
-    """Fit a model with others of its family, or a simpler one, in place of an effect.
+    """Fit a model with others of its family, what it contains or what contains it, in its place.
 
     Where all is explained, none that contains it is tried. Beside the effect that stays, if it is
     one, they are searched from there, and it from them where they are nearly as good alone: where
@@ -109,7 +111,9 @@ def _in_its_place(
         effect
         for effect in map(added, alone.values())
         if effect.name not in final.composition.names
-        and (effect.family == old.family or effect.name in old.simpler)
+        and (
+            effect.family == old.family or effect.name in old.simpler or old.name in effect.simpler
+        )
         and not (old.name in effect.simpler and explained(final))
     ]
     less = final.composition.without(old.name)

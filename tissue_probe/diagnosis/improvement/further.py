@@ -13,7 +13,8 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
-from tissue_probe.diagnosis.ranking.candidates import SAME, fit_candidates, forms, shared
+from tissue_probe.diagnosis.ranking.candidate import SAME, shared
+from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms
 from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.diagnosis.sharing import mapped

@@ -21,6 +21,7 @@ from tissue_probe.diagnosis.ranking.rules import (
     TIE,
     added,
     explained,
+    in_limit,
     preferred,
 )
 
@@ -33,8 +34,9 @@ def begun(ranking: Sequence[Fit]) -> list[Path]:
 
     Those come last, and take no place of others, that begin with a hum at a multiple of the drive's
     frequency and do not explain all: it makes up for one line of what is not linear, not for that.
+    What ended as a simpler effect is none of its own.
     """
-    various = _various(ranking)
+    various = [fit for fit in _various(ranking) if fit is ranking[0] or not in_limit(fit)]
     lines = [fit for fit in various if not explained(fit) and is_multiple(fit)]
     others = [fit for fit in various if fit not in lines]
     return [(fit,) for fit in others[:BEAM] + lines]
@@ -48,8 +50,8 @@ def longest(
     Where none leaves noise, the last is taken as the first, too: it may have been found beside one
     that only stands for another; then lost contact beside relaxing tissue is tried in every form,
     as no promise tells of it; then all beside other forms of a first, and simpler ones; then the
-    best first beside each that alone leads somewhere: to some pairs a way leads from one only. What
-    would not come near what was found is given up.
+    best first beside each that alone leads somewhere: to some pairs a way leads from one only; at
+    last all beside each of these. What would not come near what was found is given up.
     """
     longer = further.of(paths)
     best = longer[0] if longer else ()
@@ -68,7 +70,10 @@ def longest(
     best = _better(best, further.of(others, _end(best)), further)
     if _is_enough(best, further):
         return best
-    return _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
+    best = _better(best, further.towards(paths[0][0], _forms(leading), _asked(best)), further)
+    if _is_enough(best, further):
+        return best
+    return _better(best, further.of([(fit,) for fit in leading], _end(best)), further)
 
 
 def _end(path: Path) -> Fit | None:
