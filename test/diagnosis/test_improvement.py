@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.improvement.ladder import (
 from tissue_probe.diagnosis.improvement.paths import _from_beside
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import EXPLAINED
+from tissue_probe.diagnosis.ranking.rules import EXPLAINED, added
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -347,6 +347,17 @@ def test_what_was_found_when_enough_was_tried_gives_way_to_what_contains_it(monk
     effects = library("springpot", "adhesion", "contact_loss")
     ladder = climb(Composition(), [measurement(made.recording)], TOLERANT, effects)
     assert set(ladder.effects) == {"springpot", "adhesion"}
+
+
+def test_a_second_effect_is_sought_beside_all_that_alone_lead():
+    """A delay with a gain stood behind a lag, which is of its family, and was not begun with."""
+    made = challenge(25000093, "channel_delay", "force_gain")
+    wanted = ("force_lag", "channel_delay", "structural_mode", "force_gain", "stribeck_friction")
+    found = diagnose(
+        Composition(), [measurement(made.recording)], EXACT, library(*wanted, "hunt_crossley")
+    )
+    assert added(found.ladder.ranking[0]).name == "force_lag"
+    assert set(found.effects) == {"channel_delay", "force_gain"}
 
 
 def test_what_is_needed_is_kept():
