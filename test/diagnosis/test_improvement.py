@@ -352,10 +352,9 @@ def test_what_was_found_when_enough_was_tried_gives_way_to_what_contains_it(monk
 def test_a_second_effect_is_sought_beside_all_that_alone_lead():
     """A delay with a gain stood behind a lag, which is of its family, and was not begun with."""
     made = challenge(25000093, "channel_delay", "force_gain")
-    wanted = ("force_lag", "channel_delay", "structural_mode", "force_gain", "stribeck_friction")
-    found = diagnose(
-        Composition(), [measurement(made.recording)], EXACT, library(*wanted, "hunt_crossley")
-    )
+    names = ("force_lag", "channel_delay", "structural_mode", "force_gain", "stribeck_friction")
+    effects = library(*names, "hunt_crossley")
+    found = diagnose(Composition(), [measurement(made.recording)], EXACT, effects)
     assert added(found.ladder.ranking[0]).name == "force_lag"
     assert set(found.effects) == {"channel_delay", "force_gain"}
 

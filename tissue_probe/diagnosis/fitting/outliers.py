@@ -60,9 +60,11 @@ def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
 def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     """Tell the samples that are off for a short time, and at once."""
     over = _over(residual, residual, measurement)
-    near, number = over < FAR, np.arange(over.size)
+    far, number = over > FAR, np.arange(over.size)
+    if not far.any():
+        return far
     # A long row moves the median around it, so that what is beside it seems to be off, too.
-    bridged = np.interp(number, number[near], residual[near])
+    bridged = np.interp(number, number[~far], residual[~far])
     over = np.pad(_over(residual, bridged, measurement), LONGEST)
     found = np.zeros(over.size, dtype=bool)
     for first, stop in _alone(over):

@@ -88,7 +88,7 @@ def fit_base(
             "no fit: the model diverges from every start; check the force's polarity, and the "
             f"units, also of the time (a sample every {period:.3g} s: t_ms names milliseconds)"
         )
-    return whitened(min(found, key=lambda fit: fit.cost), instrument)
+    return whitened(best_of(found), instrument)
 
 
 def _relaxed(
@@ -229,7 +229,7 @@ def _given_up(
     """
     if not fits:
         return []
-    best = min(rivals, key=lambda fit: fit.cost)
+    best = best_of(rivals)
     astray = ASTRAY * best.cost
     settled = {added(fit).name for fit in fits if fit.converged and fit.cost < astray}
     stopped = {added(fit).name for fit in fits} - settled
