@@ -62,3 +62,13 @@ def test_what_is_contained_is_searched_from_where_what_contains_it_ended_as_it()
     assert (added(first).name, added(second).name) == ("contact_loss", "hertz_contact")
     assert in_limit(second)
     assert first.cost < 1.001 * second.cost < 0.5 * alone.cost
+
+
+def test_a_resonance_within_the_sweep_is_found_beside_another_effect_that_is_missing():
+    """At 19 Hz: between proposals of 15 and 25 Hz neither had led to it."""
+    hidden = ("structural_mode", "exponential_stiffening")
+    made = challenge(24000223, *hidden, excitation="stepped30", rig="tolerant")
+    base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
+    (mode,) = fit_candidates(base, [EFFECTS["structural_mode"]], TOLERANT)
+    assert abs(mode.named()["modal_frequency"] - 19.3) < 0.3
+    assert mode.ratio < 0.5 * base.ratio

@@ -88,6 +88,28 @@ def test_what_is_simpler_is_reached_from_where_the_richer_is_as_good_as_it():
     assert (ladder.verdict, set(ladder.effects)) == ("missing", {"contact_loss", "stiffness_step"})
 
 
+def test_where_all_is_explained_what_contains_an_effect_and_does_much_better_takes_its_place():
+    """Lost contact beside damping that grows with depth left noise, and a faint pull untold."""
+    made = challenge(26000021, "hunt_crossley", "adhesion")
+    effects = library("hunt_crossley", "contact_loss", "adhesion", "hertz_contact")
+    ladder = climbed(made, effects=effects)
+    assert set(ladder.effects) == {"hunt_crossley", "adhesion"}
+
+
+def test_a_pair_is_found_neither_of_which_does_best_alone():
+    """Relaxation explained more than either, and what promises most beside it leads nowhere."""
+    made = challenge(25000112, "tissue_motion", "bouc_wen_hysteresis", excitation="sine10ss")
+    effects = library(
+        *("tissue_motion", "bouc_wen_hysteresis"),
+        *("springpot", "generalized_maxwell", "force_drift", "stiffness_ramp"),
+    )
+    measured = [measurement(made.recording, at_rest=False)]
+    ladder = climb(Composition(), measured, EXACT, effects)
+    assert ladder.ranking[0].composition.names == ("springpot",)
+    assert set(ladder.effects) == {"tissue_motion", "bouc_wen_hysteresis"}
+    assert ladder.final.ratio < EXPLAINED
+
+
 def test_two_effects_are_added_one_after_the_other():
     made = challenge(30, "load_cell_stiffness_error", "coulomb_friction")
     effects = library("load_cell_stiffness_error", "coulomb_friction", "mains_hum")
@@ -482,7 +504,7 @@ def test_what_no_likely_rig_makes_up_for_is_among_the_first_to_be_tried():
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (step,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
     others = [EFFECTS[n] for n in EFFECTS if EFFECTS[n].family not in ("time-varying", "encoder")]
-    order = screened(step, base.composition, others, TOLERANT)
+    order = [promise.effect for promise in screened(step, base.composition, others, TOLERANT)]
     families = list(dict.fromkeys(effect.family for effect in order))
     assert "scale" in families[:FOLLOWED]
     assert next(effect.name for effect in order if effect.family == "scale") == "force_gain"

@@ -271,6 +271,16 @@ def test_friction_is_followed_as_closely_however_fast_the_probe_is(effect):
     assert np.sqrt(np.mean((force - finer) ** 2)) < 1e-3  # a fifth of the load cell's noise
 
 
+def test_what_is_late_begins_at_rest_where_a_motion_begins_at_full_speed():
+    position = 1e-3 * np.sin(62.8 * np.arange(800) * PERIOD)
+    alone = Composition().plus(EFFECTS["channel_delay"])
+    switching = alone.plus(EFFECTS["stiffness_step"])
+    late = {"channel_delay": 1e-2, "stiffness": 265.0, "damping": 3.8}
+    expected = force_of(alone, values_of(alone, **late), position).output
+    found = force_of(switching, values_of(switching, step_change=0.0, **late), position).output
+    np.testing.assert_allclose(found, expected, atol=0.02 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("name", ["backlash", "contact_loss", "coulomb_friction_1"])
 @pytest.mark.parametrize("delay", [7e-5, 2.3e-3, -8e-4])
 def test_what_switches_answers_to_an_input_that_is_late(name, delay):

@@ -165,6 +165,7 @@ def course(
     period: float,
     values: FloatArray,
     begins: float = 0.0,
+    at_rest: bool = True,
 ) -> Course:
     """Interpolate the true course of what drives through its measured samples.
 
@@ -180,6 +181,8 @@ def course(
         The model's constants and parameters.
     begins : float
         Time of the first sample after the run's first [s].
+    at_rest : bool
+        Whether what drives stood still before the first sample; else it went on as fast as there.
     """
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
@@ -191,7 +194,7 @@ def course(
     if kernel.moves_position:
         kernel.position(begins + np.arange(true.size) * period, true, values, changed)
     if kernel.shifts:
-        true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay])
+        true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
@@ -201,11 +204,11 @@ def course(
 
 
 def _shifted(
-    true: FloatArray, changed: FloatArray, period: float, delay: float
+    true: FloatArray, changed: FloatArray, period: float, delay: float, at_rest: bool
 ) -> tuple[FloatArray, FloatArray]:
     """Return a course and its changes as they were earlier; the last change is that by the delay.
 
-    Beyond either end the course goes on as fast as there.
+    Beyond either end the course goes on as fast as there, but stood still before if at rest.
     """
     read, rate = later(np.column_stack([true, *changed[:-1]]), period, delay)
     pieces = cubics(true, period)
@@ -214,7 +217,7 @@ def _shifted(
     )
     off = np.arange(true.size) * period - delay
     for beyond, over, at, slope in (
-        (off < 0.0, off, true[0], pieces[2, 0]),
+        (off < 0.0, off, true[0], 0.0 if at_rest else pieces[2, 0]),
         (off > (true.size - 1) * period, off - (true.size - 1) * period, true[-1], last),
     ):
         read[beyond, 0], rate[beyond] = at + slope * over[beyond], slope

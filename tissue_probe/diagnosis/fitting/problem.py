@@ -183,7 +183,8 @@ class Problem:
         """Simulate the model where a measurement's input was, or might have been, another."""
         measurement, own = self.measurements[index], self.runs.values_in(index, values)
         period, begins = measurement.sample_period, measurement.begins
-        return respond(self.kernel, own, start, course(self.kernel, driven, period, own, begins))
+        coil = course(self.kernel, driven, period, own, begins, measurement.at_rest)
+        return respond(self.kernel, own, start, coil)
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path
@@ -19,6 +17,7 @@ from tissue_probe.diagnosis.ranking.rules import (
     SIMPLER,
     added,
     explained,
+    gains_much,
     only_rounding,
     ranked,
     significant,
@@ -69,9 +68,9 @@ def _without_first(path: Path, instrument: Instrument) -> Iterator[Fit]:
 def exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) -> list[Fit]:
     """Let one of several effects give way to another of its family, if better, or that it contains.
 
-    Or, where something is left to explain, to one that contains it. It was chosen while the others
-    were missing, which another form of it may have followed. One that was found badly stays if it
-    is the better when it is searched in the same way.
+    Or to one that contains it, if better by much, or if something is left to explain. It was chosen
+    while the others were missing, which another form of it may have followed. One that was found
+    badly stays if it is the better when it is searched in the same way.
     """
     if len(steps) < 2:
         return list(steps)
@@ -81,17 +80,26 @@ def exchanged(steps: Sequence[Fit], ranking: Sequence[Fit], further: Further) ->
     for first, old in ((True, added(steps[0])), (False, last)):
         stays = [added(steps[-1] if first else steps[0])] if len(steps) == 2 else []
         for fit in _in_its_place(old, steps[-1], alone, stays, further):
-            enough = explained(fit) or not explained(steps[-1])
-            margin = 0.0
-            if added(fit).name in old.simpler and enough:
-                margin = np.inf if only_rounding(fit) else SIMPLER
-            if fit.bic - steps[-1].bic < margin:
+            if _is_better(fit, steps[-1], old):
                 old = added(fit)
                 steps[-1] = fit
                 if first:
                     steps[0] = alone[old.name]
                     steps[-1] = refit(fit, _last(fit, last), further.instrument) or fit
     return steps if steps[-1] is begun else list(anew(tuple(steps), further))
+
+
+def _is_better(fit: Fit, final: Fit, old: Effect) -> bool:
+    """Whether a fit with another effect in the place of the old one is better than the final one.
+
+    What contains a simpler effect stands back, unless it alone explains all.
+    """
+    gain = final.bic - fit.bic
+    if added(fit).name in old.simpler and (explained(fit) or not explained(final)):
+        return only_rounding(fit) or gain > -SIMPLER
+    if old.name in added(fit).simpler and explained(final):
+        return gains_much(final, fit)
+    return gain > 0.0
 
 
 def _in_its_place(
@@ -103,9 +111,9 @@ def _in_its_place(
 ) -> list[Fit]:
     """Fit a model with others of its family, what it contains or what contains it, in its place.
 
-    Where all is explained, none that contains it is tried. Beside the effect that stays, if it is
-    one, they are searched from there, and it from them where they are nearly as good alone: where
-    they are nothing beside it alone, no way may lead to them from there.
+    Where all is explained, what contains it is tried from there only. Beside the effect that stays,
+    if it is one, they are searched from there, and it from them where they are nearly as good
+    alone: where they are nothing beside it alone, no way may lead to them from there.
     """
     rivals = [
         effect
@@ -114,7 +122,6 @@ def _in_its_place(
         and (
             effect.family == old.family or effect.name in old.simpler or old.name in effect.simpler
         )
-        and not (old.name in effect.simpler and explained(final))
     ]
     less = final.composition.without(old.name)
     without = refit(final, less, further.instrument) if rivals else None
@@ -128,6 +135,8 @@ def _in_its_place(
     found = [fit for fit in found if fit.composition == without.composition.plus(added(fit))]
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
     others = [each for each in rivals if each not in map(added, found)]
+    if explained(final):
+        others = [each for each in others if old.name not in each.simpler]
     # Of two of which one contains the other, either may be reached from where they are as good.
     nested = [each for each in rivals if each.name in old.simpler or old.name in each.simpler]
     refitted = _refitted([(final, less.plus(each)) for each in nested], further)
@@ -135,10 +144,10 @@ def _in_its_place(
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]
     own = [(alone[old.name], stays)] if stays and old.name in alone else []
     for begun, _ in own:
-        near = [alone[e.name] for e in rivals if alone[e.name].cost < RELATED * begun.cost]
+        near = [alone[e.name] for e in others if alone[e.name].cost < RELATED * begun.cost]
         pairs += [(fit, stays) for fit in near]
     found += _told(further.longer(pairs, needed), without, further)
-    if any(fit.bic < final.bic for fit in found):
+    if any(_is_better(fit, final, old) and fit.bic < final.bic for fit in found):
         again = further.longer([(without, [old]), *own], needed)
         found = ranked([*found, *_told(again, without, further)])
     further.note(found)

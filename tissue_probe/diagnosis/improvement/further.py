@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.ranking.candidate import SAME, shared
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms
 from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
-from tissue_probe.diagnosis.ranking.screen import screened
+from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -38,6 +38,9 @@ SOUGHT, COMPARED = 10_000, 25_000
 RELATED = 1.2
 #: Share of the noise, rms, by which what two forms of a first effect leave must differ.
 UNSEEN = 1e-6
+
+#: Pairs that promise most are tried before all else: so many, and so many at once.
+PAIRS, AT_ONCE = 12, 4
 
 Path = tuple[Fit, ...]
 
@@ -111,7 +114,7 @@ class Further:
         self._base, self.instrument, self._library = base, instrument, library
         self._effort = effort or Effort(base.measurements)
         self._leading = frozenset(leading)
-        self._orders: dict[tuple[str, ...], list[Effect]] = {}
+        self._promises: dict[tuple[str, ...], list[Promise]] = {}
         self._extended: set[Fit] = set()
         self._settled: dict[tuple[str, ...], float] = {}
         #: The best fit of every set of effects that was tried.
@@ -186,6 +189,29 @@ class Further:
         ]
         return self._noted([(fit, [effect]) for fit in others], bar)
 
+    def promising(self, firsts: Iterable[Fit], best: Fit) -> list[Path]:
+        """Return pairs that promise most, beside whichever first effect, the best first.
+
+        Only what promises to remove enough of what the best single effect leaves. Of each two
+        families the pair that promises most: kin of it may take its place later. A few at a time,
+        while others promise less than what was found leaves.
+        """
+        needed = asked(best)
+        various: dict[frozenset[str], tuple[float, Fit, Effect]] = {}
+        promises = [(each.cost, fit, each.effect) for fit in firsts for each in self._promised(fit)]
+        for each in sorted(promises, key=lambda each: each[0]):
+            various.setdefault(frozenset({added(each[1]).family, each[2].family}), each)
+        waiting = [each for each in various.values() if each[0] < needed][:PAIRS]
+        found: list[Path] = []
+        while waiting and waiting[0][0] < needed and not self.is_spent():
+            few, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
+            found += self._noted([(fit, [effect]) for _, fit, effect in few], needed)
+            needed = min([needed, *(path[-1].cost for path in found)])
+            if any(explained(path[-1]) for path in found):
+                break
+        order = preferred(path[-1] for path in found)
+        return sorted(found, key=lambda path: order.index(path[-1]))
+
     def losing_contact(self, firsts: Iterable[Fit], needed: float) -> list[Path]:
         """Return paths from first effects to each that changes contact, the best first.
 
@@ -254,7 +280,7 @@ class Further:
             if path[-1] in self._extended:
                 continue
             self._extended.add(path[-1])
-            others = [final] if final else [each[-1] for each in longer.values()]
+            others = [*([final] if final else []), *(each[-1] for each in longer.values())]
             lowest = min((fit.ratio for fit in others), default=np.inf)
             for fit in ranked(self._followed(path[-1], lowest, final)):
                 names = frozenset(fit.composition.names)
@@ -280,7 +306,8 @@ class Further:
         tried again, or passed over.
         """
         again = final is None or not explained(final)
-        order = [each for each in self._order(fit) if again or self.is_new(fit, each)]
+        effects = [promise.effect for promise in self._promised(fit)]
+        order = [each for each in effects if again or self.is_new(fit, each)]
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)
@@ -297,21 +324,22 @@ class Further:
         others = [each for each in order if each.family in kept and each is not first[each.family]]
         return fits + fit_candidates(fit, others, self.instrument, needed, fits)
 
-    def _order(self, fit: Fit) -> list[Effect]:
-        """Order what may be added by what it promises, in the form that promises most.
+    def _promised(self, fit: Fit) -> list[Promise]:
+        """Return what may be added by what it promises, in the form that promises most.
 
         What may part is tried in every form of it: no promise tells them apart.
         """
         names = fit.composition.names
-        if names not in self._orders:
+        if names not in self._promises:
             allowed = addable(fit.composition, self._library).values()
             if not any(map(self._leads, fit.composition.effects)):
                 allowed = filter(self._leads, allowed)
-            alone = self._base.composition
-            forms = screened(fit, alone, allowed, self.instrument)
-            pairs = [(form, self._library[form.name]) for form in forms]
-            self._orders[names] = [whole if _may_part(whole) else form for form, whole in pairs]
-        return self._orders[names]
+            found = screened(fit, self._base.composition, allowed, self.instrument)
+            pairs = [(each, self._library[each.effect.name]) for each in found]
+            self._promises[names] = [
+                each._replace(effect=whole) if _may_part(whole) else each for each, whole in pairs
+            ]
+        return self._promises[names]
 
     def _leads(self, effect: Effect) -> bool:
         """Whether an effect, or what it contains, alone leads somewhere."""

@@ -53,10 +53,12 @@ def longest(
     best first beside each that alone leads somewhere: to some pairs a way leads from one only; at
     last all beside each of these. What would not come near what was found is given up.
     """
-    longer = further.of(paths)
-    best = longer[0] if longer else ()
-    if best and not further.is_spent():
-        best = anew(best, further)
+    best: Path = ()
+    if len(paths[0]) == 1:
+        best = _better(best, further.promising(leading, paths[0][0]), further)
+        if best and explained(best[-1]):
+            return best
+    best = _better(best, further.of(paths, _end(best)), further)
     if len(paths[0]) > 1 or _is_enough(best, further):
         return best
     best = _better(best, further.of(_turned(best, paths, ranking), _end(best)), further)

@@ -131,7 +131,7 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
     for fit in list(order):
         for name in added(fit).simpler:
             simpler = next((each for each in order if added(each).name == name), None)
-            if simpler is None or _gains_much(simpler, fit):
+            if simpler is None or gains_much(simpler, fit):
                 continue
             if order.index(simpler) > order.index(fit):
                 order.remove(simpler)
@@ -139,7 +139,7 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
     return order
 
 
-def _gains_much(simpler: Fit, fit: Fit) -> bool:
+def gains_much(simpler: Fit, fit: Fit) -> bool:
     """Whether a fit with an effect that contains the other's is worth what it has more.
 
     One that ends in the limit where it is the other, or follows an encoder's rounding, is not.

@@ -7,6 +7,7 @@ would have to be generated and compiled for every pair. What does not: fitting t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,10 +23,25 @@ from tissue_probe.physics.effects import Effect
 from tissue_probe.signals import FloatArray
 
 
+class Promise(NamedTuple):
+    """What an effect, in one form of it, promises beside a fitted model.
+
+    Attributes
+    ----------
+    effect : Effect
+        In the form that promises most.
+    cost : float
+        What may be left with it.
+    """
+
+    effect: Effect
+    cost: float
+
+
 def screened(
     fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument
-) -> list[Effect]:
-    """Return the effects, each in its best form, by what they promise beside a fitted model.
+) -> list[Promise]:
+    """Return what effects, each in its best form, promise beside a fitted model, the most first.
 
     What an effect changes in the force is taken from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
@@ -52,9 +68,10 @@ def screened(
         for each in set(exactly)
     }
     scores = mapped(lambda one: tests[one[0]].score(one[1]), zip(exactly, tried, strict=True))
-    best: dict[str, Effect] = {}
+    best: dict[str, Promise] = {}
     for index in np.argsort(scores)[::-1]:
-        best.setdefault(tried[index].name, tried[index])
+        form = tried[index]
+        best.setdefault(form.name, Promise(form, max(fit.cost - scores[index], 0.0)))
     return list(best.values())
 
 
