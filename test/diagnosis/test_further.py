@@ -168,7 +168,7 @@ def test_lost_motion_beside_another_effect_is_tried_in_every_form():
     made = challenge(480107, "backlash", "added_mass", excitation="sine10ss")
     base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], EXACT)
     (mass,) = fit_candidates(base, [EFFECTS["added_mass"]], EXACT)
-    ((promising, _),) = screened(mass, Composition(), [EFFECTS["backlash"]], EXACT)
+    (((promising, _),),) = screened([(mass, [EFFECTS["backlash"]])], Composition(), EXACT)
     (astray,) = fit_candidates(mass, [promising], EXACT)
     assert astray.ratio > 3.0
     ((_, both),) = Further(base, EXACT, library("backlash"), EFFECTS).of([(mass,)])

@@ -504,7 +504,8 @@ def test_what_no_likely_rig_makes_up_for_is_among_the_first_to_be_tried():
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (step,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
     others = [EFFECTS[n] for n in EFFECTS if EFFECTS[n].family not in ("time-varying", "encoder")]
-    order = [promise.effect for promise in screened(step, base.composition, others, TOLERANT)]
+    (promises,) = screened([(step, others)], base.composition, TOLERANT)
+    order = [promise.effect for promise in promises]
     families = list(dict.fromkeys(effect.family for effect in order))
     assert "scale" in families[:FOLLOWED]
     assert next(effect.name for effect in order if effect.family == "scale") == "force_gain"

@@ -39,8 +39,9 @@ RELATED = 1.2
 #: Share of the noise, rms, by which what two forms of a first effect leave must differ.
 UNSEEN = 1e-6
 
-#: Pairs that promise most are tried before all else: so many, and so many at once.
-PAIRS, AT_ONCE = 12, 4
+#: Pairs that promise most are tried before all else, beside so many of the best first effects: so
+#: many pairs, and so many at once.
+FIRSTS, PAIRS, AT_ONCE = 8, 12, 4
 
 Path = tuple[Fit, ...]
 
@@ -189,8 +190,8 @@ class Further:
         ]
         return self._noted([(fit, [effect]) for fit in others], bar)
 
-    def promising(self, firsts: Iterable[Fit], best: Fit) -> list[Path]:
-        """Return pairs that promise most, beside whichever first effect, the best first.
+    def promising(self, firsts: Sequence[Fit], best: Fit) -> list[Path]:
+        """Return pairs that promise most, beside whichever of the best first effects, best first.
 
         Only what promises to remove enough of what the best single effect leaves. Of each two
         families the pair that promises most: kin of it may take its place later. A few at a time,
@@ -198,7 +199,9 @@ class Further:
         """
         needed = asked(best)
         various: dict[frozenset[str], tuple[float, Fit, Effect]] = {}
-        promises = [(each.cost, fit, each.effect) for fit in firsts for each in self._promised(fit)]
+        firsts = firsts[:FIRSTS]
+        screens = zip(firsts, self._promised(firsts), strict=True)
+        promises = [(each.cost, fit, each.effect) for fit, screen in screens for each in screen]
         for each in sorted(promises, key=lambda each: each[0]):
             various.setdefault(frozenset({added(each[1]).family, each[2].family}), each)
         waiting = [each for each in various.values() if each[0] < needed][:PAIRS]
@@ -302,12 +305,14 @@ class Further:
         Of families those that promise most; beside play alone that leads somewhere all, as it takes
         away from what is promised as if it were not there.
 
-        What will not come near the lowest residual of another path is given up; what was tried is
-        tried again, or passed over.
+        What will not come near the lowest residual of another path is given up. Beside what
+        explains all, what was tried is passed over, and what promises to leave far more.
         """
-        again = final is None or not explained(final)
-        effects = [promise.effect for promise in self._promised(fit)]
-        order = [each for each in effects if again or self.is_new(fit, each)]
+        (promised,) = self._promised([fit])
+        if final is not None and explained(final):
+            near = [each for each in promised if each.cost <= NEAR * final.cost]
+            promised = [each for each in near if self.is_new(fit, each.effect)]
+        order = [each.effect for each in promised]
         first: dict[str, Effect] = {}
         for effect in order:
             first.setdefault(effect.family, effect)
@@ -324,22 +329,26 @@ class Further:
         others = [each for each in order if each.family in kept and each is not first[each.family]]
         return fits + fit_candidates(fit, others, self.instrument, needed, fits)
 
-    def _promised(self, fit: Fit) -> list[Promise]:
-        """Return what may be added by what it promises, in the form that promises most.
+    def _promised(self, fits: Sequence[Fit]) -> list[list[Promise]]:
+        """Return for each fit what may be added by what it promises, in the most promising form.
 
         What may part is tried in every form of it: no promise tells them apart.
         """
-        names = fit.composition.names
-        if names not in self._promises:
-            allowed = addable(fit.composition, self._library).values()
-            if not any(map(self._leads, fit.composition.effects)):
-                allowed = filter(self._leads, allowed)
-            found = screened(fit, self._base.composition, allowed, self.instrument)
-            pairs = [(each, self._library[each.effect.name]) for each in found]
-            self._promises[names] = [
-                each._replace(effect=whole) if _may_part(whole) else each for each, whole in pairs
+        new = [fit for fit in fits if fit.composition.names not in self._promises]
+        pairs = [(fit, self._allowed(fit)) for fit in new]
+        screens = screened(pairs, self._base.composition, self.instrument)
+        for fit, screen in zip(new, screens, strict=True):
+            found = [(each, self._library[each.effect.name]) for each in screen]
+            self._promises[fit.composition.names] = [
+                each._replace(effect=whole) if _may_part(whole) else each for each, whole in found
             ]
-        return self._promises[names]
+        return [self._promises[fit.composition.names] for fit in fits]
+
+    def _allowed(self, fit: Fit) -> list[Effect]:
+        """Return what may be added to a fit: what leads, where nothing of it does."""
+        allowed = addable(fit.composition, self._library).values()
+        leads = any(map(self._leads, fit.composition.effects))
+        return [each for each in allowed if leads or self._leads(each)]
 
     def _leads(self, effect: Effect) -> bool:
         """Whether an effect, or what it contains, alone leads somewhere."""

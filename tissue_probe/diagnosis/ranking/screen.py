@@ -39,9 +39,9 @@ class Promise(NamedTuple):
 
 
 def screened(
-    fit: Fit, alone: Composition, effects: Iterable[Effect], instrument: Instrument
-) -> list[Promise]:
-    """Return what effects, each in its best form, promise beside a fitted model, the most first.
+    pairs: Iterable[tuple[Fit, Iterable[Effect]]], alone: Composition, instrument: Instrument
+) -> list[list[Promise]]:
+    """Return what effects, each in its best form, promise beside fitted models, the most first.
 
     What an effect changes in the force is taken from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
@@ -49,17 +49,40 @@ def screened(
 
     Parameters
     ----------
-    fit : Fit
-        The model as it is.
+    pairs : iterable of (Fit, iterable of Effect)
+        Models as they are, and what may be added to each.
     alone : Composition
         The model to which effects are added one at a time, such as the base of a ladder.
-    effects : iterable of Effect
-        What may be added.
     instrument : Instrument
         What is known of the rig.
     """
-    missing = [effect for effect in effects if effect.name not in fit.composition.names]
-    tried = forms(alone, missing)
+    pairs = [(fit, _tried(fit, alone, effects)) for fit, effects in pairs]
+    tests = [_tests(fit, alone, tried, instrument) for fit, tried in pairs]
+    jobs = [
+        (test, form)
+        for (_, tried), own in zip(pairs, tests, strict=True)
+        for test, form in zip(own, tried, strict=True)
+    ]
+    scores = iter(mapped(lambda job: job[0].score(job[1]), jobs))
+    return [_ordered(fit, [(form, next(scores)) for form in tried]) for fit, tried in pairs]
+
+
+def _tried(fit: Fit, alone: Composition, effects: Iterable[Effect]) -> list[Effect]:
+    return forms(alone, [effect for effect in effects if effect.name not in fit.composition.names])
+
+
+def _ordered(fit: Fit, scores: Iterable[tuple[Effect, float]]) -> list[Promise]:
+    """Return the best form of each effect, what promises most first."""
+    best: dict[str, Promise] = {}
+    for form, score in sorted(scores, key=lambda each: -each[1]):
+        best.setdefault(form.name, Promise(form, max(fit.cost - score, 0.0)))
+    return list(best.values())
+
+
+def _tests(
+    fit: Fit, alone: Composition, tried: Iterable[Effect], instrument: Instrument
+) -> list[_ScoreTest]:
+    """Return the test for each effect: in all samples where the position is corrected, else few."""
     corrects = fit.composition.kernel.corrects
     exactly = [corrects or alone.plus(form).kernel.corrects for form in tried]
     few = [measurement.thinned() for measurement in fit.measurements]
@@ -67,12 +90,7 @@ def screened(
         each: _ScoreTest(fit, alone, fit.measurements if each else few, instrument)
         for each in set(exactly)
     }
-    scores = mapped(lambda one: tests[one[0]].score(one[1]), zip(exactly, tried, strict=True))
-    best: dict[str, Promise] = {}
-    for index in np.argsort(scores)[::-1]:
-        form = tried[index]
-        best.setdefault(form.name, Promise(form, max(fit.cost - scores[index], 0.0)))
-    return list(best.values())
+    return [tests[each] for each in exactly]
 
 
 class _ScoreTest:

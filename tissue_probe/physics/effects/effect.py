@@ -38,7 +38,7 @@ class Parameter:
     @property
     def name(self) -> str:
         """The symbol's name."""
-        return str(self.symbol)
+        return str(self.symbol.name)
 
 
 @dataclass(frozen=True)
