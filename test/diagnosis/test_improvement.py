@@ -26,10 +26,10 @@ from tissue_probe.diagnosis.improvement.ladder import (
     climb,
     climb_by,
 )
-from tissue_probe.diagnosis.improvement.paths import _from_beside
+from tissue_probe.diagnosis.improvement.paths import _from_beside, longest
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import EXPLAINED, added
+from tissue_probe.diagnosis.ranking.rules import EXPLAINED, added, ranked
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -108,6 +108,20 @@ def test_a_pair_is_found_neither_of_which_does_best_alone():
     assert ladder.ranking[0].composition.names == ("springpot",)
     assert set(ladder.effects) == {"tissue_motion", "bouc_wen_hysteresis"}
     assert ladder.final.ratio < EXPLAINED
+
+
+def test_kin_takes_the_place_of_an_effect_in_a_pair_that_promised_most_before_others_are_tried():
+    """Beside a mass, contact that is only lost was as good as tissue that holds the tip."""
+    made = challenge(27000062, "adhesion", "added_mass")
+    names = ("adhesion", "contact_loss", "hertz_contact", "added_mass", "structural_mode")
+    base = fit_base(Composition(), [measurement(made.recording)], EXACT)
+    ranking = ranked(fit_candidates(base, library(*names).values(), EXACT))
+    further = Further(base, EXACT, library(*names), names)
+    promised = further.promising(ranking, ranking[0])
+    assert promised[0][-1].ratio > 2.0
+    path = longest(further, [(fit,) for fit in ranking[:3]], ranking, ranking)
+    assert set(path[-1].composition.names) == {"adhesion", "added_mass"}
+    assert path[-1].ratio < EXPLAINED
 
 
 def test_two_effects_are_added_one_after_the_other():

@@ -193,9 +193,9 @@ class Further:
     def promising(self, firsts: Sequence[Fit], best: Fit) -> list[Path]:
         """Return pairs that promise most, beside whichever of the best first effects, best first.
 
-        Only what promises to remove enough of what the best single effect leaves. Of each two
-        families the pair that promises most: kin of it may take its place later. A few at a time,
-        while others promise less than what was found leaves.
+        Of each two families the pair that promises most: kin of it may take its place later. A few
+        at a time: after the first only what promises to remove enough of what the best single
+        effect leaves, and to leave less than what was found.
         """
         needed = asked(best)
         various: dict[frozenset[str], tuple[float, Fit, Effect]] = {}
@@ -204,9 +204,9 @@ class Further:
         promises = [(each.cost, fit, each.effect) for fit, screen in screens for each in screen]
         for each in sorted(promises, key=lambda each: each[0]):
             various.setdefault(frozenset({added(each[1]).family, each[2].family}), each)
-        waiting = [each for each in various.values() if each[0] < needed][:PAIRS]
+        waiting = list(various.values())[:PAIRS]
         found: list[Path] = []
-        while waiting and waiting[0][0] < needed and not self.is_spent():
+        while waiting and (not found or waiting[0][0] < needed) and not self.is_spent():
             few, waiting = waiting[:AT_ONCE], waiting[AT_ONCE:]
             found += self._noted([(fit, [effect]) for _, fit, effect in few], needed)
             needed = min([needed, *(path[-1].cost for path in found)])

@@ -27,6 +27,8 @@ from tissue_probe.diagnosis.ranking.rules import (
 
 #: Effects on which a second is tried, if there are so many of different families.
 BEAM = 3
+#: Of pairs that promise most kin is tried in the place of either in so many that do as well.
+AS_GOOD = 2
 
 
 def begun(ranking: Sequence[Fit]) -> list[Path]:
@@ -47,15 +49,16 @@ def longest(
 ) -> Path:
     """Return the best path with one effect more.
 
-    Where none leaves noise, the last is taken as the first, too: it may have been found beside one
-    that only stands for another; then lost contact beside relaxing tissue is tried in every form,
-    as no promise tells of it; then all beside other forms of a first, and simpler ones; then the
-    best first beside each that alone leads somewhere: to some pairs a way leads from one only; at
-    last all beside each of these. What would not come near what was found is given up.
+    Pairs that promise most come first. Where none leaves noise, all beside each path are tried, and
+    the last is taken as the first, too: it may have been found beside one that only stands for
+    another; then lost contact beside relaxing tissue is tried in every form, as no promise tells of
+    it; then all beside other forms of a first, and simpler ones; then the best first beside each
+    that alone leads somewhere: to some pairs a way leads from one only; at last all beside each of
+    these. What would not come near what was found is given up.
     """
     best: Path = ()
     if len(paths[0]) == 1:
-        best = _better(best, further.promising(leading, paths[0][0]), further)
+        best = _better(best, _promising(further, paths[0][0], ranking, leading), further)
         if best and explained(best[-1]):
             return best
     best = _better(best, further.of(paths, _end(best)), further)
@@ -76,6 +79,23 @@ def longest(
     if _is_enough(best, further):
         return best
     return _better(best, further.of([(fit,) for fit in leading], _end(best)), further)
+
+
+def _promising(
+    further: Further, single: Fit, ranking: Sequence[Fit], leading: Sequence[Fit]
+) -> list[Path]:
+    """Return the pairs that promise most, the best first.
+
+    Where they remove enough, but none explains all, kin takes the place of either in the best: no
+    promise tells them apart.
+    """
+    pairs = further.promising(leading, single)
+    if not pairs or explained(pairs[0][-1]):
+        return pairs
+    most = min(RELATED * pairs[0][-1].cost, asked(single))
+    near = [path for path in pairs[:AS_GOOD] if path[-1].cost < most]
+    better = [tuple(exchanged(path, ranking, further)) for path in near]
+    return sorted([*better, *pairs[len(near) :]], key=lambda path: path[-1].bic)
 
 
 def _end(path: Path) -> Fit | None:
