@@ -134,11 +134,11 @@ def _in_its_place(
     found = further.known(without.composition, rivals) if explained(final) else []
     found = [fit for fit in found if fit.composition == without.composition.plus(added(fit))]
     found = [fit for fit in found if explained(fit) or added(fit).name not in old.simpler]
-    others = [each for each in rivals if each not in map(added, found)]
-    if explained(final):
-        others = [each for each in others if old.name not in each.simpler]
+    richer = [each for each in rivals if old.name in each.simpler]
+    passed = [*map(added, found), *(richer if explained(final) else ())]
+    others = [each for each in rivals if each not in passed]
     # Of two of which one contains the other, either may be reached from where they are as good.
-    nested = [each for each in rivals if each.name in old.simpler or old.name in each.simpler]
+    nested = [each for each in rivals if each.name in old.simpler or each in richer]
     refitted = _refitted([(final, less.plus(each)) for each in nested], further)
     found += [fit for fit in refitted if fit is not None]
     pairs: list[tuple[Fit, Sequence[Effect]]] = [(without, others)]

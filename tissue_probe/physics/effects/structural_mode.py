@@ -20,7 +20,7 @@ _PULL = _OMEGA**2 * OFFSET + 2 * RATIO * _OMEGA * (TIP_VELOCITY - SPEED)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose resonances from 15 to 300 Hz."""
+    """Propose resonances from 15 to 250 Hz, closer where sweeps and chirps are."""
     frequencies = (15.0, 19.0, 24.0, 30.0, 40.0, 50.0, 70.0, 100.0, 150.0, 250.0)
     return [{"modal_frequency": f, "modal_damping_ratio": 0.05} for f in frequencies]
 
