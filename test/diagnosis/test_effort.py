@@ -13,9 +13,11 @@ from tissue_probe.diagnosis.fitting.effort import Effort, count
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise
 from tissue_probe.diagnosis.improvement import further as further_effects
-from tissue_probe.diagnosis.improvement.further import COMPARED, SOUGHT, Further
+from tissue_probe.diagnosis.improvement import paths
+from tissue_probe.diagnosis.improvement.exchange import _needed
+from tissue_probe.diagnosis.improvement.further import COMPARED, SOUGHT, Further, asked
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import added, explained
+from tissue_probe.diagnosis.ranking.rules import SIMPLER, added, explained
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -107,6 +109,36 @@ def test_where_all_is_explained_more_is_done_to_tell_it_from_others(friction):
         assert (further.is_spent(first), further.is_spent(both)) == spent
     further = Further(base, EXACT, EFFECTS, EFFECTS, _after(COMPARED + 1, measured))
     assert further.is_spent(both)
+
+
+def test_what_takes_an_effects_place_late_must_leave_a_good_part_less(friction):
+    measured, base, (first, second, cell) = friction
+    (wrong,) = fit_candidates(first, [added(second)], EXACT)
+    (both,) = fit_candidates(first, [added(cell)], EXACT)
+    assert explained(both)
+    assert not explained(wrong)
+    for responses, needed in ((SOUGHT, wrong.cost + SIMPLER), (SOUGHT + 1, asked(wrong))):
+        further = Further(base, EXACT, EFFECTS, EFFECTS, _after(responses, measured))
+        assert _needed(wrong, further) == needed
+    further = Further(base, EXACT, EFFECTS, EFFECTS, _after(COMPARED + 1, measured))
+    assert _needed(both, further) == both.cost + SIMPLER
+
+
+def test_where_pairs_that_promise_most_took_the_effort_no_other_is_sought(friction, monkeypatch):
+    measured, base, (first, second, _) = friction
+
+    def searched_long(path, further):
+        count([np.broadcast_to(0.0, (measured[0].force.size, SOUGHT + 1))])
+        return path
+
+    monkeypatch.setattr(paths, "anew", searched_long)
+    monkeypatch.setattr(Further, "of", lambda *_: pytest.fail("another was sought"))
+    effort = Effort(measured)
+    further = Further(base, EXACT, library("mains_hum", "force_bias"), EFFECTS, effort)
+    with effort.counted():
+        found = paths.longest(further, [(first,)], [first, second], [first])
+        assert further.is_spent()
+    assert not explained(found[-1])
 
 
 @pytest.mark.parametrize(

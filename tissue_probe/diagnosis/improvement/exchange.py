@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
-from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path
+from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path, asked
 from tissue_probe.diagnosis.ranking.candidate import SAME, shared
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, refit
 from tissue_probe.diagnosis.ranking.rules import (
@@ -40,7 +40,7 @@ def anew(path: Path, further: Further) -> Path:
     for other in _without_first(path, further.instrument):
         if further.has_settled(other, first):
             continue
-        for fit in further.searched(other, [first]):
+        for fit in further.searched(other, [first], final.cost):
             found = refit(fit, final.composition.having(added(fit)), further.instrument)
             if found is not None and found.bic < path[-1].bic:
                 path = (*path[:-1], found)
@@ -127,7 +127,7 @@ def _in_its_place(
     without = refit(final, less, further.instrument) if rivals else None
     if without is None:
         return []
-    needed = _needed(final)
+    needed = _needed(final, further)
     # Where all is explained, what was given up before would not come near now either; but what is
     # simpler, and as good, may have been found badly from its own side.
     # So may be what was found beside another form of what stays.
@@ -182,14 +182,18 @@ def both_exchanged(final: Fit, kin: Sequence[Sequence[Fit]], further: Further) -
         for first in (fit for fit in firsts if fit.cost < RELATED * old.cost):
             new = [each for each in map(added, seconds) if further.is_new(first, each)]
             pairs += [(first, new)] if new else []
-    found = further.longer(pairs, _needed(final))
+    found = further.longer(pairs, _needed(final, further))
     further.note(path[-1] for path in found)
     return found
 
 
-def _needed(final: Fit) -> float:
-    """Return the cost asked of what takes an effect's place."""
-    return final.cost + SIMPLER
+def _needed(final: Fit, further: Further) -> float:
+    """Return the cost asked of what takes an effect's place.
+
+    Of what is tried late a good part less; but where all is explained, what does as well is told.
+    """
+    late = further.is_spent(final) and not explained(final)
+    return asked(final) if late else final.cost + SIMPLER
 
 
 def kin_of(effect: Effect, ranking: Sequence[Fit]) -> list[Fit]:

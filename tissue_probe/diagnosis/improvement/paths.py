@@ -59,7 +59,7 @@ def longest(
     best: Path = ()
     if len(paths[0]) == 1:
         best = _better(best, _promising(further, paths[0][0], ranking, leading), further)
-        if best and explained(best[-1]):
+        if best and _is_enough(best, further):
             return best
     best = _better(best, further.of(paths, _end(best)), further)
     if len(paths[0]) > 1 or _is_enough(best, further):
