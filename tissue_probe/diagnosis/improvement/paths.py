@@ -54,7 +54,8 @@ def longest(
     another; then lost contact beside relaxing tissue is tried in every form, as no promise tells of
     it; then all beside other forms of a first, and simpler ones; then the best first beside each
     that alone leads somewhere: to some pairs a way leads from one only; at last all beside each of
-    these. What would not come near what was found is given up.
+    these. What would not come near what was found is given up, and nothing is begun once enough was
+    tried.
     """
     best: Path = ()
     if len(paths[0]) == 1:
@@ -151,8 +152,8 @@ def _from_beside(
     found: list[Path] = []
     for (own, *_), (other, *_) in (kin, kin[::-1]):
         near = [fit for fit in leading if fit.cost < RELATED * own.cost] if own in leading else []
-        asked = [fit for fit in near if not further.explains(fit, other)]
-        found += further.towards(other, asked, final.cost + SIMPLER)
+        unknown = [fit for fit in near if not further.explains(fit, other)]
+        found += further.towards(other, unknown, final.cost + SIMPLER)
     return found
 
 
