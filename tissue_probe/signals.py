@@ -226,6 +226,7 @@ class Status(IntEnum):
     CONVERGED = 1
     NO_CONTACT = 2
     MODEL_REJECTED = 3
+    DISTURBED = 4
 
 
 @dataclass(frozen=True)
