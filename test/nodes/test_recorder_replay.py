@@ -67,7 +67,8 @@ def recorded(tmp_path_factory) -> Path:
             running.activate(
                 {
                     "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
-                    "/probe/scan": len(ESTIMATORS) + 2,  # and the mapper and the recorder
+                    # And the driver, the mapper and the recorder.
+                    "/probe/scan": len(ESTIMATORS) + 3,
                     **{f"/probe/{name}": 2 for name in ESTIMATORS},
                 },
                 publishers={

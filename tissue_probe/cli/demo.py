@@ -71,7 +71,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     grid = GridSettings().make()
     subscribers = {
         "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
-        "/probe/scan": len(ESTIMATORS) + 2,  # and the mapper and the recorder
+        "/probe/scan": len(ESTIMATORS) + 3,  # and the driver, the mapper and the recorder
         **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
     }
     publishers = {

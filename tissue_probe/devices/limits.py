@@ -18,6 +18,11 @@ NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN
 #: Places of what is carried from block to block.
 LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN = range(6)
 
+#: Longest silence between two signs of life that a scan node promises while the tip may be in the
+#: tissue [s]: fifty of its steps, and as long as a silent DAQ is borne (``stale_limit``). Whoever
+#: watches it may allow more, not less: nobody can be held to more than was promised.
+PALPATION_LEASE = 0.5
+
 ADVICE = "the coil is at zero; look at the probe before you reset and activate it again"
 
 
@@ -79,6 +84,13 @@ class Limits(BaseModel):
         "s",
         "longest time without a sample, or with force or position unknown",
         gt=0.0,
+        le=5.0,
+    )
+    palpation_timeout: float = setting(
+        PALPATION_LEASE,
+        "s",
+        "longest silence of the scan node from a site's APPROACH to LIFTED",
+        ge=PALPATION_LEASE,
         le=5.0,
     )
 

@@ -36,6 +36,7 @@ from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
+from tissue_probe.nodes.scan_watch import ScanWatch
 from tissue_probe.nodes.tare import Tare
 from tissue_probe.settings import SettingsError, setting
 
@@ -142,6 +143,8 @@ class Driver(SturdyLifecycleNode):
         self._emergency_stop = EmergencyStop(
             self, self._interlock, self._trip, lambda: self._thread is not None
         )
+        patience = read(self, Limits, "limits.").palpation_timeout
+        self._scan_watch = ScanWatch(self, patience, self._on_silent_scan)
         self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
         self.create_timer(0.05, self._deactivate_after_fault)
@@ -285,8 +288,10 @@ class Driver(SturdyLifecycleNode):
         return ""
 
     def _on_change(self) -> None:
+        limits = read(self, Limits, "limits.")
+        self._scan_watch.change_timeout(limits.palpation_timeout)
         if self._device is not None:
-            self._device.change_limits(read(self, Limits, "limits."))
+            self._device.change_limits(limits)
 
     def _samples_to_read(self) -> int:
         """Return 1 while someone wants each sample at once; else up to the end of a block.
@@ -351,6 +356,10 @@ class Driver(SturdyLifecycleNode):
             self._device.trip(reason)
         else:
             self._interlock.trip(reason)
+
+    def _on_silent_scan(self, reason: str) -> None:
+        if self._thread is not None:  # else the coil is at zero already
+            self._trip(reason)
 
     def _refuse_after_fault(self) -> None:
         if self._interlock.tripped:

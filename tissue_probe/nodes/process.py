@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import rclpy
 import rclpy.utilities
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import uninstall_signal_handlers
 
 from tissue_probe.settings import SettingsError, sentence
 
@@ -23,11 +26,14 @@ class Finished(Exception):
 MISTAKES = (SettingsError, OSError)
 
 
-def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreadedExecutor) -> int:
+def run(
+    make_node: Callable[[], Node], executor: Callable[[], Executor] = SingleThreadedExecutor
+) -> int:
     """Make a node and spin it until Ctrl-C, SIGTERM, or a failure; return the exit status.
 
-    The node's ``destroy_node`` is called in every case. Words on the command line that are not for
-    ROS are answered with help instead.
+    The node's ``destroy_node`` is called in every case, while the node can still publish and be
+    spun by its executor: it may have to bring something to an end. Words on the command line that
+    are not for ROS are answered with help instead.
     """
     if arguments := rclpy.utilities.remove_ros_args(sys.argv)[1:]:
         return _explain(arguments)
@@ -38,14 +44,14 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
         _tell_unknown_parameters(node)
         spinner = executor()
         spinner.add_node(node)
-        spinner.spin()
+        _spin(spinner)
     except (KeyboardInterrupt, ExternalShutdownException, Finished):
         pass
     except MISTAKES as error:
         print(f"{Path(sys.argv[0]).stem}: {sentence(error)}", file=sys.stderr)
         return 1
     except Exception:
-        # SIGTERM ends the context under whatever runs: what is raised then is its consequence.
+        # Where the context was shut down under what runs, what is raised is its consequence.
         if rclpy.ok():
             raise
     finally:
@@ -55,6 +61,37 @@ def run(make_node: Callable[[], Node], executor: type[Executor] = SingleThreaded
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _spin(executor: Executor) -> None:
+    """Spin until SIGINT or SIGTERM, which rclpy itself would answer by ending the context.
+
+    Python's handlers run in the main thread alone, which waits for messages then. So the signal
+    goes through a pipe to a thread, and as a task from there to the executor.
+    """
+    ended = threading.Event()
+    receiver, sender = os.pipe()
+    os.set_blocking(sender, False)
+
+    def hear() -> None:
+        if os.read(receiver, 1):
+            ended.set()
+            executor.create_task(lambda: None)
+
+    listener = threading.Thread(target=hear, name="signals")
+    listener.start()
+    uninstall_signal_handlers()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
+    signal.set_wakeup_fd(sender)
+    try:
+        while not ended.is_set() and rclpy.ok():
+            executor.spin_once()
+    finally:
+        signal.set_wakeup_fd(-1)
+        os.close(sender)  # which ends the thread
+        listener.join()
+        os.close(receiver)
 
 
 def _tell_unknown_parameters(node: Node) -> None:

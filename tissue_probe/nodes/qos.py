@@ -1,6 +1,9 @@
 """Qualities of service: reliable everywhere, since a CRTK client subscribes reliably."""
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+
+from tissue_probe.devices.limits import PALPATION_LEASE
 
 #: Sample blocks and estimates: five seconds at 200 Hz.
 BLOCKS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
@@ -27,3 +30,27 @@ ANNOUNCEMENTS = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
+
+#: The same from a scan node, which promises to show while a scan goes on that it is alive: only its
+#: own word counts, not that its process exists. Who does not ask for that hears it as before.
+SCAN_ANNOUNCEMENTS = QoSProfile(
+    depth=ANNOUNCEMENTS.depth,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+    liveliness_lease_duration=Duration(seconds=PALPATION_LEASE),
+)
+
+
+def watched_announcements(timeout: float) -> QoSProfile:
+    """Return what the watch of a scan asks for: its latest announcement, a sign in ``timeout`` [s].
+
+    Who promises less is not heard, and told as incompatible.
+    """
+    return QoSProfile(
+        depth=1,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+        liveliness=LivelinessPolicy.MANUAL_BY_TOPIC,
+        liveliness_lease_duration=Duration(seconds=timeout),
+    )

@@ -1,59 +1,61 @@
-"""The scan node: moves the probe from site to site, and says where it is palpating.
-
-It knows the robot only through CRTK: setpoints out on ``servo_cp``, poses in on ``measured_cp``,
-and on ``operating_state``, from a robot that tells it, whether it is ready to move.
-"""
+"""The scan node: moves the probe from site to site, and says where it is palpating."""
 
 from __future__ import annotations
 
 import threading
 import time
+import traceback
+from collections import Counter
+from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, Quaternion
-from pydantic import BaseModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.duration import Duration
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
-from crtk_msgs.msg import OperatingState
+from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.conversions import samples_from_message, site_to_message
-from tissue_probe.nodes.crtk import ENABLED
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATEST, POSES
-from tissue_probe.pacing import Pacer
+from tissue_probe.nodes.qos import LATEST, SCAN_ANNOUNCEMENTS
+from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
+from tissue_probe.nodes.site_verdicts import SiteVerdicts
 from tissue_probe.settings import setting
-from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase
+from tissue_probe.signals import NANOSECONDS, PalpationSite, Phase
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import ScanGrid
 
-#: Time between two setpoints [s].
-INTERVAL = 0.01
+#: Longest time that the node takes to end a scan when it is told to end itself [s]: ros2 launch
+#: kills a process ten seconds after Ctrl-C.
+ENDING = 8.0
+#: Longest time for the last announcements to reach everyone, and for the result to be sent [s].
+DELIVERY = 0.5
+#: In the time in which the scan has promised a sign of life it gives so many [-].
+SIGNS = 10
+#: So many sites without estimate are named in the message; all are in the result.
+NAMED = 10
 
 
-class ScanSettings(BaseModel):
-    """How the probe is moved and when it is trusted to have arrived."""
+class ScanSettings(RobotSettings):
+    """How the probe is moved, and how long is waited for whom."""
 
-    robot: str = setting("/stage", "", "namespace of the CRTK robot that carries the probe")
-    frame_id: str = setting("stage", "", "frame of the robot's poses")
-    speed: float = setting(0.04, "m/s", "speed of the probe", gt=0.0, le=0.5)
     lift_height: float = setting(
         0.003, "m", "height above the surface between sites", gt=0.0005, le=0.1
     )
     settle_time: float = setting(
         0.1, "s", "time in contact before a dwell begins", ge=0.02, le=10.0
     )
-    tolerance: float = setting(0.0002, "m", "distance at which a site is reached", gt=0.0, le=0.01)
-    motion_timeout: float = setting(
-        3.0, "s", "longest wait for the robot to arrive after its last setpoint", gt=0.0, le=60.0
-    )
     samples_timeout: float = setting(0.5, "s", "longest silence of the driver", ge=0.05, le=60.0)
+    map_timeout: float = setting(
+        2.0, "s", "longest wait for the map to tell of the last site", ge=0.0, le=60.0
+    )
 
 
 class ScanStopped(RuntimeError):
@@ -64,13 +66,21 @@ class ScanCancelled(Exception):
     """Whoever asked for the scan wants it no more."""
 
 
+#: What a scan can be stopped by; anything else is a fault of ours.
+FORESEEN = (ScanStopped, ScanCancelled, NotMoved)
+
+
 class Scan(Node):
     """Palpates grids on demand, as the action ``scan_grid``; one at a time.
 
     Each site is announced on ``palpation_site``: APPROACH when the way to it begins, DWELL with
     the time at which the dwell will begin (``settle_time`` ahead, so that everyone hears of it in
-    time), LIFTED with the time at which it ended. Times are those of the samples' stamps, not of
-    this machine's clock. Whatever ends a scan, the probe is lifted.
+    time), LIFTED when the robot has shown that the probe is up, with the time at which the dwell
+    ended. Times are those of the samples' stamps, not of this machine's clock.
+
+    Whatever ends a scan, the probe is lifted first, then others are told. From APPROACH to LIFTED
+    the loop that moves the probe asserts the liveliness of the announcements; where that ceases,
+    or the node ends without LIFTED, the driver puts the coil at zero (``scan_watch``).
     """
 
     def __init__(self) -> None:
@@ -79,21 +89,18 @@ class Scan(Node):
         self._settings = read(self, ScanSettings)
         # A scan goes on as it began: it takes new values when the next one begins.
         follow_changes(self, {"": ScanSettings}, on_change=lambda: None)
-        robot = self._settings.robot.rstrip("/")
-        self._position: FloatArray | None = None
-        self._orientation = Quaternion()
-        self._state: OperatingState | None = None
         self._heard_samples = -np.inf
         self._sample_time = 0
+        self._dwell_began = 0
         self._busy = threading.Lock()
-        self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", ANNOUNCEMENTS)
-        self._setpoints = self.create_publisher(PoseStamped, f"{robot}/servo_cp", POSES)
-        # Emptied by the scan itself at each step: only the latest pose counts, and of the samples
-        # that they come, and when.
+        self._told_to_end = threading.Event()
+        self._last_sign = -np.inf
+        self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", SCAN_ANNOUNCEMENTS)
+        # Emptied by the scan itself at each step: only the latest counts, and when it came.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(PoseStamped, f"{robot}/measured_cp", LATEST, self._on_pose)
-        self._inbox.subscribe(OperatingState, f"{robot}/operating_state", LATEST, self._on_state)
         self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples)
+        self._robot = Robot(self, self._inbox, self._settings, self._show_alive)
+        self._verdicts = SiteVerdicts(self, self._inbox)
         self._server = ActionServer(
             self,
             ScanGrid,
@@ -106,18 +113,23 @@ class Scan(Node):
         Diagnostics(self, self._examine)
 
     def destroy_node(self) -> None:
-        """End the action server, then the node."""
+        """Lift the probe and end the scan under way, then the action server, then the node."""
+        self._end()
         self._server.destroy()
         self._inbox.destroy()
         super().destroy_node()
 
-    def _on_pose(self, message: PoseStamped, info: dict) -> None:
-        position = message.pose.position
-        self._position = np.array([position.x, position.y, position.z])
-        self._orientation = message.pose.orientation
-
-    def _on_state(self, message: OperatingState, info: dict) -> None:
-        self._state = message
+    def _end(self) -> None:
+        """Let the scan under way lift the probe and tell its end; no other begins."""
+        self._told_to_end.set()
+        was_scanning = self._busy.locked()
+        if not self._busy.acquire(timeout=ENDING):
+            self.get_logger().fatal(f"the scan did not end within {ENDING:g} s: look at the probe")
+        elif was_scanning and self.context.ok():
+            self._sites.wait_for_all_acked(Duration(seconds=DELIVERY))
+            deadline = time.monotonic() + DELIVERY
+            while time.monotonic() < deadline:  # the result is sent by the executor
+                self.executor.spin_once(timeout_sec=INTERVAL)
 
     def _on_samples(self, message: msg.ProbeSamples, info: dict) -> None:
         self._heard_samples = time.monotonic()
@@ -126,6 +138,7 @@ class Scan(Node):
     def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
         try:
             _grid_of(goal)
+            _sites_of(goal)
         except ValueError as error:
             self.get_logger().error(f"the scan is refused: {error}")
             return GoalResponse.REJECT
@@ -135,126 +148,164 @@ class Scan(Node):
         return GoalResponse.ACCEPT
 
     def _execute(self, goal_handle: ServerGoalHandle) -> ScanGrid.Result:
-        with self._busy:
-            grid, dwell_time = _grid_of(goal_handle.request), goal_handle.request.dwell_time
-            result = ScanGrid.Result()
-            self._settings = read(self, ScanSettings)
-            try:
-                self._wait_for_robot_and_driver(goal_handle)
-                for site in range(len(grid)):
-                    self._palpate(goal_handle, grid, site, dwell_time)
-                    result.sites_visited = site + 1
-                result.message = f"all {len(grid)} sites are palpated"
-                goal_handle.succeed()
-            except ScanCancelled:
-                result.message = _ended("cancelled", result.sites_visited, grid)
-                goal_handle.canceled()
-            except ScanStopped as reason:
-                result.message = _ended(f"stopped: {reason}", result.sites_visited, grid)
-                goal_handle.abort()
-            self.get_logger().info(result.message)
-            return result
+        if not self._busy.acquire(blocking=False):  # two goals may be accepted at the same time
+            goal_handle.abort()
+            return ScanGrid.Result(message="refused: another scan is under way, or the node ends")
+        try:
+            return self._scan(goal_handle)
+        finally:
+            self._busy.release()
+
+    def _scan(self, goal_handle: ServerGoalHandle) -> ScanGrid.Result:
+        """Palpate the sites; return how it ended, once the probe is lifted."""
+        goal = goal_handle.request
+        grid, sites = _grid_of(goal), _sites_of(goal)
+        self._settings = self._robot.settings = read(self, ScanSettings)
+        visited: list[int] = []
+        try:
+            self._wait_for_robot_and_driver(goal_handle)
+            for site in sites:
+                self._palpate(goal_handle, grid, site, len(visited), len(sites))
+                visited.append(site)
+            self._wait_for_map(goal_handle, [grid.position(site) for site in visited])
+            end, how = goal_handle.succeed, f"all {len(sites)} sites are palpated"
+        except ScanCancelled as reason:
+            end, how = goal_handle.canceled, str(reason)
+        except Exception as reason:  # whatever it was, someone must hear of it
+            end, how = goal_handle.abort, f"stopped: {_told(reason)}"
+            if not isinstance(reason, FORESEEN):
+                self.get_logger().error(traceback.format_exc())
+        if len(visited) < len(sites):
+            how += f" ({len(visited)} of {len(sites)} sites are palpated)"
+        result = self._result(grid, visited, how)
+        end()
+        self.get_logger().info(result.message)
+        return result
+
+    def _result(self, grid: Grid, visited: list[int], how: str) -> ScanGrid.Result:
+        """Say how the scan ended, and which sites have an estimate as far as the map tells.
+
+        A site of which nothing is known counts as one without: to palpate it again does no harm.
+        """
+        without = [s for s in visited if not self._verdicts.estimated(grid.position(s))]
+        if not visited:
+            told = ""
+        elif unknown := self._verdicts.unknown():
+            told = f"; whether there are estimates is unknown: {unknown}"
+        elif without:
+            told = f"; {len(without)} of {len(visited)} have no estimate: {_listed(without)}"
+        else:
+            told = f"; {len(visited)} of {len(visited)} have an estimate"
+        return ScanGrid.Result(
+            sites_visited=len(visited),
+            sites_estimated=len(visited) - len(without),
+            sites_without_estimate=without,
+            message=how + told,
+        )
 
     def _wait_for_robot_and_driver(self, goal_handle: ServerGoalHandle) -> None:
         """Give those who have only just been found the time to be heard."""
         self._inbox.empty()  # what came before the scan is old
-        self._position, self._heard_samples = None, -np.inf
+        self._robot.forget()
+        self._heard_samples = -np.inf
         patience = max(self._settings.motion_timeout, self._settings.samples_timeout)
         deadline = time.monotonic() + patience
         while self._missing() and time.monotonic() < deadline:
+            self._check_wanted(goal_handle)
             time.sleep(INTERVAL)
         self._check(goal_handle)
-        # The robot holds the probe as it does now: setpoints move it, and do not turn it.
-        self._held = self._orientation
+        self._robot.hold_orientation()
 
-    def _palpate(self, goal_handle, grid: Grid, site: int, dwell_time: float) -> None:
-        """Approach one site, dwell, and lift; lift too if anything stops the scan in between."""
+    def _wait_for_map(
+        self, goal_handle: ServerGoalHandle, positions: Sequence[tuple[float, float, float]]
+    ) -> None:
+        """Give estimators and mapper the time to judge the last site, while the node may."""
+        deadline = time.monotonic() + self._settings.map_timeout
+        while time.monotonic() < deadline and not self._verdicts.nobody_maps():
+            self._inbox.empty()
+            if goal_handle.is_cancel_requested or self._told_to_end.is_set():
+                return
+            if self._verdicts.is_final(positions, self._dwell_began):
+                return
+            time.sleep(INTERVAL)
+
+    def _palpate(
+        self, goal_handle: ServerGoalHandle, grid: Grid, site: int, visited: int, total: int
+    ) -> None:
+        """Approach one site, dwell, and lift; lift too if anything stops the scan in between.
+
+        ``visited`` of ``total`` sites were palpated before.
+        """
         surface = np.array(grid.position(site))
         above = surface + np.array([0.0, 0.0, self._settings.lift_height])
+        settle_time, dwell_time = self._settings.settle_time, goal_handle.request.dwell_time
+        check = partial(self._check, goal_handle)
 
-        def announce(phase: Phase, stamp: int) -> None:
+        def announce(phase: Phase, stamp: int, done: int = 0) -> None:
             announcement = PalpationSite(stamp, site, grid.position(site), phase)
             message = site_to_message(announcement, self._settings.frame_id)
             self._sites.publish(message)
             goal_handle.publish_feedback(
-                ScanGrid.Feedback(
-                    sites_visited=site + (phase == Phase.LIFTED),
-                    sites_total=len(grid),
-                    site=message,
-                )
+                ScanGrid.Feedback(sites_visited=visited + done, sites_total=total, site=message)
             )
 
-        self._check(goal_handle)
-        announce(Phase.APPROACH, self._now())
-        self._move(goal_handle, above)
+        check()
         try:
-            self._move(goal_handle, surface)
-            begin = self._now() + round(self._settings.settle_time * NANOSECONDS)
+            announce(Phase.APPROACH, self._now())
+            self._robot.move(above, check)
+            self._robot.move(surface, check)
+            begin = self._dwell_began = self._now() + round(settle_time * NANOSECONDS)
             announce(Phase.DWELL, begin)
-            end = begin + round(dwell_time * NANOSECONDS)
-            self._dwell(goal_handle, surface, self._settings.settle_time + dwell_time)
-        except (ScanCancelled, ScanStopped):
+            self._robot.hold(settle_time + dwell_time, check)
+        except BaseException as reason:
             end = self._now()
-            raise
-        finally:
+            self._lift(above[2], reason)
             announce(Phase.LIFTED, end)
-            self._lift(above)
+            raise
+        self._lift(above[2])
+        announce(Phase.LIFTED, begin + round(dwell_time * NANOSECONDS), done=1)
 
-    def _dwell(self, goal_handle, position: FloatArray, duration: float) -> None:
-        pacer = Pacer(INTERVAL)
-        for tick in range(1, round(duration / INTERVAL) + 1):
-            pacer.wait_for(tick)
-            self._check(goal_handle)
-            self._command(position)
+    def _lift(self, height: float, reason: BaseException | None = None) -> None:
+        """Lift the probe, before anything else; ``reason`` is why the scan stops, if it does.
 
-    def _move(self, goal_handle, target: FloatArray) -> None:
-        """Send setpoints along the straight line to ``target``, and wait until it is reached."""
-        start = self._position
-        steps = int(np.ceil(np.linalg.norm(target - start) / (self._settings.speed * INTERVAL)))
-        pacer = Pacer(INTERVAL)
-        for step in range(1, steps + 1):
-            pacer.wait_for(step)
-            self._check(goal_handle)
-            self._command(start + (target - start) * (step / steps))
-        deadline = time.monotonic() + self._settings.motion_timeout
-        while np.linalg.norm(self._position - target) > self._settings.tolerance:
-            if time.monotonic() > deadline:
-                raise ScanStopped(
-                    f"the robot {self._settings.robot} did not reach {_millimetres(target)} within "
-                    f"{self._settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
-                )
-            steps += 1
-            pacer.wait_for(steps)
-            self._check(goal_handle)
-            self._command(target)
+        Raises
+        ------
+        ScanStopped
+            If the probe is not seen to be up; then LIFTED is not said, and the driver stops the
+            coil.
+        """
+        try:
+            self._robot.lift(height)
+        except Exception as error:
+            told = [_told(each) for each in (reason, error) if each is not None]
+            raise ScanStopped(
+                f"{', and '.join(dict.fromkeys(told))}; the probe is not known to be lifted, so "
+                "the driver stops the coil: look at it"
+            ) from (reason or error)
 
-    def _lift(self, above: FloatArray) -> None:
-        """Send the probe straight up, whatever the robot says meanwhile."""
-        start = self._position
-        steps = int(np.ceil(np.linalg.norm(above - start) / (self._settings.speed * INTERVAL)))
-        pacer = Pacer(INTERVAL)
-        for step in range(1, steps + 1):
-            pacer.wait_for(step)
-            self._command(start + (above - start) * (step / steps))
+    def _show_alive(self) -> None:
+        """Assert liveliness, from the loop that moves the probe: if that hangs, this ceases."""
+        now = time.monotonic()
+        if now - self._last_sign >= PALPATION_LEASE / SIGNS:
+            self._sites.assert_liveliness()
+            self._last_sign = now
 
     def _check(self, goal_handle: ServerGoalHandle) -> None:
-        if goal_handle.is_cancel_requested:
-            raise ScanCancelled
+        self._check_wanted(goal_handle)
         if missing := self._missing():
             raise ScanStopped(missing)
+
+    def _check_wanted(self, goal_handle: ServerGoalHandle) -> None:
+        if goal_handle.is_cancel_requested:
+            raise ScanCancelled("cancelled")
+        if self._told_to_end.is_set():
+            raise ScanStopped("the scan node is told to end")
 
     def _missing(self) -> str:
         """Say which part that a scan needs is silent; nothing if all are heard."""
         self._inbox.empty()
-        if self._position is None:
-            return f"the robot says nothing on {self._settings.robot}/measured_cp"
-        if self._state is not None and self._state.state != ENABLED:
-            return (
-                f"the robot {self._settings.robot} is {self._state.state}: it moves only when it "
-                f"is {ENABLED}"
-            )
-        if self._state is not None and not self._state.is_homed:
-            return f"the robot {self._settings.robot} is not homed"
+        if missing := self._robot.missing():
+            return missing
         silence = time.monotonic() - self._heard_samples
         if silence > self._settings.samples_timeout:
             return (
@@ -262,17 +313,6 @@ class Scan(Node):
                 f"{self.resolve_topic_name('samples')}: is the driver running and active?"
             )
         return ""
-
-    def _command(self, position: FloatArray) -> None:
-        if not self.context.ok():
-            raise ScanStopped("the node is shut down")
-        setpoint = PoseStamped()
-        setpoint.header.stamp = self.get_clock().now().to_msg()
-        setpoint.header.frame_id = self._settings.frame_id
-        point = setpoint.pose.position
-        point.x, point.y, point.z = map(float, position)
-        setpoint.pose.orientation = self._held
-        self._setpoints.publish(setpoint)
 
     def _examine(self) -> Health:
         doing = "scanning" if self._busy.locked() else "waiting for a goal"
@@ -291,17 +331,36 @@ def _grid_of(goal: ScanGrid.Goal) -> Grid:
     return Grid(origin, goal.spacing, goal.rows, goal.columns)
 
 
-def _ended(how: str, visited: int, grid: Grid) -> str:
-    return f"{how} ({visited} of {len(grid)} sites are palpated)"
+def _sites_of(goal: ScanGrid.Goal) -> list[int]:
+    """Return the numbers of the sites to palpate, in the order in which they are asked for."""
+    count, sites = len(_grid_of(goal)), list(goal.sites)
+    if beyond := [site for site in sites if site >= count]:
+        raise ValueError(
+            f"sites has {_listed(beyond)}; the grid's {count} sites are numbered from 0 to "
+            f"{count - 1}"
+        )
+    if twice := sorted(site for site, n in Counter(sites).items() if n > 1):
+        raise ValueError(f"sites has {_listed(twice)} more than once; give each site once")
+    return sites or list(range(count))
 
 
-def _millimetres(position: FloatArray) -> str:
-    return "(" + ", ".join(f"{1e3 * value:.2f}" for value in position) + ") mm"
+def _listed(sites: Sequence[int]) -> str:
+    """Name sites; of many the first ones."""
+    named = ", ".join(map(str, sites[:NAMED]))
+    return f"{named} and {len(sites) - NAMED} more" if len(sites) > NAMED else named
+
+
+def _told(reason: BaseException) -> str:
+    """Say why a scan stops."""
+    if isinstance(reason, FORESEEN):
+        return str(reason)
+    return f"a fault of the scan node, {type(reason).__name__}: {reason}"
 
 
 def main() -> int:
     """Run the scan node."""
-    return run(Scan, MultiThreadedExecutor)
+    # One thread for the scan, others for its cancelling and whatever else is asked meanwhile.
+    return run(Scan, partial(MultiThreadedExecutor, num_threads=3))
 
 
 if __name__ == "__main__":

@@ -285,9 +285,14 @@ class Session:
             raise SessionError(f"the driver did not {name}: {self.log('driver')}")
 
     def _end(self) -> None:
-        """End the processes as Ctrl-C does, by force if one does not listen; the last one last."""
-        processes = list(self.processes.values())
-        for together in (processes[:-1], processes[-1:]):
+        """End the processes as Ctrl-C does, by force if one does not listen.
+
+        A scan ends first, since it lifts the probe and needs the robot for it; the last one last.
+        """
+        scans = {each.name for each in self._descriptions if each.module == "scan"}
+        lifting = [each for name, each in self.processes.items() if name in scans]
+        others = [each for name, each in self.processes.items() if name not in scans]
+        for together in (lifting, others[:-1], others[-1:]):
             for process in together:
                 process.send_signal(signal.SIGINT)
             for process in together:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
-from pydantic import BaseModel
+from pydantic import BaseModel, model_validator
 from rclpy.node import Node
 
 from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
@@ -13,6 +13,11 @@ from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.settings import setting
+
+#: z to which the stock stage may press the tip [m]. The tip touches at z = 0, and the tissue pushes
+#: back with its stiffness times the depth: over the stock phantom's stiffest place, 1300 N/m, with
+#: half of the load cell's limit of 8 N; the coil's own motion takes the other half.
+DEEPEST_PRESS = -0.003
 
 
 class StageSettings(BaseModel):
@@ -23,13 +28,27 @@ class StageSettings(BaseModel):
     x: float = setting(0.0, "m", "first x", ge=-1.0, le=1.0)
     y: float = setting(0.0, "m", "first y", ge=-1.0, le=1.0)
     z: float = setting(0.01, "m", "first height", ge=-1.0, le=1.0)
+    lowest: float = setting(
+        DEEPEST_PRESS,
+        "m",
+        "lowest z of its workspace, 0 the tissue's surface; a setpoint below is refused",
+        ge=-1.0,
+        le=1.0,
+    )
     frame_id: str = setting("stage", "", "frame of the poses")
+
+    @model_validator(mode="after")
+    def _begins_in_workspace(self) -> StageSettings:
+        if self.z < self.lowest:
+            raise ValueError(f"z is {self.z:g} m, below the workspace: give {self.lowest:g} up")
+        return self
 
 
 class Stage(Node):
     """Follows ``servo_cp`` at limited speed and tells where it is on ``measured_cp``.
 
-    It moves only while its CRTK state is ENABLED, in which it begins.
+    It moves only while its CRTK state is ENABLED, in which it begins, and never below its
+    workspace: a setpoint there is refused as a whole, not moved to where it would be allowed.
     """
 
     def __init__(self) -> None:
@@ -37,6 +56,8 @@ class Stage(Node):
         declare(self, StageSettings)
         settings = read(self, StageSettings)
         self._step = settings.speed / settings.rate
+        self._lowest = settings.lowest
+        self._refused = 0
         self._position = np.array([settings.x, settings.y, settings.z])
         self._setpoint = self._position.copy()
         self._pose = PoseStamped()
@@ -67,6 +88,14 @@ class Stage(Node):
         if not np.isfinite(setpoint).all():
             self.get_logger().error("a setpoint that is not finite is ignored")
             return
+        if setpoint[2] < self._lowest:
+            self._refused += 1
+            self.get_logger().error(
+                f"a setpoint at z = {1e3 * setpoint[2]:.2f} mm is refused: the workspace ends at "
+                f"{1e3 * self._lowest:.2f} mm (parameter lowest)",
+                throttle_duration_sec=1.0,
+            )
+            return
         if self._state == ENABLED:
             self._setpoint = setpoint
 
@@ -83,7 +112,10 @@ class Stage(Node):
     def _examine(self) -> Health:
         doing = "moving" if self._is_moving() else "at rest"
         level = OK if self._state == ENABLED else WARN
-        values = {"subscribers": self._publisher.get_subscription_count()}
+        values = {
+            "subscribers": self._publisher.get_subscription_count(),
+            "setpoints refused": self._refused,
+        }
         return Health(level, f"{self._state}, {doing}", values)
 
 

@@ -1,0 +1,241 @@
+"""The robot that carries the probe, as a scan knows it: through CRTK alone.
+
+Setpoints go out on ``servo_cp``, poses come in on ``measured_cp``, and on ``operating_state``, from
+a robot that tells it, whether it is ready to move. What belongs here: where the probe is and how it
+is moved. What does not: where it should go, and when.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, Quaternion
+from pydantic import BaseModel
+from rclpy.node import Node
+
+from crtk_msgs.msg import OperatingState
+from tissue_probe.nodes.crtk import ENABLED
+from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.qos import LATEST, POSES
+from tissue_probe.pacing import Pacer
+from tissue_probe.settings import setting
+from tissue_probe.signals import FloatArray
+
+#: Time between two setpoints [s].
+INTERVAL = 0.01
+
+
+class RobotSettings(BaseModel):
+    """Which robot carries the probe, how it is moved, and when it is trusted to have arrived."""
+
+    robot: str = setting("/stage", "", "namespace of the CRTK robot that carries the probe")
+    frame_id: str = setting("stage", "", "frame of the robot's poses")
+    speed: float = setting(0.04, "m/s", "speed of the probe", gt=0.0, le=0.5)
+    tolerance: float = setting(0.0002, "m", "distance at which a site is reached", gt=0.0, le=0.01)
+    motion_timeout: float = setting(
+        3.0, "s", "longest wait for the robot to arrive after its last setpoint", gt=0.0, le=60.0
+    )
+    poses_timeout: float = setting(
+        0.4, "s", "longest silence of the robot, by the arrival of its poses", ge=0.05, le=60.0
+    )
+
+
+class NotMoved(RuntimeError):
+    """The robot is not where it was sent to, or cannot be sent; the message says why."""
+
+
+class Robot:
+    """Hears the robot and sends it setpoints, one every ``INTERVAL``.
+
+    Parameters
+    ----------
+    node : Node
+        Whose names the topics are relative to.
+    inbox : Inbox
+        Where poses and states are kept until the owner empties it.
+    settings : RobotSettings
+        ``robot`` holds for ever, the others until they are replaced.
+    on_step : callable
+        Called with each setpoint, in the thread that moves.
+
+    Attributes
+    ----------
+    settings : RobotSettings
+        How it is moved from the next motion on.
+    """
+
+    def __init__(
+        self, node: Node, inbox: Inbox, settings: RobotSettings, on_step: Callable[[], None]
+    ) -> None:
+        self.settings = settings
+        self.name = settings.robot.rstrip("/")
+        self._node = node
+        self._on_step = on_step
+        self._inbox = inbox
+        self._setpoints = node.create_publisher(PoseStamped, f"{self.name}/servo_cp", POSES)
+        # Only the latest of each counts, and of the poses when it came: a clock of the robot's own
+        # may be wrong, and a pose that waits here is new.
+        inbox.subscribe(PoseStamped, f"{self.name}/measured_cp", LATEST, self._on_pose)
+        inbox.subscribe(OperatingState, f"{self.name}/operating_state", LATEST, self._on_state)
+        self._state: OperatingState | None = None
+        self.forget()
+
+    def forget(self) -> None:
+        """Count as silent until a pose comes, and as not yet moved."""
+        self._position: FloatArray | None = None
+        self._orientation = Quaternion()
+        self._heard = -np.inf
+        self._setpoint: FloatArray | None = None
+
+    def hold_orientation(self) -> None:
+        """Keep the tool turned as it is now: setpoints move it, and do not turn it."""
+        self._held = self._orientation
+
+    def missing(self) -> str:
+        """Say why the robot cannot be moved; nothing if it can."""
+        if self._position is None:
+            return f"the robot {self.name} says nothing on {self.name}/measured_cp"
+        if time.monotonic() - self._heard > self.settings.poses_timeout:
+            return (
+                f"the robot {self.name} fell silent: no pose for {self.settings.poses_timeout:g} s "
+                f"on {self.name}/measured_cp"
+            )
+        if self._state is not None and self._state.state != ENABLED:
+            return (
+                f"the robot {self.name} is {self._state.state}: it moves only when it is {ENABLED}"
+            )
+        if self._state is not None and not self._state.is_homed:
+            return f"the robot {self.name} is not homed"
+        return ""
+
+    def move(self, target: FloatArray, check: Callable[[], None]) -> None:
+        """Go straight to ``target`` [m], but first up to its height, and wait until it is reached.
+
+        Parameters
+        ----------
+        target : array, shape (3,)
+            Where to [m].
+        check : callable
+            Called before each setpoint; empties the inbox, and raises if the motion is to end.
+
+        Raises
+        ------
+        NotMoved
+            If the target is not reached within ``motion_timeout`` after the last setpoint.
+        """
+        start = self._position if self._setpoint is None else self._setpoint
+        pacer, step = Pacer(INTERVAL), 0
+        for step, position in enumerate(self._way(start, target), start=1):
+            pacer.wait_for(step)
+            check()
+            self._command(position)
+        deadline = time.monotonic() + self.settings.motion_timeout
+        while np.linalg.norm(self._position - target) > self.settings.tolerance:
+            if time.monotonic() > deadline:
+                raise NotMoved(
+                    f"the robot {self.name} did not reach {_millimetres(target)} within "
+                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
+                )
+            step += 1
+            pacer.wait_for(step)
+            check()
+            self._command(target)
+
+    def hold(self, duration: float, check: Callable[[], None]) -> None:
+        """Stay at the latest setpoint for a time [s]; ``check`` as in ``move``."""
+        pacer = Pacer(INTERVAL)
+        for tick in range(1, round(duration / INTERVAL) + 1):
+            pacer.wait_for(tick)
+            check()
+            self._command(self._setpoint)
+
+    def lift(self, height: float) -> None:
+        """Go straight up to z = ``height`` [m], whatever the robot says, and see it there.
+
+        The way begins at the latest setpoint: it asks nothing of the robot that may not come. A
+        probe that was never moved is left where it is.
+
+        Raises
+        ------
+        NotMoved
+            If the robot has not shown that it is up, or cannot be heard or moved.
+        """
+        if self._setpoint is None:
+            return
+        began = time.monotonic()
+        above = np.array([*self._setpoint[:2], max(height, self._setpoint[2])])
+        pacer, step = Pacer(INTERVAL), 0
+        for step, position in enumerate(self._way(self._setpoint, above), start=1):
+            self._command(position)
+            pacer.wait_for(step)
+        deadline = time.monotonic() + self.settings.motion_timeout
+        while not self._is_up(height, began):
+            if missing := self.missing():
+                raise NotMoved(missing)
+            if time.monotonic() > deadline:
+                raise NotMoved(
+                    f"the robot {self.name} was not lifted to {1e3 * height:.2f} mm within "
+                    f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
+                )
+            self._command(above)
+            step += 1
+            pacer.wait_for(step)
+
+    def _is_up(self, height: float, since: float) -> bool:
+        """Whether a pose that came later than ``since`` shows the probe at a height [m]."""
+        self._inbox.empty()
+        return (
+            self._position is not None
+            and self._heard > since
+            and self._position[2] >= height - self.settings.tolerance
+        )
+
+    def _way(self, start: FloatArray, target: FloatArray) -> Iterator[FloatArray]:
+        """Yield the setpoints from ``start`` to ``target`` at the speed, at least one.
+
+        A probe that stands lower than its target goes up first: it may be in the tissue, and is not
+        drawn through it.
+        """
+        if start[2] < target[2]:
+            corner = np.array([*start[:2], target[2]])
+            yield from self._line(start, corner)
+            start = corner
+        yield from self._line(start, target)
+
+    def _line(self, start: FloatArray, end: FloatArray) -> Iterator[FloatArray]:
+        distance = np.linalg.norm(end - start)
+        count = max(1, int(np.ceil(distance / (self.settings.speed * INTERVAL))))
+        for step in range(1, count + 1):
+            yield start + (end - start) * (step / count)
+
+    def _command(self, position: FloatArray) -> None:
+        setpoint = PoseStamped()
+        setpoint.header.stamp = self._node.get_clock().now().to_msg()
+        setpoint.header.frame_id = self.settings.frame_id
+        point = setpoint.pose.position
+        point.x, point.y, point.z = map(float, position)
+        setpoint.pose.orientation = self._held
+        self._setpoints.publish(setpoint)
+        self._setpoint = position
+        self._on_step()
+
+    def _on_pose(self, message: PoseStamped, info: dict) -> None:
+        point = message.pose.position
+        position = np.array([point.x, point.y, point.z])
+        if not np.isfinite(position).all():
+            self._node.get_logger().error(
+                f"a pose of the robot {self.name} is left out: its position is not finite",
+                throttle_duration_sec=1.0,
+            )
+            return
+        self._position, self._heard = position, time.monotonic()
+        self._orientation = message.pose.orientation
+
+    def _on_state(self, message: OperatingState, info: dict) -> None:
+        self._state = message
+
+
+def _millimetres(position: FloatArray) -> str:
+    return "(" + ", ".join(f"{1e3 * value:.2f}" for value in position) + ") mm"

@@ -1,0 +1,94 @@
+"""The driver's watch of the scan: who has the tip in the tissue must show that it is alive.
+
+A scan node asserts the liveliness of its announcements (DDS: manual by topic) from the loop that
+moves the probe. DDS tells here that it ceased, whether its process died, was stopped, or its loop
+hangs. Whoever palpates without announcing sites is not watched, nor who announces them without
+that promise: a replay, for one, which holds no probe.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.event_handler import (
+    QoSLivelinessChangedInfo,
+    QoSRequestedIncompatibleQoSInfo,
+    SubscriptionEventCallbacks,
+)
+from rclpy.node import Node
+from rclpy.qos import LivelinessPolicy
+
+from tissue_probe.nodes.qos import watched_announcements
+from tissue_probe_msgs.msg import PalpationSite
+
+#: What a scan was doing, by the phase that it announced last.
+DOING = {PalpationSite.APPROACH: "on its way to", PalpationSite.DWELL: "in a dwell at"}
+
+
+class ScanWatch:
+    """Calls ``on_silence`` with the reason if the scan node falls silent between sites' phases.
+
+    It is watched from the announcement APPROACH of a site to its LIFTED; before and after, silence
+    is its right.
+
+    Parameters
+    ----------
+    node : Node
+        Whose executor serves the watch, and relative to whose names ``palpation_site`` is.
+    timeout : float
+        Longest silence [s].
+    on_silence : callable
+        Called once for each silence.
+    """
+
+    def __init__(self, node: Node, timeout: float, on_silence: Callable[[str], None]) -> None:
+        self._node = node
+        self._on_silence = on_silence
+        self._subscription = None
+        self.change_timeout(timeout)
+
+    def change_timeout(self, timeout: float) -> None:
+        """Allow another silence [s] from now on; what goes on stays watched."""
+        if self._subscription is not None:
+            if timeout == self._timeout:
+                return
+            self._node.destroy_subscription(self._subscription)
+        self._timeout = timeout
+        # A subscription's lease cannot be changed; the new one is told the latest announcement.
+        self._announced: PalpationSite | None = None
+        self._subscription = self._node.create_subscription(
+            PalpationSite,
+            "palpation_site",
+            self._on_site,
+            watched_announcements(timeout),
+            event_callbacks=SubscriptionEventCallbacks(
+                liveliness=self._on_liveliness, incompatible_qos=self._on_no_promise
+            ),
+        )
+
+    def _on_site(self, message: PalpationSite) -> None:
+        self._announced = message if message.phase in DOING else None
+
+    def _on_liveliness(self, event: QoSLivelinessChangedInfo) -> None:
+        if event.alive_count_change >= 0 or self._announced is None:
+            return
+        site, self._announced = self._announced, None
+        self._on_silence(
+            f"the scan node fell silent {DOING[site.phase]} site {site.site}: it died, hangs (for "
+            f"{self._timeout:g} s), or ended without having lifted the probe; the coil is at zero, "
+            "but the tip may rest in the tissue: lift it at the robot before you reset"
+        )
+
+    def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        topic = self._subscription.topic_name
+        names = [
+            f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            for info in self._node.get_publishers_info_by_topic(topic)
+            if info.qos_profile.liveliness != LivelinessPolicy.MANUAL_BY_TOPIC
+            or info.qos_profile.liveliness_lease_duration.nanoseconds > self._timeout * 1e9
+        ]
+        self._node.get_logger().warning(
+            f"{', '.join(names) or 'someone'} announces sites on {topic} without the promise to "
+            f"show within {self._timeout:g} s that it is alive (DDS liveliness, manual by topic): "
+            "if it moves a probe, nothing here stops the coil when it dies"
+        )
