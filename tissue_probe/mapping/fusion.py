@@ -24,7 +24,8 @@ from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
 from tissue_probe.signals import FloatArray, PalpationSite, Phase, TissueEstimates
 
 _OPEN_END = int(np.iinfo(np.int64).max)
-#: Estimates that are kept of a dwell whose end is not known yet: those that DDS may hold back.
+#: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
+#: DDS holds back.
 _HELD_BACK = 1000
 
 
@@ -109,6 +110,7 @@ class Dwell:
     site: PalpationSite
     end: int = _OPEN_END
     _found: dict[str, deque[Judged]] = field(default_factory=dict)
+    _kept: int = _HELD_BACK
 
     @property
     def begin(self) -> int:
@@ -122,11 +124,9 @@ class Dwell:
 
     def take(self, estimator: str, judged: Judged) -> bool:
         """Take an estimate made in the dwell; return whether it is the estimator's newest."""
-        found = self._found.setdefault(estimator, deque(maxlen=_HELD_BACK))
+        found = self._found.setdefault(estimator, deque(maxlen=self._kept))
         if found and found[-1].estimate.stamp >= judged.estimate.stamp:
             return False
-        if self.ended:
-            found.clear()  # nothing can make an older one the last again
         found.append(judged)
         return True
 
@@ -136,6 +136,11 @@ class Dwell:
         for found in self._found.values():
             while found and found[-1].estimate.stamp >= self.end:
                 found.pop()
+
+    def close(self) -> None:
+        """Keep the last estimates alone: the end will not be moved any more."""
+        self._kept = 1
+        self._found = {name: deque(found, maxlen=1) for name, found in self._found.items()}
 
     def last(self) -> dict[str, Judged]:
         """Return the last estimate of each estimator that made one, by its name."""
@@ -191,6 +196,8 @@ class MapBuilder:
             self._timeline[-1].end_at(site.stamp)
         if site.phase != Phase.DWELL:
             return None
+        if self._timeline:
+            self._timeline[-1].close()
         dwell = Dwell(site)
         self._timeline.append(dwell)
         self._visits.setdefault(place, []).append(dwell)
