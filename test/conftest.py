@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import settings
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -24,6 +25,14 @@ FOREIGN = {
         "Float64": "float64 data\n",
     },
 }
+
+
+@pytest.fixture(scope="session", autouse=True)
+def state_of_the_tests_own(tmp_path_factory):
+    """Nodes keep what they must know after a restart in the user's state folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -85,9 +94,9 @@ class Messages:
         rows, columns = stiffness.shape
         origin = self._store.types["geometry_msgs/msg/Point"](0.1, 0.2, 0.3)
         flat = stiffness.ravel()
-        return self.cdr(
-            self.MAP, self.header(stamp), origin, 2e-3, rows, columns, flat, flat, flat, flat
-        )
+        verdict = np.arange(flat.size, dtype=np.uint8)
+        places = self.header(stamp), origin, 2e-3, rows, columns
+        return self.cdr(self.MAP, *places, flat, flat, flat, flat, verdict)
 
 
 @pytest.fixture(scope="session")

@@ -10,19 +10,24 @@ from tissue_probe.figures.stiffness_map import draw_map
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.regions import Region
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.mapping.verdict import Verdict
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=3, columns=4)
 NODULES = [(0.01, 0.02, 0.003), (0.03, 0.0, 0.005)]
 FOUND = [Region(0.011, 0.019, 1200.0, 3.0, 2.66, 1e-4)]
 
 
-def map_with_gaps(*unmeasured):
+def map_with_gaps(*unmeasured, verdicts=()):
     stiffness = 450.0 + 10.0 * np.arange(12.0).reshape(3, 4)
+    verdict = np.full(GRID.shape, Verdict.MEASURED, dtype=np.uint8)
     for cell in unmeasured:
-        stiffness[cell] = np.nan
-    return StiffnessMapData(
-        GRID, 1, stiffness, stiffness / 90.0, stiffness / 1e4, stiffness / 1e3, stiffness / 1e4
-    )
+        stiffness[cell], verdict[cell] = np.nan, Verdict.NOT_PALPATED
+    for cell, why in dict(verdicts).items():
+        verdict[cell] = why
+        if why != Verdict.DISTURBED:
+            stiffness[cell] = np.nan
+    scaled = (stiffness / by for by in (90.0, 1e4, 1e3, 1e4))
+    return StiffnessMapData(GRID, 1, stiffness, *scaled, verdict)
 
 
 def panels(figure):
@@ -61,7 +66,8 @@ def test_the_colours_span_the_cells_of_each_quantity():
 def test_a_uniform_map_does_not_blow_up_its_noise():
     values = np.full((3, 4), 450.0)
     values[0, 0] = 450.1
-    data = StiffnessMapData(GRID, 1, values, values, values, values / 1e3, values / 1e3)
+    measured = np.full((3, 4), Verdict.MEASURED, dtype=np.uint8)
+    data = StiffnessMapData(GRID, 1, values, values, values, values / 1e3, values / 1e3, measured)
     low, high = draw_map(data).axes[0].images[0].get_clim()
     assert high - low == pytest.approx(45.01)
 
@@ -76,6 +82,27 @@ def test_palpated_sites_are_dotted_and_the_others_hatched():
         centres = {tuple(np.round(patch.get_center())) for patch in hatched}
         assert centres == {(30.0, 0.0), (10.0, 20.0)}
     assert "not palpated" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize(
+    ("why", "mark", "meaning"),
+    [
+        (Verdict.NO_ESTIMATE, "N", "no estimate"),
+        (Verdict.NOT_CONVERGED, "U", "unsure: not converged"),
+        (Verdict.NO_CONTACT, "A", "in air: no contact"),
+        (Verdict.MODEL_REJECTED, "R", "rejected: the model is wrong"),
+        (Verdict.DISTURBED, "D", "measured, disturbed by another force"),
+    ],
+)
+def test_a_letter_tells_why_a_palpated_cell_is_not_simply_measured(why, mark, meaning):
+    figure = draw_map(map_with_gaps(verdicts={(1, 2): why}))
+    for axes in panels(figure):
+        (letter,) = (text for text in axes.texts if text.get_text() == mark)
+        assert letter.xy == pytest.approx((20.0, 10.0))
+        without = [patch.get_center() for patch in patches(axes, Rectangle)]
+        assert len(without) == (why != Verdict.DISTURBED)
+        assert not any(patch.get_hatch() for patch in patches(axes, Rectangle))
+    assert meaning in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def test_true_nodules_are_circles_of_their_depth():
@@ -95,12 +122,12 @@ def test_found_nodules_are_crossed_and_told_with_their_ratio():
 
 def test_the_legend_names_only_what_is_drawn():
     figure = draw_map(map_with_gaps())
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["site palpated"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["site measured"]
 
 
 def test_an_empty_map_says_so_and_can_be_saved():
     nothing = np.full((3, 4), np.nan)
-    figure = draw_map(StiffnessMapData(GRID, 0, *[nothing] * 5))
+    figure = draw_map(StiffnessMapData(GRID, 0, *[nothing] * 5, np.zeros((3, 4), np.uint8)))
     assert len(figure.axes) == 3
     for axes in figure.axes:
         assert "nothing measured" in axes.get_title()

@@ -10,7 +10,6 @@ from tissue_probe.devices import DEVICES, Limits
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
-from tissue_probe.nodes.grid_settings import GridSettings
 from tissue_probe.nodes.mapper import MapperSettings
 from tissue_probe.nodes.recorder import RecorderSettings
 from tissue_probe.nodes.replay import ReplaySettings
@@ -27,7 +26,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
         ("excitation.", ExcitationSettings),
         *((f"{name}.", device.Settings) for name, device in DEVICES.items()),
     ],
-    "mapper": [("", MapperSettings), ("grid.", GridSettings)],
+    "mapper": [("", MapperSettings)],
     "recorder": [("", RecorderSettings)],
     "replay": [("", ReplaySettings)],
     "scan": [("", ScanSettings)],

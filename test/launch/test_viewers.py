@@ -21,9 +21,10 @@ from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.estimator import EstimatorNode
 from tissue_probe.nodes.mapper import Mapper
-from tissue_probe.nodes.qos import LATCHED
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED
 from tissue_probe.nodes.scan import Scan
 from tissue_probe.nodes.stage import Stage
+from tissue_probe_msgs.msg import PalpationSite
 
 SUITE = {"/probe": [Driver, lambda: EstimatorNode("ekf"), Mapper, Scan], "/stage": [Stage]}
 LAYOUT = json.loads((ROOT / "config" / "foxglove_layout.json").read_text())
@@ -140,6 +141,11 @@ def test_the_map_is_coloured_by_a_channel_of_the_cloud_in_the_frame_that_is_show
     with ros("/probe"):
         mapper = Mapper()
         mapper.create_subscription(PointCloud2, "stiffness_cloud", clouds.append, LATCHED)
+        sites = mapper.create_publisher(PalpationSite, "palpation_site", ANNOUNCEMENTS)
+        for stamp, phase in ((1, PalpationSite.DWELL), (2, PalpationSite.LIFTED)):
+            site = PalpationSite(phase=phase)
+            site.header.stamp.sec = stamp
+            sites.publish(site)
         for _ in range(100):
             if not clouds:
                 rclpy.spin_once(mapper, timeout_sec=0.1)

@@ -15,6 +15,7 @@ from tissue_probe.mapping.fusion import (
     inverse_variance_weights,
 )
 from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.signals import PalpationSite, Phase, Status, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
@@ -25,8 +26,16 @@ def announcement(stamp, site, phase):
     return PalpationSite(stamp, site, GRID.position(site), phase)
 
 
+def over_the_grid():
+    """A builder that has heard of every site of the grid, long before anything was measured."""
+    builder = MapBuilder()
+    for site in range(len(GRID)):
+        builder.announce(announcement(site - 100, site, Phase.APPROACH))
+    return builder
+
+
 def dwelling(site=0, begin=0):
-    builder = MapBuilder(GRID)
+    builder = over_the_grid()
     builder.announce(announcement(begin, site, Phase.DWELL))
     return builder
 
@@ -63,7 +72,7 @@ def rows(estimator, stamps, stiffness, status=Status.CONVERGED, variance=0.09):
 
 
 def test_an_untouched_map_is_nan_everywhere():
-    built = MapBuilder(GRID).map()
+    built = over_the_grid().map()
     for layer in (built.stiffness, built.damping, built.covariance_trace, built.stiffness_stddev):
         assert layer.shape == (2, 3)
         assert np.isnan(layer).all()
@@ -84,19 +93,72 @@ def test_an_estimate_lands_in_the_cell_under_the_tip_and_nowhere_else(site):
     assert built.stamp == 7
 
 
-@pytest.mark.parametrize("status", [s for s in Status if s != Status.CONVERGED])
-def test_a_site_that_never_converges_stays_nan(status):
+REASONS = {
+    Status.CONVERGING: Verdict.NOT_CONVERGED,
+    Status.NO_CONTACT: Verdict.NO_CONTACT,
+    Status.MODEL_REJECTED: Verdict.MODEL_REJECTED,
+}
+
+
+@pytest.mark.parametrize("status", REASONS)
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_what_an_estimator_knew_before_counts_nothing_if_the_dwell_did_not_end_so(
+    status, one_by_one
+):
     builder = dwelling()
-    builder.add(rows("ekf", [1, 2], [450.0, 450.0], status))
-    builder.add_one("ekf", status, estimate())
+    if one_by_one:
+        builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1))
+        builder.add_one("ekf", status, estimate(stamp=2))
+    else:
+        builder.add(rows("ekf", [1, 2], [450.0, 450.0], [Status.CONVERGED, status]))
+    built = builder.map()
+    assert not built.measured.any()
+    assert built.verdict[0, 0] == REASONS[status]
+    assert built.stamp == 2
+
+
+def test_an_estimator_that_rejects_is_left_out_and_the_others_count():
+    builder = dwelling()
+    builder.add_one("ekf", Status.MODEL_REJECTED, estimate(stiffness=9000.0))
+    builder.add_one("ukf", Status.CONVERGED, estimate(stiffness=450.0))
+    built = builder.map()
+    assert built.stiffness[0, 0] == 450.0
+    assert built.verdict[0, 0] == Verdict.MEASURED
+
+
+def test_a_disturbed_estimate_is_used_and_told():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate())
+    builder.add_one("ukf", Status.DISTURBED, estimate())
+    assert builder.map().verdict[0, 0] == Verdict.DISTURBED
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+def test_a_cell_that_was_palpated_without_any_estimate_says_so_once_the_dwell_has_ended():
+    builder = dwelling(begin=10)
+    assert builder.map().verdict[0, 0] == Verdict.NOT_PALPATED
+    builder.announce(announcement(20, 0, Phase.LIFTED))
+    built = builder.map()
+    assert built.verdict[0, 0] == Verdict.NO_ESTIMATE
+    assert built.stamp == 20
+    assert (built.verdict.ravel()[1:] == Verdict.NOT_PALPATED).all()
+
+
+def test_the_gravest_reason_is_told_where_no_estimator_is_usable():
+    builder = dwelling()
+    builder.add_one("ekf", Status.NO_CONTACT, estimate())
+    assert builder.map().verdict[0, 0] == Verdict.NO_CONTACT
+    builder.add_one("robust_ekf", Status.MODEL_REJECTED, estimate())
+    builder.add_one("ukf", Status.CONVERGING, estimate())
+    assert builder.map().verdict[0, 0] == Verdict.MODEL_REJECTED
+
+
+def test_estimates_after_the_end_are_undone_when_the_end_is_heard_of_late():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=9, stiffness=450.0))
+    builder.add_one("ekf", Status.NO_CONTACT, estimate(stamp=10, stiffness=0.0))
     assert not builder.map().measured.any()
-    assert builder.revision == 0
-
-
-def test_the_latest_converged_estimate_of_each_estimator_counts():
-    builder = dwelling()
-    status = [Status.CONVERGED, Status.CONVERGED, Status.CONVERGING]
-    builder.add(rows("ekf", [1, 2, 3], [400.0, 450.0, 500.0], status))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
     assert builder.map().stiffness[0, 0] == 450.0
 
 
@@ -110,7 +172,7 @@ def test_an_estimate_that_arrives_after_a_newer_one_changes_nothing():
 
 
 def test_only_estimates_stamped_within_the_dwell_count():
-    builder = MapBuilder(GRID)
+    builder = over_the_grid()
     builder.announce(announcement(0, 0, Phase.APPROACH))
     builder.announce(announcement(10, 0, Phase.DWELL))
     builder.announce(announcement(20, 0, Phase.LIFTED))
@@ -150,12 +212,39 @@ def test_a_scan_cut_short_replaces_the_phases_announced_ahead():
     assert not builder.map().measured.any()
 
 
-def test_a_dwell_outside_the_grid_is_refused_and_ends_the_one_before():
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_site_at_no_place_is_refused_and_changes_nothing(bad):
     builder = dwelling(site=0, begin=0)
-    with pytest.raises(ValueError, match="outside the grid"):
-        builder.announce(PalpationSite(10, 9, (1.0, 0.0, 0.0), Phase.DWELL))
+    with pytest.raises(ValueError, match="no place"):
+        builder.announce(PalpationSite(10, 9, (bad, 0.0, 0.0), Phase.DWELL))
     builder.add_one("ekf", Status.CONVERGED, estimate(stamp=11))
+    assert builder.map().measured[0, 0]
+
+
+def test_a_dwell_that_was_announced_ahead_and_never_came_leaves_no_trace():
+    builder = dwelling(site=0, begin=100)
+    builder.announce(announcement(50, 0, Phase.LIFTED))
+    assert builder.map().verdict[0, 0] == Verdict.NOT_PALPATED
+
+
+@pytest.mark.parametrize("status", [Status.NO_CONTACT, Status.MODEL_REJECTED])
+def test_a_second_visit_that_ends_without_a_value_takes_the_first_one_away(status):
+    builder = dwelling(site=0, begin=0)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    builder.announce(announcement(20, 0, Phase.DWELL))
+    builder.add_one("ekf", status, estimate(stamp=21))
     assert not builder.map().measured.any()
+
+
+def test_a_second_visit_of_which_nothing_is_known_leaves_the_first_value():
+    builder = dwelling(site=0, begin=0)
+    builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    builder.announce(announcement(20, 0, Phase.DWELL))
+    builder.add_one("ekf", Status.CONVERGING, estimate(stamp=21))
+    builder.announce(announcement(30, 0, Phase.LIFTED))
+    assert builder.map().stiffness[0, 0] == 450.0
 
 
 def test_a_second_visit_replaces_the_first_once_it_converges():
@@ -241,7 +330,8 @@ def test_fusion_does_not_depend_on_the_order_and_stays_within_the_estimates(foun
     assert b.min() - 1e-6 <= fused.damping[0, 0] <= b.max() + 1e-6
     assert math.isfinite(fused.covariance_trace[0, 0])
     stddev = fused.stiffness_stddev[0, 0]
-    assert np.sqrt(vk.min()) * (1 - 1e-9) <= stddev <= np.sqrt(vk.max()) * (1 + 1e-9)
+    largest = math.hypot(np.sqrt(vk.max()), k.max() - k.min())
+    assert np.sqrt(vk.min()) * (1 - 1e-9) <= stddev <= largest * (1 + 1e-9)
 
 
 @given(st.lists(st.floats(1e-3, 1e3), min_size=1, max_size=6))
@@ -252,10 +342,10 @@ def test_weights_are_inverse_to_the_variances_and_sum_to_one(values):
     assert np.allclose(weights * variance, weights[0] * variance[0])
 
 
-@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 3), finite), max_size=30))
+@given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 4), finite), max_size=30))
 def test_many_estimates_at_once_give_the_same_map_as_one_by_one(found):
     stamps, status, stiffness = zip(*found, strict=True) if found else ((), (), ())
-    together, apart = MapBuilder(GRID), MapBuilder(GRID)
+    together, apart = over_the_grid(), over_the_grid()
     for builder in (together, apart):
         for site in range(len(GRID)):
             builder.announce(announcement(10 * site, site, Phase.DWELL))
@@ -264,6 +354,7 @@ def test_many_estimates_at_once_give_the_same_map_as_one_by_one(found):
     for stamp, state, k in found:
         apart.add_one("ekf", state, estimate(stamp=stamp, stiffness=k))
     np.testing.assert_array_equal(together.map().stiffness, apart.map().stiffness)
+    np.testing.assert_array_equal(together.map().verdict, apart.map().verdict)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9, 1.0])
@@ -273,13 +364,21 @@ def test_the_fused_standard_deviation_is_not_overconfident(correlation):
     covariance = np.outer(sigma, sigma) * np.where(np.eye(3, dtype=bool), 1.0, correlation)
     errors = rng.multivariate_normal(np.zeros(3), covariance, size=20_000)
     weights = inverse_variance_weights(sigma**2)
-    claimed = fused_stddev(weights, sigma**2)
+    claimed = fused_stddev(weights, np.full(3, 450.0), sigma**2)
     observed = (errors @ weights).std()
     assert observed < 1.02 * claimed
     if correlation == 1.0:
         assert observed > 0.98 * claimed  # and it is no larger than it must be
         independent = 1.0 / np.sqrt(np.sum(1.0 / sigma**2))
         assert independent < 0.8 * observed  # what textbook fusion would have claimed
+
+
+def test_the_standard_deviation_holds_the_spread_between_the_estimators():
+    builder = dwelling()
+    for name, k in (("ekf", 450.0), ("ukf", 550.0)):
+        builder.add_one(name, Status.CONVERGED, estimate(stiffness=k, stiffness_variance=0.16))
+    assert builder.map().stiffness[0, 0] == 500.0
+    assert builder.map().stiffness_stddev[0, 0] == pytest.approx(math.hypot(0.4, 50.0))
 
 
 def test_more_estimators_of_one_accuracy_do_not_make_the_map_more_certain():
@@ -290,7 +389,7 @@ def test_more_estimators_of_one_accuracy_do_not_make_the_map_more_certain():
 
 
 def test_one_live_estimate_costs_little():
-    builder = MapBuilder(GRID)
+    builder = over_the_grid()
     for site in range(len(GRID)):
         builder.announce(announcement(site * SECOND, site, Phase.DWELL))
     stamps = iter(range(5 * SECOND, 6 * SECOND))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.regions import Background, Region, find_regions, match
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=5, columns=5)
@@ -17,7 +18,8 @@ GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=5, columns=5)
 
 def map_of(stiffness, stddev=0.3):
     layer = np.where(np.isnan(stiffness), np.nan, 1.0)
-    return StiffnessMapData(GRID, 1, stiffness, layer, layer, stddev * layer, layer)
+    verdict = np.where(np.isnan(stiffness), Verdict.NOT_PALPATED, Verdict.MEASURED).astype(np.uint8)
+    return StiffnessMapData(GRID, 1, stiffness, layer, layer, stddev * layer, layer, verdict)
 
 
 def tissue(*nodules, seed=0, noise=0.3):

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2
 
-from conftest import collect, fails_with, site_publisher
+from conftest import collect, site_publisher
+from tissue_probe.cli.recorded import build_map
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
 from tissue_probe.nodes.qos import BLOCKS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.recording.reader import read_estimates, read_map, read_recording
 from tissue_probe.signals import PalpationSite, Phase
-from tissue_probe_msgs.msg import StiffnessMap, TissueEstimate
+from tissue_probe_msgs.msg import ProbeSamples, StiffnessMap, TissueEstimate
 
-GRID = {"grid.rows": 2, "grid.columns": 3, "grid.spacing": 0.01}
+GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
+MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf", "ukf"]})
 
 
 def estimate(name: str, stamp: int, stiffness: float, status: int) -> TissueEstimate:
@@ -30,49 +37,69 @@ def estimate(name: str, stamp: int, stiffness: float, status: int) -> TissueEsti
     return message
 
 
+@pytest.fixture(autouse=True)
+def results_kept_here(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+
+
+def say(publisher, stamp, site, phase, grid=GRID):
+    announcement = PalpationSite(stamp, site, grid.position(site), phase)
+    publisher.publish(site_to_message(announcement, "stage"))
+
+
 @pytest.fixture
 def mapped(session):
-    """A mapper that has heard of one palpated site, and the test's subscriptions."""
-    running = session(
-        NodeProcess("mapper", "mapper", parameters={**GRID, "estimators": ["ekf", "ukf"]})
-    )
+    """A mapper that has heard of a grid and of one dwell on it, and the test's subscriptions."""
+    running = session(MAPPER)
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
     sites = site_publisher(running.node)
     publishers = {
         name: running.node.create_publisher(TissueEstimate, f"/probe/{name}/estimate", BLOCKS)
         for name in ("ekf", "ukf")
     }
-    running.wait_until(lambda: bool(maps), "the empty map")
     running.wait_until(
         lambda: all(p.get_subscription_count() for p in (sites, *publishers.values())), "the mapper"
     )
-    place = (0.01, 0.01, 0.0)
-    sites.publish(site_to_message(PalpationSite(1000, 4, place, Phase.DWELL), "stage"))
+    for site in range(len(GRID)):
+        say(sites, 10 + site, site, Phase.APPROACH)
+    say(sites, 1000, 4, Phase.DWELL)
     running.wait_until(lambda: sites.wait_for_all_acked(), "the announcement to arrive")
     return running, maps, sites, publishers
 
 
-def test_unvisited_cells_are_not_a_number(mapped):
-    _, maps, _, _ = mapped
-    assert len(maps[0].stiffness) == 6
+def test_nothing_is_published_before_a_sample_is_known_of(mapped):
+    running, maps, _, publishers = mapped
+
+    def heard() -> bool:
+        publishers["ekf"].publish(estimate("ekf", 2000, 500.0, TissueEstimate.CONVERGED))
+        return bool(maps)
+
+    running.wait_until(heard, "the first map")
+    assert maps[0].header.stamp.nanosec == 2000
     for layer in ("stiffness", "damping", "covariance_trace", "stiffness_stddev"):
-        assert np.isnan(getattr(maps[0], layer)).all()
+        assert np.isnan(np.delete(getattr(maps[0], layer), 4)).all()
+    assert list(np.delete(maps[0].verdict, 4)) == [StiffnessMap.NOT_PALPATED] * 5
+
+
+def test_the_verdicts_are_those_of_the_message():
+    for verdict in Verdict:
+        assert getattr(StiffnessMap, verdict.name) == verdict
 
 
 def test_converged_estimates_are_fused_into_the_cell_of_the_site(mapped):
     running, maps, _, publishers = mapped
-    converging, converged = TissueEstimate.CONVERGING, TissueEstimate.CONVERGED
+    converged = TissueEstimate.CONVERGED
 
     def value() -> float:
         # Sent again until the announcement, which comes on another topic, was heard.
         publishers["ekf"].publish(estimate("ekf", 2000, 500.0, converged))
         publishers["ukf"].publish(estimate("ukf", 2000, 600.0, converged))
-        publishers["ukf"].publish(estimate("ukf", 3000, 9999.0, converging))
-        return maps[-1].stiffness[4]
+        return maps[-1].stiffness[4] if maps else np.nan
 
     running.wait_until(lambda: value() == 550.0, "the cell")
-    # Two estimators on the same samples are no more certain than one.
-    assert maps[-1].stiffness_stddev[4] == 2.0
+    # Two estimators on the same samples are no more certain than one, and these differ by 100.
+    assert maps[-1].stiffness_stddev[4] == np.hypot(2.0, 50.0)
+    assert maps[-1].verdict[4] == StiffnessMap.MEASURED
     assert np.isnan(np.delete(maps[-1].stiffness, 4)).all()
     assert (maps[-1].rows, maps[-1].columns, maps[-1].spacing) == (2, 3, 0.01)
 
@@ -82,7 +109,7 @@ def test_the_cloud_carries_the_map_at_its_places_for_late_joiners(mapped):
 
     def measured() -> bool:
         publishers["ekf"].publish(estimate("ekf", 2000, 500.0, TissueEstimate.CONVERGED))
-        return maps[-1].stiffness[4] == 500.0
+        return bool(maps) and maps[-1].stiffness[4] == 500.0
 
     running.wait_until(measured, "the cell")
     clouds = collect(running.node, PointCloud2, "/probe/stiffness_cloud", LATCHED)
@@ -96,20 +123,117 @@ def test_the_cloud_carries_the_map_at_its_places_for_late_joiners(mapped):
     assert np.isnan(points[0, names.index("stiffness")])
 
 
-def test_a_site_off_the_grid_is_told_and_harms_nothing(mapped):
+def test_a_model_that_is_rejected_at_the_end_takes_the_value_out_of_the_cell(mapped):
+    running, maps, _, publishers = mapped
+
+    def verdict() -> int:
+        publishers["ekf"].publish(estimate("ekf", 2000, 500.0, TissueEstimate.CONVERGED))
+        publishers["ekf"].publish(estimate("ekf", 3000, 500.0, TissueEstimate.MODEL_REJECTED))
+        return maps[-1].verdict[4] if maps else 0
+
+    running.wait_until(lambda: verdict() == StiffnessMap.MODEL_REJECTED, "the verdict")
+    assert np.isnan(maps[-1].stiffness).all()
+
+
+def test_a_site_at_no_place_is_told_and_harms_nothing(mapped):
     running, maps, sites, publishers = mapped
-    off = PalpationSite(5000, 5, (1.0, 1.0, 0.0), Phase.DWELL)
+    off = PalpationSite(5000, 5, (np.nan, 1.0, 0.0), Phase.DWELL)
     sites.publish(site_to_message(off, "stage"))
-    running.wait_until(lambda: "site 5 is not on the map" in running.log("mapper"), "the log")
+    running.wait_until(lambda: "site 5 is announced at" in running.log("mapper"), "the log")
 
     def measured() -> bool:
         publishers["ekf"].publish(estimate("ekf", 2000, 500.0, TissueEstimate.CONVERGED))
-        return maps[-1].stiffness[4] == 500.0
+        return bool(maps) and maps[-1].stiffness[4] == 500.0
 
     running.wait_until(measured, "the cell")
 
 
-def test_a_grid_that_is_too_large_is_refused():
-    said = fails_with(NodeProcess("mapper", "mapper", parameters={"grid.rows": 1000}))
-    assert "grid.rows" in said
-    assert "from 1 to 100" in said
+def end_recording(running) -> None:
+    recorder = running.processes.pop("recorder")
+    recorder.send_signal(signal.SIGINT)
+    recorder.wait(20.0)
+
+
+def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
+    bag = tmp_path / "run.mcap"
+    running = session(MAPPER, NodeProcess("recorder", "recorder", parameters={"output": str(bag)}))
+    maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
+    sites = site_publisher(running.node)
+    samples = running.node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
+    publishers = {
+        name: running.node.create_publisher(TissueEstimate, f"/probe/{name}/estimate", BLOCKS)
+        for name in ("ekf", "ukf")
+    }
+    everyone = [sites, *publishers.values()]
+    running.wait_until(lambda: all(p.get_subscription_count() == 2 for p in everyone), "both")
+    running.wait_until(lambda: samples.get_subscription_count() == 1, "the recorder")
+    grid = Grid((0.001, -0.002, 0.0), 0.003, rows=4, columns=4)
+    rng = np.random.default_rng(5)
+    block = ProbeSamples(sample_period=5e-4, position=[0.0], force=[0.0], command=[0.0])
+    block.header.stamp = to_time(1)
+    samples.publish(block)
+    for site in range(len(grid)):
+        begin = (site + 1) * 1_000_000
+        say(sites, begin - 500_000, site, Phase.APPROACH, grid)
+        say(sites, begin, site, Phase.DWELL, grid)
+        say(sites, begin + 400_000, site, Phase.LIFTED, grid)
+    running.wait_until(lambda: sites.wait_for_all_acked(), "the announcements to arrive")
+    for begin in range(1_000_000, 17_000_000, 1_000_000):
+        for name, publisher in publishers.items():
+            for step in range(1, 12):
+                status = int(rng.choice([0, 1, 1, 1, 1, 2, 3, 4]))
+                k = float(rng.normal(450.0, 30.0))
+                publisher.publish(estimate(name, begin + 50_000 * step, k, status))
+    last = estimate("ekf", 16_950_000, 450.0, 1), estimate("ukf", 16_350_001, 450.0, 1)
+    for publisher, message in zip(publishers.values(), last, strict=True):
+        publisher.publish(message)
+    running.wait_until(lambda: maps and maps[-1].header.stamp.nanosec == 16_350_001, "all")
+    arrived = [publisher.wait_for_all_acked() for publisher in everyone]
+    assert all(arrived)
+    end_recording(running)
+    live, recorded = read_map(bag), read_recording(bag)
+    off_line = build_map(recorded, list(read_estimates(bag).values()))
+    assert live.origin == off_line.grid.origin
+    assert live.spacing == off_line.grid.spacing
+    assert live.stamp == off_line.stamp
+    assert set(live.verdict.ravel()) > {Verdict.MEASURED}
+    for name in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
+        np.testing.assert_array_equal(getattr(live, name), getattr(off_line, name))
+
+
+def test_a_mapper_started_again_in_a_scan_takes_up_its_cells(session, tmp_path):
+    running = session(MAPPER)
+    maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
+    sites = site_publisher(running.node)
+    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", BLOCKS)
+    both = (sites, publisher)
+    running.wait_until(lambda: all(p.get_subscription_count() for p in both), "the mapper")
+
+    def palpate(site: int) -> None:
+        begin = (site + 1) * 1_000_000
+        say(sites, begin - 500_000, site, Phase.APPROACH)
+        say(sites, begin, site, Phase.DWELL)
+
+        def measured() -> bool:
+            message = estimate("ekf", begin + 1000, 100.0 * (site + 1), TissueEstimate.CONVERGED)
+            publisher.publish(message)
+            return bool(maps) and 100.0 * (site + 1) in maps[-1].stiffness
+
+        running.wait_until(measured, "the cell")
+        say(sites, begin + 400_000, site, Phase.LIFTED)
+
+    for site in range(3):
+        palpate(site)
+    before = sorted(k for k in maps[-1].stiffness if np.isfinite(k))
+    (kept,) = (tmp_path / "tissue_probe").iterdir()
+    running.wait_until(lambda: kept.read_text().count("\n") >= 3, "the results to be kept")
+    running.processes["mapper"].kill()
+    running.processes.pop("mapper").wait()
+    running.wait_until(lambda: publisher.get_subscription_count() == 0, "its end")
+    del maps[:]
+    again = session(MAPPER)
+    again.wait_until(lambda: publisher.get_subscription_count() == 1, "the mapper again")
+    running.wait_until(lambda: bool(maps), "the map")
+    assert sorted(k for k in maps[0].stiffness if np.isfinite(k)) == before
+    palpate(3)
+    assert sorted(k for k in maps[-1].stiffness if np.isfinite(k)) == [*before, 400.0]

@@ -145,6 +145,7 @@ def test_the_last_map_is_read(tmp_path, messages, record):
     assert (read.stamp, read.origin, read.spacing) == (2, (0.1, 0.2, 0.3), 2e-3)
     for values in (read.stiffness, read.damping, read.covariance_trace, read.stiffness_stddev):
         assert_array_equal(values, last)
+    assert_array_equal(read.verdict, [[0, 1, 2], [3, 4, 5]])
 
 
 def test_without_a_map_there_is_none(run):

@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
 
 ESTIMATORS = ("robust_ekf", "ekf", "ukf", "afekf")
+#: The paper's grid over the stock phantom: first site and spacing [m], rows, columns.
+SITES = ((0.0, 0.0, 0.0), 0.01, 5, 5)
 
 
 def demo(
@@ -64,11 +66,11 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     """
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from tissue_probe.nodes.grid_settings import GridSettings
+    from tissue_probe.mapping.grid import Grid
     from tissue_probe.nodes.session import Session, simulation
 
     bag.unlink(missing_ok=True)
-    grid = GridSettings().make()
+    grid = Grid(*SITES)
     subscribers = {
         "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
         "/probe/scan": len(ESTIMATORS) + 3,  # and the driver, the mapper and the recorder

@@ -71,18 +71,20 @@ def draw(found: StiffnessMapData, phantom: Phantom | None, output: Path) -> Sequ
 def summarize_map(
     found: StiffnessMapData, regions: Sequence[Region], phantom: Phantom | None
 ) -> None:
-    """Print the stiff regions, beside the true nodules where they are known."""
+    """Print what became of the sites, and the stiff regions, beside the true nodules if known."""
     from rich.console import Console
     from rich.table import Column, Table
 
     from tissue_probe.mapping.regions import Background, match
 
     console = Console(highlight=False, markup=False)
-    background = Background.of(found.stiffness).stiffness
-    console.print(
-        f"{int(found.measured.sum())} of {len(found.grid)} sites measured; "
-        f"background {background:.1f} N/m"
-    )
+    told = [f"{int(found.measured.sum())} of {len(found.grid)} sites measured"]
+    told += [f"{count} {word}" for word, count in unusual(found).items()]
+    if not found.measured.any():
+        console.print("; ".join(told))
+        return
+    told.append(f"background {Background.of(found.stiffness).stiffness:.1f} N/m")
+    console.print("; ".join(told))
     if phantom is None:
         table = Table("stiff region", "x, y [mm]", "stiffness [N/m]", "over background")
         for number, region in enumerate(regions, 1):
@@ -112,6 +114,17 @@ def summarize_map(
         f"{len(matched.pairs)} of {len(phantom.nodules)} nodules found, "
         f"{len(matched.false)} stiff regions where there is no nodule"
     )
+
+
+def unusual(found: StiffnessMapData) -> dict[str, int]:
+    """Return how many cells have each verdict but measured, in words; those that occur."""
+    from tissue_probe.mapping.verdict import Verdict
+
+    counts = {each: int((found.verdict == each).sum()) for each in Verdict}
+    del counts[Verdict.MEASURED]
+    return {
+        verdict.name.lower().replace("_", " "): count for verdict, count in counts.items() if count
+    }
 
 
 def _place(thing) -> str:

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
-from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.recording.csv_file import read_csv
@@ -115,7 +114,7 @@ def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> Sti
     """
     if not recording.sites:
         raise ValueError("the recording announces no palpation sites: there is nothing to map")
-    builder = MapBuilder(Grid.through([site.position for site in recording.sites]))
+    builder = MapBuilder()
     for site in recording.sites:
         builder.announce(site)
     for found in estimates:

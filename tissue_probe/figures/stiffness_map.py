@@ -20,6 +20,7 @@ from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.regions import Region
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.surface import interpolate
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.signals import FloatArray
 
 MILLIMETRES = 1e3
@@ -30,6 +31,15 @@ LEAST_RANGE = 0.1  # of the largest value: a uniform phantom shall not look like
 # White on black is seen on every colour of the map.
 _OUTLINED = {"color": "white", "path_effects": [withStroke(linewidth=3.5, foreground="black")]}
 _UNVISITED = {"facecolor": "0.92", "edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
+_WITHOUT_VALUE = {"facecolor": "0.92", "edgecolor": "0.6", "linewidth": 0.5}
+#: The letter in a palpated cell that is not simply measured, and its meaning.
+_MARKS = {
+    Verdict.NO_ESTIMATE: ("N", "no estimate"),
+    Verdict.NOT_CONVERGED: ("U", "unsure: not converged"),
+    Verdict.NO_CONTACT: ("A", "in air: no contact"),
+    Verdict.MODEL_REJECTED: ("R", "rejected: the model is wrong"),
+    Verdict.DISTURBED: ("D", "measured, disturbed by another force"),
+}
 
 
 def draw_map(
@@ -42,7 +52,8 @@ def draw_map(
     Parameters
     ----------
     stiffness_map : StiffnessMapData
-        Cells that were not measured are hatched.
+        Cells that were not palpated are hatched; a letter tells why a palpated cell has no value,
+        or that it was disturbed.
     found : sequence of Region
         Stiff regions, marked by a cross, with their stiffness over the background's.
     nodules : sequence of (float, float, float)
@@ -104,9 +115,16 @@ def _draw_sites(axes: Axes, stiffness_map: StiffnessMapData) -> None:
     grid = stiffness_map.grid
     x, y = np.meshgrid(MILLIMETRES * grid.x, MILLIMETRES * grid.y)
     measured, size = stiffness_map.measured, MILLIMETRES * grid.spacing
-    for left, bottom in zip(x[~measured] - size / 2, y[~measured] - size / 2, strict=True):
-        axes.add_patch(Rectangle((left, bottom), size, size, **_UNVISITED))
+    for row, column in np.argwhere(~measured):
+        corner = (x[row, column] - size / 2, y[row, column] - size / 2)
+        palpated = stiffness_map.verdict[row, column] != Verdict.NOT_PALPATED
+        style = _WITHOUT_VALUE if palpated else _UNVISITED
+        axes.add_patch(Rectangle(corner, size, size, **style))
     axes.plot(x[measured], y[measured], ".", color="white", markeredgecolor="black", markersize=6)
+    for verdict, (mark, _) in _MARKS.items():
+        for row, column in np.argwhere(stiffness_map.verdict == verdict):
+            beside = (7.0, 7.0) if measured[row, column] else (0.0, 0.0)
+            _write(axes, mark, (x[row, column], y[row, column]), beside, "center")
     left, right, bottom, top = _extent(grid)
     axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [mm]")
 
@@ -162,12 +180,23 @@ def _legend(
 ) -> list[Line2D | Patch]:
     """Return one handle for each kind of mark that is drawn."""
     marker = {"linestyle": "none", "color": "white", "markeredgecolor": "black"}
+    letter = {"linestyle": "none", "color": "black"}
     entries = [
         (
             stiffness_map.measured.any(),
-            Line2D([], [], marker=".", markersize=8, label="site palpated", **marker),
+            Line2D([], [], marker=".", markersize=8, label="site measured", **marker),
         ),
-        (not stiffness_map.measured.all(), Patch(label="not palpated", **_UNVISITED)),
+        (
+            (stiffness_map.verdict == Verdict.NOT_PALPATED).any(),
+            Patch(label="not palpated", **_UNVISITED),
+        ),
+        *(
+            (
+                (stiffness_map.verdict == verdict).any(),
+                Line2D([], [], marker=f"${mark}$", markersize=8, label=meaning, **letter),
+            )
+            for verdict, (mark, meaning) in _MARKS.items()
+        ),
         (
             len(nodules) > 0,
             Line2D(

@@ -1,26 +1,32 @@
 """What several estimators found at each site, fused into one map.
 
 What belongs here: which estimates count for which cell, and how the estimators' values become one.
-What does not: interpolation between cells (``surface``).
+What does not: interpolation between cells (``surface``), which sites make the grid (``palpated``).
 
-Within a dwell the latest converged estimate of each estimator counts. A filter without forgetting
-has put every earlier sample into it, and its variance is the variance of that very estimate; an
-average over the converged part would be no better, and no variance would be known for it.
+Of a dwell, the last estimate of each estimator counts, with its status: a filter without forgetting
+has put every earlier sample into it, and only at the end has every sample of the dwell been held
+against the model. An estimator that ends a dwell with a rejected model or out of contact says
+nothing of that cell, however sure it was before.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections import deque
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.signals import FloatArray, PalpationSite, Phase, Status, TissueEstimates
+from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
+from tissue_probe.signals import FloatArray, PalpationSite, Phase, TissueEstimates
 
 _OPEN_END = int(np.iinfo(np.int64).max)
+#: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
+#: DDS holds back.
+_HELD_BACK = 1000
 
 
 class Estimate(NamedTuple):
@@ -33,7 +39,7 @@ class Estimate(NamedTuple):
     stiffness_variance: float
     damping_variance: float
 
-    def is_usable(self) -> bool:
+    def has_weight(self) -> bool:
         """Whether all is finite and both variances are positive: nothing else has a weight."""
         return (
             0.0 < self.stiffness_variance < math.inf
@@ -56,25 +62,93 @@ def inverse_variance_weights(variance: FloatArray) -> FloatArray:
     return relative / relative.sum()
 
 
-def fused_stddev(weights: FloatArray, variance: FloatArray) -> float:
-    """Return sigma = sum_i w_i sqrt(variance_i), the bound for fully correlated errors.
+def fused_stddev(weights: FloatArray, values: FloatArray, variance: FloatArray) -> float:
+    """Return the standard deviation of the weighted mean of several estimators' values.
 
-    The estimators saw the same samples with the same noise, so their errors are nearly the same
-    error, and more estimators do not make it smaller. The weighted sum of the standard deviations
-    is never too small, whatever the correlation; 1 / sqrt(sum_i 1 / variance_i) would be.
+    sigma^2 = (sum_i w_i sigma_i)^2 + sum_i w_i (v_i - mean)^2. The first part is the bound for
+    fully correlated errors: the estimators saw the same samples with the same noise, so that more
+    of them do not make the error smaller, as 1 / sqrt(sum_i 1 / variance_i) would have it. The
+    second is the spread between them: where they differ by more than their noise, one of them is
+    wrong, and the weights are all that is known of which (law of total variance).
     """
-    return float(weights @ np.sqrt(variance))
+    noise = float(weights @ np.sqrt(variance))
+    spread = float(weights @ (values - weights @ values) ** 2)
+    return math.hypot(noise, math.sqrt(spread))
+
+
+class Judged(NamedTuple):
+    """The last estimate of one estimator in a dwell, and its status."""
+
+    status: int
+    estimate: Estimate
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether it gives the cell a value."""
+        return self.status in USABLE
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether it says something: a value that is claimed must be finite and have a weight."""
+        return not self.is_usable or self.estimate.has_weight()
 
 
 @dataclass(slots=True, eq=False)
-class _Dwell:
-    """One stay at one cell, from ``begin`` up to, not including, ``end`` [ns since the epoch]."""
+class Dwell:
+    """One stay at one place.
 
-    visit: int
-    cell: tuple[int, int]
-    begin: int
+    Attributes
+    ----------
+    site : PalpationSite
+        The announcement; its stamp is when the dwell begins.
+    end : int
+        The first time that is no more in the dwell [ns since the epoch].
+    ended : bool
+        Whether the end is known.
+    """
+
+    site: PalpationSite
     end: int = _OPEN_END
-    latest: dict[str, Estimate] = field(default_factory=dict)
+    _found: dict[str, deque[Judged]] = field(default_factory=dict)
+    _kept: int = _HELD_BACK
+
+    @property
+    def begin(self) -> int:
+        """When the dwell begins [ns since the epoch]."""
+        return self.site.stamp
+
+    @property
+    def ended(self) -> bool:
+        """Whether the end is known."""
+        return self.end < _OPEN_END
+
+    def take(self, estimator: str, judged: Judged) -> bool:
+        """Take an estimate made in the dwell; return whether it is the estimator's newest."""
+        found = self._found.setdefault(estimator, deque(maxlen=self._kept))
+        if found and found[-1].estimate.stamp >= judged.estimate.stamp:
+            return False
+        found.append(judged)
+        return True
+
+    def end_at(self, stamp: int) -> None:
+        """End the dwell no later than ``stamp``; estimates from then on are no part of it."""
+        self.end = min(self.end, stamp)
+        for found in self._found.values():
+            while found and found[-1].estimate.stamp >= self.end:
+                found.pop()
+
+    def close(self) -> None:
+        """Keep the last estimates alone: the end will not be moved any more."""
+        self._kept = 1
+        self._found = {name: deque(found, maxlen=1) for name, found in self._found.items()}
+
+    def last(self) -> dict[str, Judged]:
+        """Return the last estimate of each estimator that made one, by its name."""
+        return {name: found[-1] for name, found in sorted(self._found.items()) if found}
+
+    def verdict(self) -> Verdict:
+        """Return why the dwell gives a value, or none."""
+        return verdict_of(judged.status for judged in self.last().values())
 
 
 class MapBuilder:
@@ -82,16 +156,12 @@ class MapBuilder:
 
     An announcement holds from its stamp on and replaces whatever was announced before for later
     times; so a scan may announce phases ahead and be cut short, and a replay may begin again. An
-    estimate counts for the dwell that its stamp falls into, however late it arrives.
+    estimate counts for the dwell that its stamp falls into, however late it arrives. So the map is
+    a function of the announcements and the estimates, whenever they came.
 
-    A cell that is visited again keeps its values until an estimator has converged in the new
-    dwell; then the new dwell alone counts, since the tissue may have changed in between. A cell in
-    which no estimator ever converged stays NaN.
-
-    Parameters
-    ----------
-    grid : Grid
-        The cells of the map.
+    A cell that is visited again shows the last dwell in which an estimator came to a judgement:
+    CONVERGED or DISTURBED, which give a value, NO_CONTACT or MODEL_REJECTED, which do not. Dwells
+    without one leave the value before.
 
     Attributes
     ----------
@@ -100,96 +170,138 @@ class MapBuilder:
         published last.
     """
 
-    def __init__(self, grid: Grid) -> None:
-        self.grid = grid
+    def __init__(self) -> None:
         self.revision = 0
-        self._visits = 0
-        self._dwells: list[_Dwell] = []  # by rising begin
-        self._cells: dict[tuple[int, int], _Dwell] = {}
+        self._sites = PalpatedSites()
+        self._timeline: list[Dwell] = []  # by rising begin
+        self._visits: dict[Place, list[Dwell]] = {}
 
-    def announce(self, site: PalpationSite) -> None:
-        """Note where the probe is; the cell is the one nearest to the announced position.
+    def announce(self, site: PalpationSite) -> Dwell | None:
+        """Note where the probe is, and return the dwell that begins, if one does.
 
         Raises
         ------
         ValueError
-            If a dwell is announced outside the grid. The dwell before has then ended all the same,
-            and estimates of the dwell outside are not counted for any cell.
+            If that is no place.
         """
-        self._dwells = [dwell for dwell in self._dwells if dwell.begin < site.stamp]
-        if self._dwells:
-            self._dwells[-1].end = min(self._dwells[-1].end, site.stamp)
-        if site.phase == Phase.DWELL:
-            self._visits += 1
-            cell = self.grid.nearest(site.position)
-            self._dwells.append(_Dwell(self._visits, cell, site.stamp))
+        place = place_of(site)
+        self._sites.add(site)
+        self.revision += 1
+        replaced = [dwell for dwell in self._timeline if dwell.begin >= site.stamp]
+        self._timeline = [dwell for dwell in self._timeline if dwell.begin < site.stamp]
+        for dwell in replaced:
+            if not dwell.last():  # it was announced ahead, and never came to be
+                self._visits[place_of(dwell.site)].remove(dwell)
+        if self._timeline:
+            self._timeline[-1].end_at(site.stamp)
+        if site.phase != Phase.DWELL:
+            return None
+        if self._timeline:
+            self._timeline[-1].close()
+        dwell = Dwell(site)
+        self._timeline.append(dwell)
+        self._visits.setdefault(place, []).append(dwell)
+        return dwell
+
+    def take_up(self, dwell: Dwell) -> None:
+        """Take a dwell that has ended with all that was found in it, as if it came now."""
+        self.announce(dwell.site)
+        self.announce(replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED))
+        for estimator, (status, estimate) in dwell.last().items():
+            self.add_one(estimator, status, estimate)
 
     def add(self, estimates: TissueEstimates) -> None:
         """Take estimates of one estimator, in any order.
 
-        Left out are those that have not converged, that lack a finite value or a positive
-        variance, or that were made outside every dwell.
+        Left out are those that claim a value without a finite number and a positive variance, and
+        those that were made outside every dwell.
         """
-        converged = estimates[estimates.status == Status.CONVERGED]
-        for dwell in self._dwells:
-            rows = np.flatnonzero((converged.stamp >= dwell.begin) & (converged.stamp < dwell.end))
-            newest_first = rows[np.argsort(-converged.stamp[rows], kind="stable")]
-            candidates = (_row(converged, row) for row in newest_first)
-            latest = next((found for found in candidates if found.is_usable()), None)
-            if latest is not None:
-                self._take(dwell, estimates.estimator, latest)
+        for dwell in self._timeline:
+            inside = (estimates.stamp >= dwell.begin) & (estimates.stamp < dwell.end)
+            rows = np.flatnonzero(inside)
+            newest_first = rows[np.argsort(-estimates.stamp[rows], kind="stable")]
+            found = (_row(estimates, row) for row in newest_first)
+            last = next((judged for judged in found if judged.is_sound), None)
+            if last is not None:
+                self.revision += dwell.take(estimates.estimator, last)
 
-    def add_one(self, estimator: str, status: int, estimate: Estimate) -> None:
-        """Take one estimate as ``add`` does; cheap enough for every message of a live run."""
-        if status != Status.CONVERGED or not estimate.is_usable():
-            return
-        for dwell in reversed(self._dwells):
-            if estimate.stamp >= dwell.begin:
-                if estimate.stamp < dwell.end:
-                    self._take(dwell, estimator, estimate)
-                return
+    def add_one(self, estimator: str, status: int, estimate: Estimate) -> Dwell | None:
+        """Take one estimate as ``add`` does; cheap enough for every message of a live run.
 
-    def _take(self, dwell: _Dwell, estimator: str, estimate: Estimate) -> None:
-        known = dwell.latest.get(estimator)
-        if known is not None and known.stamp >= estimate.stamp:
-            return
-        shown = self._cells.get(dwell.cell)
-        if shown is not None and shown.visit > dwell.visit:
-            return
-        dwell.latest[estimator] = estimate
-        self._cells[dwell.cell] = dwell
+        Return the dwell in which it is now the estimator's last; None if it changes nothing.
+        """
+        judged = Judged(status, estimate)
+        dwell = next((d for d in reversed(self._timeline) if d.begin <= estimate.stamp), None)
+        if dwell is None or estimate.stamp >= dwell.end or not judged.is_sound:
+            return None
+        if not dwell.take(estimator, judged):
+            return None
         self.revision += 1
+        return dwell
 
     def map(self) -> StiffnessMapData:
         """Return the map as known now, each cell fused over its estimators.
 
         Stiffness and damping are averaged by inverse variance, each by its own; the covariance
         trace with the weights of the stiffness. For the standard deviations see ``fused_stddev``.
+
+        Raises
+        ------
+        ValueError
+            If no site was announced, or the sites lie on no square grid.
         """
-        layers = np.full((5, *self.grid.shape), np.nan)
+        grid, cells = self._sites.cells()
+        layers = np.full((5, *grid.shape), np.nan)
+        verdicts = np.full(grid.shape, Verdict.NOT_PALPATED, dtype=np.uint8)
         stamp = 0
-        for (row, column), dwell in self._cells.items():
-            layers[:, row, column] = _fuse(dwell.latest)
-            stamp = max(stamp, *(estimate.stamp for estimate in dwell.latest.values()))
-        return StiffnessMapData(self.grid, stamp, *layers)
+        for place, cell in cells.items():
+            dwell = _shown(self._visits.get(place, []))
+            if dwell is None:
+                continue
+            last = dwell.last()
+            verdicts[cell] = dwell.verdict()
+            stamp = max(stamp, *(each.estimate.stamp for each in last.values()), _known_end(dwell))
+            usable = [each.estimate for each in last.values() if each.is_usable]
+            if usable:
+                layers[(slice(None), *cell)] = _fuse(usable)
+        return StiffnessMapData(grid, stamp, *layers, verdicts)
 
 
-def _row(estimates: TissueEstimates, row: int) -> Estimate:
-    return Estimate(*(getattr(estimates, name)[row].item() for name in Estimate._fields))
+#: Verdicts by which an estimator has said something of the tissue.
+_JUDGEMENTS = {
+    Verdict.MEASURED,
+    Verdict.DISTURBED,
+    Verdict.NO_CONTACT,
+    Verdict.MODEL_REJECTED,
+}
 
 
-def _fuse(estimates: dict[str, Estimate]) -> tuple[float, float, float, float, float]:
+def _shown(visits: list[Dwell]) -> Dwell | None:
+    """Return the dwell that a cell shows: see ``MapBuilder``."""
+    known = [dwell for dwell in visits if dwell.ended or dwell.last()]
+    judged = (dwell for dwell in reversed(known) if dwell.verdict() in _JUDGEMENTS)
+    return next(judged, known[-1] if known else None)
+
+
+def _known_end(dwell: Dwell) -> int:
+    """Return a time that the samples of a dwell have reached, where no estimate tells one."""
+    return dwell.end if dwell.ended and not dwell.last() else 0
+
+
+def _row(estimates: TissueEstimates, row: int) -> Judged:
+    values = (getattr(estimates, name)[row].item() for name in Estimate._fields)
+    return Judged(int(estimates.status[row]), Estimate(*values))
+
+
+def _fuse(estimates: list[Estimate]) -> tuple[float, float, float, float, float]:
     """Return stiffness, damping, covariance trace, stddev of stiffness and of damping."""
-    # Sorted, so that the order of arrival does not show in the last digit.
-    _, stiffness, damping, trace, stiffness_variance, damping_variance = np.array(
-        [estimates[name] for name in sorted(estimates)]
-    ).T
+    _, stiffness, damping, trace, stiffness_variance, damping_variance = np.array(estimates).T
     stiffness_weights = inverse_variance_weights(stiffness_variance)
     damping_weights = inverse_variance_weights(damping_variance)
     return (
         stiffness_weights @ stiffness,
         damping_weights @ damping,
         stiffness_weights @ trace,
-        fused_stddev(stiffness_weights, stiffness_variance),
-        fused_stddev(damping_weights, damping_variance),
+        fused_stddev(stiffness_weights, stiffness, stiffness_variance),
+        fused_stddev(damping_weights, damping, damping_variance),
     )

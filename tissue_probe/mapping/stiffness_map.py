@@ -19,20 +19,22 @@ from tissue_probe.signals import FloatArray
 class StiffnessMapData:
     """Stiffness and damping over a grid; every array has shape (rows, columns).
 
-    Cells that were not measured are NaN in every array.
+    Cells without a value are NaN in every array but ``verdict``, which says why.
 
     Attributes
     ----------
     grid : Grid
         Where the cells are.
     stamp : int
-        Time of the newest estimate used [ns since the epoch]; 0 if there is none.
+        Time of the newest sample that the map tells of [ns since the epoch]; 0 if there is none.
     stiffness, damping : array
         k [N/m] and beta [N s/m].
     covariance_trace : array
         Trace of the covariance of the estimators' state, its units mixed as the paper mixes them.
     stiffness_stddev, damping_stddev : array
-        Standard deviation of k [N/m] and of beta [N s/m].
+        Standard deviation of k [N/m] and of beta [N s/m], with the spread between the estimators.
+    verdict : array of uint8
+        The ``Verdict`` of each cell.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class StiffnessMapData:
     covariance_trace: FloatArray
     stiffness_stddev: FloatArray
     damping_stddev: FloatArray
+    verdict: NDArray[np.uint8]
 
     def __post_init__(self) -> None:
         for entry in fields(self)[2:]:
@@ -56,5 +59,5 @@ class StiffnessMapData:
 
     @property
     def measured(self) -> NDArray[np.bool_]:
-        """Whether each cell was measured, shape (rows, columns)."""
+        """Whether each cell has a value, shape (rows, columns)."""
         return np.isfinite(self.stiffness)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import numpy as np
 from pydantic import BaseModel
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from tissue_probe.mapping.fusion import MapBuilder
-from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.kept_map import KeptMap
+from tissue_probe.mapping.site_results import SiteResults
+from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
 from tissue_probe.nodes.conversions import cloud_message, site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
-from tissue_probe.nodes.grid_settings import GridSettings
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
@@ -34,20 +38,32 @@ class MapperSettings(BaseModel):
         "estimators to fuse, by the names of their topics",
     )
     frame_id: str = setting("stage", "", "frame of the map")
+    results_file: str = setting(
+        "",
+        "",
+        "file that keeps each site's results for a mapper that is started again in the same scan; "
+        "empty for one of this node's name and domain in ~/.local/state/tissue_probe",
+    )
 
 
 class Mapper(Node):
-    """Fuses the converged estimates of each site and publishes the map whenever it changes."""
+    """Fuses the estimates of each site and publishes the map whenever it changes.
+
+    The grid is that through the announced sites: it grows with the scan, by the same rule as off
+    line.
+    """
 
     def __init__(self) -> None:
         super().__init__("mapper")
         declare(self, MapperSettings)
-        declare(self, GridSettings, "grid.")
         settings = read(self, MapperSettings)
         self._frame_id = settings.frame_id
-        self._builder = MapBuilder(read(self, GridSettings, "grid.").make())
-        self._published_revision = -1
+        file = Path(settings.results_file) if settings.results_file else self._stock_results_file()
+        self._map = KeptMap(SiteResults(file), self.get_logger().error)
+        self._published_revision = 0
+        self._found: StiffnessMapData | None = None
         self.received = 0
+        self._malformed = 0
         self._rate = Rate()
         self._maps = self.create_publisher(StiffnessMap, "stiffness_map", LATCHED)
         self._clouds = self.create_publisher(PointCloud2, "stiffness_cloud", LATCHED)
@@ -59,6 +75,11 @@ class Mapper(Node):
         self.create_timer(INTERVAL, self._update)
         Diagnostics(self, self._examine)
 
+    def _stock_results_file(self) -> Path:
+        state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state")
+        name = self.get_fully_qualified_name().strip("/").replace("/", ".")
+        return state / "tissue_probe" / f"{name}.{self.context.get_domain_id()}.jsonl"
+
     def destroy_node(self) -> None:
         """Let go of everything."""
         self._inbox.destroy()
@@ -66,26 +87,37 @@ class Mapper(Node):
 
     def _on_site(self, message: PalpationSite, info: dict) -> None:
         try:
-            self._builder.announce(site_from_message(message))
+            self._map.announce(site_from_message(message), info["source_timestamp"])
         except ValueError as error:
-            self.get_logger().error(f"site {message.site} is not on the map: {error}")
+            self._leave_out(f"an announcement is left out: {error}")
 
     def _on_estimate(self, message: bytes, info: dict) -> None:
         self.received += 1
         try:
-            self._builder.add_one(*estimate_from_cdr(message))
+            self._map.add_one(*estimate_from_cdr(message))
         except ValueError as error:
-            self.get_logger().error(f"an estimate is left out: {error}", throttle_duration_sec=1.0)
+            self._leave_out(f"an estimate is left out: {error}")
+
+    def _leave_out(self, reason: str) -> None:
+        self._malformed += 1
+        self.get_logger().error(reason, throttle_duration_sec=1.0)
 
     def _update(self) -> None:
         self._inbox.empty()
-        if self._builder.revision != self._published_revision:
-            self._published_revision = self._builder.revision
-            self._publish()
+        if self._map.revision == self._published_revision:
+            return
+        self._published_revision = self._map.revision
+        try:
+            self._found = self._map.map()
+        except ValueError as error:
+            self.get_logger().error(f"there is no map: {error}", throttle_duration_sec=1.0)
+            return
+        # Before any sample is known of, a map would have no time.
+        if self._found.stamp:
+            self._publish(self._found)
 
-    def _publish(self) -> None:
-        found = self._builder.map()
-        grid: Grid = found.grid
+    def _publish(self, found: StiffnessMapData) -> None:
+        grid = found.grid
         header = Header(stamp=to_time(found.stamp), frame_id=self._frame_id)
         message = StiffnessMap(header=header, spacing=grid.spacing)
         message.rows, message.columns = grid.shape
@@ -95,6 +127,7 @@ class Mapper(Node):
             "damping": found.damping,
             "covariance_trace": found.covariance_trace,
             "stiffness_stddev": found.stiffness_stddev,
+            "verdict": found.verdict,
         }
         for name, layer in layers.items():
             setattr(message, name, layer.ravel().tolist())
@@ -105,13 +138,20 @@ class Mapper(Node):
         self._clouds.publish(cloud_message(header, points, ["x", "y", "z", *layers]))
 
     def _examine(self) -> Health:
-        measured = int(np.isfinite(self._builder.map().stiffness).sum())
         rate = self._rate(self.received)
-        told = f"{measured} of {len(self._builder.grid)} cells are measured"
+        verdicts = self._found.verdict if self._found is not None else np.zeros(0, np.uint8)
+        measured = int(self._found.measured.sum()) if self._found is not None else 0
+        told = f"{measured} of {verdicts.size} cells are measured"
         values = {
             "publishers": self._inbox.publishers(),
             "estimates received": self.received,
+            "messages malformed": self._malformed,
             "achieved rate [estimates/s]": f"{rate:.0f}",
+            **{
+                f"cells {verdict.name}": int((verdicts == verdict).sum())
+                for verdict in Verdict
+                if verdict != Verdict.NOT_PALPATED
+            },
         }
         if not rate:
             return Health(STALE, f"{told}; no estimates in the last second", values)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -41,7 +42,8 @@ class RecordedMap:
     ``stamp`` [ns since the epoch] is that of the newest estimate in it. The cell in row r and
     column c lies at ``origin`` (x, y, z) [m] plus (c, r, 0) times ``spacing`` [m]. ``stiffness``
     [N/m], ``damping`` [N s/m], ``covariance_trace`` and ``stiffness_stddev`` [N/m] are NaN
-    where nothing was measured.
+    where nothing was measured. ``verdict`` holds the numbers of ``StiffnessMap.msg``; None in
+    recordings of versions that had none.
     """
 
     stamp: int
@@ -51,6 +53,7 @@ class RecordedMap:
     damping: FloatArray
     covariance_trace: FloatArray
     stiffness_stddev: FloatArray
+    verdict: NDArray[np.uint8] | None
 
 
 class Decoder:
@@ -154,6 +157,7 @@ def stiffness_map(message: Any) -> RecordedMap:
         damping=message.damping.reshape(shape),
         covariance_trace=message.covariance_trace.reshape(shape),
         stiffness_stddev=message.stiffness_stddev.reshape(shape),
+        verdict=message.verdict.reshape(shape) if hasattr(message, "verdict") else None,
     )
 
 

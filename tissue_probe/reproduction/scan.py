@@ -15,6 +15,7 @@ from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.regions import find_regions, match
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.surface import interpolate
+from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.reproduction.drawing import LABELS
 from tissue_probe.reproduction.experiment import Experiment, Tissue
@@ -66,7 +67,8 @@ def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
         return np.mean(values, axis=0).reshape(GRID.shape)
 
     deviations = [np.sqrt(cells(f"{name}_variance")) for name in ("stiffness", "damping")]
-    return StiffnessMapData(GRID, 0, *(cells(name) for name in LABELS), *deviations)
+    verdicts = np.full(GRID.shape, Verdict.MEASURED, dtype=np.uint8)
+    return StiffnessMapData(GRID, 0, *(cells(name) for name in LABELS), *deviations, verdicts)
 
 
 def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:

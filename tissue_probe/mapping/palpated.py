@@ -1,0 +1,106 @@
+"""Where the probe palpated: the scans that were announced, and the grid through their sites.
+
+What belongs here: which sites make the grid of a map. What does not: what was measured there
+(``fusion``), and how a grid numbers its cells (``grid``).
+
+The rule is one for a map that grows while a scan goes on and for the map of a recorded scan, so
+that both are the same map.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.signals import PalpationSite
+
+#: x and y of a site on the tissue [m], as a whole number of nanometres tells them.
+Place = tuple[float, float]
+#: The height of the tissue at each place [m].
+_Heights = dict[Place, float]
+
+
+def place_of(site: PalpationSite) -> Place:
+    """Return where a site is; ValueError if its position is not finite."""
+    if not all(map(math.isfinite, site.position)):
+        raise ValueError(f"site {site.site} is announced at {site.position} m, which is no place")
+    x, y, _ = (float(value) for value in np.round(site.position, 9))
+    return x, y
+
+
+class PalpatedSites:
+    """The sites of every scan that was announced, in the order of the scans.
+
+    A scan numbers its sites upwards: a number that does not rise begins another scan.
+
+    Attributes
+    ----------
+    count : int
+        How many sites are known, all scans together; the grid may change only when it rises.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._scans: list[_Heights] = []
+        self._last = -1
+        self._cells: tuple[int, Grid, dict[Place, tuple[int, int]]] | None = None
+
+    def add(self, site: PalpationSite) -> None:
+        """Note an announcement of any phase; ValueError if its position is not finite."""
+        place = place_of(site)
+        here = bool(self._scans) and place in self._scans[-1]
+        if site.site < self._last or (site.site == self._last and not here) or not self._scans:
+            self._scans.append({})
+            here = False
+        self._last = site.site
+        if not here:
+            self._scans[-1][place] = site.position[2]
+            self.count += 1
+
+    def cells(self) -> tuple[Grid, dict[Place, tuple[int, int]]]:
+        """Return the grid of the map, and row and column of each site on it.
+
+        It is the square grid through the sites of the last scan, and of those before on it. An
+        earlier scan is on it if the sites of both lie on one square grid that is no finer than one
+        of the two scans by itself: a part of the sites palpated again, or a finer grid between the
+        sites of a coarse one. Where a scan is on another grid, it and all scans before it are no
+        part of the map.
+
+        Raises
+        ------
+        ValueError
+            If there is no site, or those of the last scan lie on no square grid.
+        """
+        if self._cells is None or self._cells[0] != self.count:
+            grid, places = self._on_one_grid()
+            self._cells = self.count, grid, {place: grid.nearest(place) for place in places}
+        return self._cells[1:]
+
+    def _on_one_grid(self) -> tuple[Grid, _Heights]:
+        places = self._scans[-1] if self._scans else {}
+        grid = _through(places)
+        for earlier in reversed(self._scans[:-1]):
+            joined = _joined(grid, places, earlier)
+            if joined is None:
+                break
+            grid, places = joined
+        return grid, places
+
+
+def _joined(grid: Grid, places: _Heights, earlier: _Heights) -> tuple[Grid, _Heights] | None:
+    """Return the grid through some places and an earlier scan's, if there is one for both."""
+    together = {**earlier, **places}
+    try:
+        joined, alone = _through(together), _through(earlier)
+    except ValueError:
+        return None
+    spacings = [each.spacing for each in (grid, alone) if len(each) > 1]
+    if spacings and not any(math.isclose(joined.spacing, each, rel_tol=1e-6) for each in spacings):
+        return None
+    return joined, together
+
+
+def _through(places: _Heights) -> Grid:
+    return Grid.through([(x, y, height) for (x, y), height in places.items()])

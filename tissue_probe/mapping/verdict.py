@@ -1,0 +1,44 @@
+"""Why a cell of the map has a value, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import IntEnum
+
+from tissue_probe.signals import Status
+
+#: An estimator counts in a cell if it ended the dwell with one of these.
+USABLE = (Status.CONVERGED, Status.DISTURBED)
+
+
+class Verdict(IntEnum):
+    """The reason of each cell (the constants of ``StiffnessMap.msg``)."""
+
+    NOT_PALPATED = 0
+    MEASURED = 1
+    NO_ESTIMATE = 2
+    NOT_CONVERGED = 3
+    NO_CONTACT = 4
+    MODEL_REJECTED = 5
+    DISTURBED = 6
+
+
+#: Which reason is told where estimators of one dwell differ and none is usable: the gravest first.
+_GRAVEST = (
+    (Status.MODEL_REJECTED, Verdict.MODEL_REJECTED),
+    (Status.NO_CONTACT, Verdict.NO_CONTACT),
+    (Status.CONVERGING, Verdict.NOT_CONVERGED),
+)
+
+
+def verdict_of(statuses: Iterable[int]) -> Verdict:
+    """Return the verdict of a dwell from the status with which each estimator ended it.
+
+    A usable estimator settles it; a disturbance that one usable estimator saw is told.
+    """
+    ended = set(statuses)
+    if Status.DISTURBED in ended:
+        return Verdict.DISTURBED
+    if Status.CONVERGED in ended:
+        return Verdict.MEASURED
+    return next((why for status, why in _GRAVEST if status in ended), Verdict.NO_ESTIMATE)
