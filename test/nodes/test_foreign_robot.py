@@ -78,7 +78,9 @@ def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right
     running.wait_until(lambda: states[-1].state == "ENABLED", "the robot to be enabled")
     done = scan(running)
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
-    running.wait_until(lambda: np.isfinite(maps[-1].stiffness[:2]).all(), "both cells of the map")
+    running.wait_until(
+        lambda: maps and np.isfinite(maps[-1].stiffness[:2]).all(), "both cells of the map"
+    )
     assert maps[-1].stiffness[:2] == pytest.approx([450.0, 450.0], rel=0.1)
 
     answer, _ = robot.communicate("stop\n", timeout=PATIENCE)
