@@ -34,8 +34,8 @@ PATIENCE = 40.0
 
 STAGE = NodeProcess("stage", "stage", "/stage")
 #: Where a test is of something else, a busy machine may be later than a theatre could allow: with
-#: samples, and with the stage's motion, which must have reached the tip as a dwell begins.
-PATIENT = {"samples_timeout": 10.0, "settle_time": 0.3}
+#: samples, poses, and the stage's motion, which must have reached the tip as a dwell begins.
+PATIENT = {"samples_timeout": 10.0, "poses_timeout": 10.0, "settle_time": 0.3}
 SCAN = NodeProcess("scan", "scan", parameters=PATIENT)
 
 
@@ -153,9 +153,10 @@ def collect(node, message_type, topic: str, qos=EVERYTHING) -> list:
 
 
 def driver(**parameters: object) -> NodeProcess:
-    """A driver whose parameters are given with '__' for '.'."""
+    """A driver whose parameters are given with '__' for '.'; patient with a scan, unless told."""
     named = {name.replace("__", "."): value for name, value in parameters.items()}
-    return NodeProcess("driver", "driver", parameters=named)
+    patient = {"limits.palpation_timeout": 5.0, **named}
+    return NodeProcess("driver", "driver", parameters=patient)
 
 
 def stage_on_tissue(x: float = 0.0, y: float = 0.0) -> NodeProcess:

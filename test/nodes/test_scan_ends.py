@@ -113,7 +113,7 @@ def test_a_pose_that_is_no_number_is_left_out(session):
     assert answer.result.sites_visited == 2
 
 
-#: A robot in a hurry, for the few moments in which a test must meet it on its way.
+#: So that a test can meet the robot on its way.
 SLOW = {"samples_timeout": 10.0, "speed": 0.005}
 
 
@@ -148,7 +148,7 @@ def test_a_robot_that_falls_silent_ends_the_scan_and_the_site_does_not_count(ses
 
 
 def test_a_robot_that_dies_ends_the_scan(session):
-    running = session(driver(), STAGE, SCAN)
+    running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=SLOW))
     activate(running)
     scanning = Scanning(running, goal(dwell_time=100.0))
     scanning.wait_for(PalpationSite.DWELL)

@@ -48,7 +48,7 @@ def test_the_coil_is_at_zero_where_the_scan_node_falls_silent_in_a_dwell(session
 
 
 def test_the_time_that_a_scan_may_be_silent_is_a_limit(session):
-    running = session(driver(), STAGE, SCAN)
+    running = session(driver(limits__palpation_timeout=0.5), STAGE, SCAN)
     activate(running)
     faults = collect(running.node, String, "/probe/fault", LATCHED)
     # Less than the scan promises cannot be asked for: it would not be heard at all.
@@ -66,7 +66,7 @@ def test_the_time_that_a_scan_may_be_silent_is_a_limit(session):
 
 
 def test_a_scan_node_without_a_scan_may_be_silent_and_die(session):
-    running = session(driver(), STAGE, SCAN)
+    running = session(driver(limits__palpation_timeout=0.5), STAGE, SCAN)
     activate(running)
     faults = collect(running.node, String, "/probe/fault", LATCHED)
     samples = collect(running.node, ProbeSamples, "/probe/samples")
@@ -86,7 +86,7 @@ def test_a_scan_node_without_a_scan_may_be_silent_and_die(session):
 
 def test_who_announces_sites_without_a_promise_is_told_and_not_watched(session):
     """As a replay does, and a program of one's own that knows nothing of the watch."""
-    running = session(driver())
+    running = session(driver(limits__palpation_timeout=0.5))
     activate(running)
     faults = collect(running.node, String, "/probe/fault", LATCHED)
     samples = collect(running.node, ProbeSamples, "/probe/samples")
