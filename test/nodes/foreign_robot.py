@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float64, int32, uint32
+from cyclonedds.idl.types import float64, int32, uint8, uint32
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -78,13 +78,21 @@ class StringStamped(IdlStruct, typename="crtk_msgs::msg::dds_::StringStamped_"):
     string: str
 
 
+@dataclass
+class PalpationSite(IdlStruct, typename="tissue_probe_msgs::msg::dds_::PalpationSite_"):
+    header: Header
+    site: uint32
+    position: Point
+    phase: uint8
+
+
 def taken(reader: DataReader, kind: type) -> list:
     """Take what was said; that a writer has left comes as a sample of another kind."""
     return [sample for sample in reader.take(N=100) if isinstance(sample, kind)]
 
 
 class Robot:
-    """Its three topics out, its two in."""
+    """Its two topics out, its two in; it hears what the scan announces, too."""
 
     def __init__(self) -> None:
         participant = DomainParticipant(int(os.environ["DOMAIN"]))
@@ -99,10 +107,13 @@ class Robot:
         self.states = DataWriter(participant, topic("operating_state", OperatingState), qos=latched)
         self.setpoints = DataReader(participant, topic("servo_cp", PoseStamped), qos=volatile)
         self.commands = DataReader(participant, topic("state_command", StringStamped), qos=volatile)
+        announced = Topic(participant, "rt/probe/palpation_site", PalpationSite)
+        self.sites = DataReader(participant, announced, qos=volatile)
         self.position = [0.0, 0.0, 0.01]
         self.goal = list(self.position)
         self.state = "DISABLED"
         self.told = {"setpoints": 0, "commands": [], "turned": 0, "stamps": [], "depth": []}
+        self.told["phases"] = []
         self.tell_state()
 
     def header(self) -> Header:
@@ -116,6 +127,7 @@ class Robot:
             self.told["commands"].append(command.string)
             self.state = {"enable": "ENABLED", "disable": "DISABLED"}[command.string]
             self.tell_state()
+        self.told["phases"] += [site.phase for site in taken(self.sites, PalpationSite)]
         for setpoint in taken(self.setpoints, PoseStamped):
             self.follow(setpoint)
         way = [goal - now for goal, now in zip(self.goal, self.position, strict=True)]

@@ -90,6 +90,8 @@ def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right
     assert told["turned"] == 0, "the scan turned the robot's tool"
     assert np.all(np.diff(told["stamps"]) > 0)
     assert min(told["depth"]) == 0.0
+    # What it did not ask for, that the scan shows to be alive, does not keep it from hearing.
+    assert told["phases"] == 2 * [0, 1, 2]
 
 
 def test_the_driver_is_a_crtk_device_too(session):

@@ -173,7 +173,7 @@ class Scan(Node):
             end, how = goal_handle.canceled, str(reason)
         except Exception as reason:  # whatever it was, someone must hear of it
             end, how = goal_handle.abort, f"stopped: {_told(reason)}"
-            if not isinstance(reason, FORESEEN):
+            if not isinstance(reason.__cause__ or reason, FORESEEN):
                 self.get_logger().error(traceback.format_exc())
         if len(visited) < len(sites):
             how += f" ({len(visited)} of {len(sites)} sites are palpated)"

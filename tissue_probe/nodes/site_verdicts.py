@@ -76,18 +76,21 @@ class SiteVerdicts:
         )
 
     def _verdict(self, position: Sequence[float]) -> int:
-        found = self._map
-        origin = (found.origin.x, found.origin.y, found.origin.z)
         try:
-            grid = Grid(origin, found.spacing, found.rows, found.columns)
-            row, column = grid.nearest(position)
-        except ValueError:  # the map's cells are elsewhere, or make no grid
+            row, column = self._grid.nearest(position)
+        except ValueError:  # the map's cells are elsewhere
             return StiffnessMap.NOT_PALPATED
-        distance = np.hypot(grid.x[column] - position[0], grid.y[row] - position[1])
-        if distance > ON_THE_CELL * grid.spacing:
+        x, y, _ = self._grid.position(self._grid.site(row, column))
+        if np.hypot(x - position[0], y - position[1]) > ON_THE_CELL * self._grid.spacing:
             return StiffnessMap.NOT_PALPATED
-        return found.verdict[row * grid.columns + column]
+        return self._map.verdict[row * self._grid.columns + column]
 
     def _on_map(self, message: StiffnessMap, info: dict) -> None:
+        origin = (message.origin.x, message.origin.y, message.origin.z)
+        try:
+            self._grid = Grid(origin, message.spacing, message.rows, message.columns)
+        except ValueError as error:
+            self._node.get_logger().error(f"a map is left out: {error}", throttle_duration_sec=1.0)
+            return
         self._map = message
         self._came = time.monotonic()
