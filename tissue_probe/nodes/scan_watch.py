@@ -17,6 +17,7 @@ from rclpy.event_handler import (
 )
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy
+from rclpy.subscription import Subscription
 
 from tissue_probe.nodes.qos import watched_announcements
 from tissue_probe_msgs.msg import PalpationSite
@@ -44,33 +45,49 @@ class ScanWatch:
     def __init__(self, node: Node, timeout: float, on_silence: Callable[[str], None]) -> None:
         self._node = node
         self._on_silence = on_silence
-        self._subscription = None
-        self.change_timeout(timeout)
+        self._announced: PalpationSite | None = None
+        self._subscriptions: list[Subscription] = []
+        self._timeout = timeout
+        self._subscribe()
 
     def change_timeout(self, timeout: float) -> None:
         """Allow another silence [s] from now on; what goes on stays watched."""
-        if self._subscription is not None:
-            if timeout == self._timeout:
-                return
-            self._node.destroy_subscription(self._subscription)
-        self._timeout = timeout
-        # A subscription's lease cannot be changed; the new one is told the latest announcement.
-        self._announced: PalpationSite | None = None
-        self._subscription = self._node.create_subscription(
+        if timeout != self._timeout:
+            self._timeout = timeout
+            self._subscribe()
+
+    def _subscribe(self) -> None:
+        """Ask for the present timeout: a subscription's own cannot be changed.
+
+        The one before watches on until the new one has found a scan that is alive.
+        """
+
+        def on_liveliness(event: QoSLivelinessChangedInfo) -> None:
+            if event.alive_count_change > 0:
+                self._forget_before(subscription)
+            elif event.alive_count_change < 0:
+                self._on_loss()
+
+        subscription = self._node.create_subscription(
             PalpationSite,
             "palpation_site",
             self._on_site,
-            watched_announcements(timeout),
+            watched_announcements(self._timeout),
             event_callbacks=SubscriptionEventCallbacks(
-                liveliness=self._on_liveliness, incompatible_qos=self._on_no_promise
+                liveliness=on_liveliness, incompatible_qos=self._on_no_promise
             ),
         )
+        self._subscriptions.append(subscription)
+
+    def _forget_before(self, subscription: Subscription) -> None:
+        while subscription in self._subscriptions[1:]:
+            self._node.destroy_subscription(self._subscriptions.pop(0))
 
     def _on_site(self, message: PalpationSite) -> None:
         self._announced = message if message.phase in DOING else None
 
-    def _on_liveliness(self, event: QoSLivelinessChangedInfo) -> None:
-        if event.alive_count_change >= 0 or self._announced is None:
+    def _on_loss(self) -> None:
+        if self._announced is None:
             return
         site, self._announced = self._announced, None
         self._on_silence(
@@ -80,7 +97,7 @@ class ScanWatch:
         )
 
     def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
-        topic = self._subscription.topic_name
+        topic = self._subscriptions[-1].topic_name
         names = [
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self._node.get_publishers_info_by_topic(topic)
