@@ -14,7 +14,6 @@ from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import open_bag
 from tissue_probe.recording.topic_field import (
     FORCE_FIELDS,
     POSITION_FIELDS,
@@ -31,7 +30,7 @@ CLOCKS_APART = 1e-3
 _POSSIBLE_DELAY = 1.0  # s; no message takes longer to the recorder: more is a clock of its own
 
 
-def read_foreign_bag(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
+def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     """Read a force and a position topic; return the recording, and notes on what was done.
 
     Samples are those of the force, at the stamps in its headers; the position is brought to them by
@@ -40,8 +39,10 @@ def read_foreign_bag(path: Path, layout: Layout) -> tuple[Recording, tuple[str, 
 
     Parameters
     ----------
+    bag : Bag
+        Of ROS 1 or 2.
     path : path
-        A bag of ROS 1 or 2.
+        What to call it in messages.
     layout : Layout
         Names the fields and the force's polarity.
 
@@ -50,7 +51,6 @@ def read_foreign_bag(path: Path, layout: Layout) -> tuple[Recording, tuple[str, 
     RecordingError
         If a topic or field is not there, the polarity is not stated, or the two never overlap.
     """
-    bag = open_bag(path)
     if layout.force is None or layout.position is None or layout.force_polarity is None:
         raise RecordingError(_what_to_state(bag, path, layout))
     if layout.sample_rate is not None:
