@@ -199,7 +199,7 @@ def _stamped(
     notes = []
     apart = abs(f.delay - u.delay)
     if apart > POSSIBLE_DELAY * NANOSECONDS:
-        return [onto_recorder(f), onto_recorder(u)], [
+        return [_recorded(force, f), _recorded(position, u)], [
             f"the clocks that stamp {force.name} and {position.name} are "
             f"{apart / NANOSECONDS:.6g} s apart: both signals are taken at the times they were "
             "recorded, less the jitter that their stamps tell, and may be shifted by their "
@@ -226,6 +226,13 @@ def _stamped(
             "simulation or a replay do: they are right, and kept"
         )
     return [f, u], notes
+
+
+def _recorded(field: FieldValues, clock: ClockedTimes) -> ClockedTimes:
+    """Return times by the recorder's clock: log times, where stamps keep no time beside it."""
+    if clock.jitter > POSSIBLE_DELAY * NANOSECONDS:
+        return clocked(field.name, field.logged, None)
+    return onto_recorder(clock)
 
 
 def _drifts(drift: float, error: float, length: float) -> bool:
