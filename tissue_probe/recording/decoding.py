@@ -61,6 +61,13 @@ class Decoder:
     Where the bag has none, as older ones of ROS 2, the common types (``std_msgs``,
     ``geometry_msgs``, ...) are decoded by the definitions that ROS 2 has.
 
+    Parameters
+    ----------
+    topic : Topic
+        Whose messages.
+    path : path
+        What to call the bag in messages.
+
     Raises
     ------
     RecordingError
@@ -68,8 +75,9 @@ class Decoder:
         understood.
     """
 
-    def __init__(self, topic: Topic) -> None:
-        self._decoders = {topic: _deserializer(topic)}
+    def __init__(self, topic: Topic, path: object) -> None:
+        self._path = path
+        self._decoders = {topic: self._deserializer(topic)}
 
     def decode(
         self, messages: Iterable[RawMessage], convert: Callable[[Any], Content]
@@ -86,16 +94,26 @@ class Decoder:
 
     def _decode(self, message: RawMessage, convert: Callable[[Any], Content]) -> Content:
         if (decode := self._decoders.get(message.channel)) is None:
-            decode = self._decoders[message.channel] = _deserializer(message.channel)
+            decode = self._decoders[message.channel] = self._deserializer(message.channel)
         try:
             return convert(decode(message.data))
         except RecordingError:
             raise
         except _NONSENSE as error:
             raise RecordingError(
-                f"the message of {message.topic} logged at {message.log_time} ns is not a "
-                f"valid {message.typename}: {error or 'it has no content'}"
+                f"{self._path}: the message of {message.topic} logged at {message.log_time} ns is "
+                f"not a valid {message.typename}: {_first_line(error) or 'it has no content'}"
             ) from error
+
+    def _deserializer(self, topic: Topic) -> Callable[[bytes], Any]:
+        try:
+            return _deserializer(topic)
+        except RecordingError as error:
+            raise RecordingError(f"{self._path}: {error}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0]
 
 
 # What rosbags raises of damaged content.
@@ -133,7 +151,7 @@ def _types(topic: Topic) -> tuple[Typestore, str]:
     # KeyError: a type that it uses is not there
     except (TypesysError, KeyError, ValueError, AssertionError, RecursionError) as error:
         raise RecordingError(
-            f"the definition of {topic.typename} in the bag is not understood: {error}"
+            f"the definition of {topic.typename} in the bag is not understood: {_first_line(error)}"
         ) from error
     return store, typename
 

@@ -19,6 +19,7 @@ from tissue_probe.recording.ros1_bag import Ros1Bag
 from tissue_probe.recording.sqlite_bag import SqliteBag
 from tissue_probe.recording.unpacking import is_packed, unpack_file
 
+_CALLED = (".mcap", ".db3", ".bag", ".zstd")
 _KINDS = {MCAP0_MAGIC: McapBag, b"SQLite format 3\0": SqliteBag, b"#ROSBAG V": Ros1Bag}
 
 
@@ -40,6 +41,21 @@ def open_bag(path: str | Path) -> Bag:
     if is_packed(_head(path)):
         return _PackedBag(path)
     return _opened(path, path)
+
+
+def is_bag(path: str | Path) -> bool:
+    """Whether a file or folder is, or is called, a bag; others may be tables.
+
+    Raises
+    ------
+    FileNotFoundError
+        If nothing has that name.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return True
+    head = _head(path)
+    return head.startswith(tuple(_KINDS)) or is_packed(head) or path.suffix in _CALLED
 
 
 def _opened(path: Path, name: Path) -> Bag:

@@ -108,7 +108,9 @@ class SqliteBag:
         """Warn of what does not hold together: pages that are lost are lost silently."""
         (said,) = connection.execute("PRAGMA quick_check(1)").fetchone()
         if said != "ok":
-            _log.warning("%s is damaged, messages may be missing (%s)", self._name, said)
+            _log.warning(
+                "%s is damaged, messages may be missing (%s)", self._name, " ".join(said.split())
+            )
 
     def _damaged(self, error: Exception) -> RecordingError:
         return RecordingError(

@@ -81,7 +81,7 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
     """
     name, _, frame = name.partition("@")
     topic, asked = _find(bag, path, name)
-    decoder = Decoder(topic)
+    decoder = Decoder(topic, path)
     steps: dict[Topic, list[tuple[str, str]]] = {}
     logged, stamps, values = array("Q"), array("q"), array("d")
     frames: set[str] = set()
@@ -96,17 +96,17 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
         if frame and own != frame:
             continue
         if raw.channel not in steps:
-            steps[raw.channel] = _STEP.findall(asked or _default(raw.channel, defaults))
+            steps[raw.channel] = _STEP.findall(asked or _default(path, raw.channel, defaults))
         logged.append(raw.log_time)
         stamps.append(header.stamp.sec * NANOSECONDS + header.stamp.nanosec if header else 0)
-        values.append(_value(message, steps[raw.channel], topic))
+        values.append(_value(path, message, steps[raw.channel], topic))
     _refuse_several(path, topic, frames, frame)
     if not logged:
         raise RecordingError(f"{path} has no message on {topic.name}; record again")
     stamped = np.frombuffer(stamps, dtype=np.int64)
     notes = [f"{empty} messages of {topic.name} have no content, and are left out"] if empty else []
     return FieldValues(
-        f"{topic.name}.{asked or _default(topic, defaults)}{'@' if frame else ''}{frame}",
+        f"{topic.name}.{asked or _default(path, topic, defaults)}{'@' if frame else ''}{frame}",
         np.frombuffer(logged, dtype=np.uint64).astype(np.int64),
         stamped if stamped.any() else None,
         np.frombuffer(values, dtype=np.float64),
@@ -131,11 +131,12 @@ def _find(bag: Bag, path: object, name: str) -> tuple[Topic, str]:
     return topics[topic_name], asked
 
 
-def _default(topic: Topic, defaults: dict[str, str]) -> str:
+def _default(path: object, topic: Topic, defaults: dict[str, str]) -> str:
     if found := defaults.get(_kind(topic)):
         return found
     raise RecordingError(
-        f"{topic.name} is of type {topic.typename}: name its field too, such as {topic.name}.data"
+        f"{path}: {topic.name} is of type {topic.typename}: name its field too, such as "
+        f"{topic.name}.data"
     )
 
 
@@ -154,7 +155,7 @@ def _kind(topic: Topic) -> str:
     return topic.typename.rpartition("/")[2]
 
 
-def _value(message: Any, steps: list[tuple[str, str]], topic: Topic) -> float:
+def _value(path: object, message: Any, steps: list[tuple[str, str]], topic: Topic) -> float:
     found = message
     try:
         for field, index in steps:
@@ -166,7 +167,7 @@ def _value(message: Any, steps: list[tuple[str, str]], topic: Topic) -> float:
     except (AttributeError, IndexError, ValueError, TypeError) as error:
         asked = "".join(f".{field}" if field else f"[{index}]" for field, index in steps)
         raise RecordingError(
-            f"{topic.name} has no number at {asked[1:]}; {_what_there_is(found)}"
+            f"{path}: {topic.name} has no number at {asked[1:]}; {_what_there_is(found)}"
         ) from error
 
 
