@@ -11,8 +11,8 @@ from lz4 import frame as lz4
 from mcap.reader import NonSeekingReader
 from mcap.records import Chunk, DataEnd, Footer, Header, Message, MessageIndex, Metadata
 from mcap.writer import MCAP0_MAGIC
-from mcap_variants import CHANNEL, SCHEMA, encoded, variants, write
 
+from benchmarks.mcap_variants import CHANNEL, SCHEMA, encoded, variants, write
 from tissue_probe.recording import unpacking
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.mcap_bag import McapBag

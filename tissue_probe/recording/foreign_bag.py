@@ -32,6 +32,12 @@ from tissue_probe.recording.two_clocks import by_one_clock
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
 
+PIECE = 2**18
+"""Samples that are brought to other times at once."""
+
+MARGIN = 64
+"""Samples on either side of a piece: a spline forgets one by a factor of 3.7, 64 to rounding."""
+
 
 def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     """Read a force and a position topic; return the recording, and notes on what was done.
@@ -80,7 +86,7 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
             )
             continue
         grid = even_grid(f_time, f"{path}, {force.name}", BRIDGED)
-        positions = [interpolate(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
+        positions = [_brought(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
         forces = [grid.values(span, f_time, f[part_f] * f_unit) for span in grid.spans]
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
@@ -145,6 +151,21 @@ def _parts(
     for f, u in zip(*(pairwise(each) for each in ends), strict=True):
         if f[0] < f[1]:
             yield slice(*f), slice(*u)
+
+
+def _brought(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Return values at other times by a spline, piece by piece: a whole one takes much memory."""
+    found = [
+        interpolate(time[first:stop], values[first:stop], part)
+        for part in np.array_split(at, max(1, at.size // PIECE))
+        for first, stop in [_around(time, part)]
+    ]
+    return np.concatenate(found)
+
+
+def _around(time: FloatArray, at: FloatArray) -> tuple[int, int]:
+    first, stop = np.searchsorted(time, [at[0], at[-1]])
+    return max(int(first) - MARGIN, 0), int(stop) + MARGIN
 
 
 def _numbered_on(before: list[SampleBlock], blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:

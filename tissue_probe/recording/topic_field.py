@@ -36,6 +36,7 @@ POSITION_FIELDS = {
 }
 """The same of position."""
 
+_LATEST = 2**63 - 1  # ns; in 292 years from 1970: what is later is damage
 _STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 
 
@@ -83,7 +84,7 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
     topic, asked = _find(bag, path, name)
     decoder = Decoder(topic, path)
     steps: dict[Topic, list[tuple[str, str]]] = {}
-    logged, stamps, values = array("Q"), array("q"), array("d")
+    logged, stamps, values = array("q"), array("q"), array("d")
     frames: set[str] = set()
     empty = 0
     for raw in bag.messages([topic.name]):
@@ -97,7 +98,7 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
             continue
         if raw.channel not in steps:
             steps[raw.channel] = _STEP.findall(asked or _default(path, raw.channel, defaults))
-        logged.append(raw.log_time)
+        logged.append(min(raw.log_time, _LATEST))
         stamps.append(header.stamp.sec * NANOSECONDS + header.stamp.nanosec if header else 0)
         values.append(_value(path, message, steps[raw.channel], topic))
     _refuse_several(path, topic, frames, frame)
@@ -107,7 +108,7 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
     notes = [f"{empty} messages of {topic.name} have no content, and are left out"] if empty else []
     return FieldValues(
         f"{topic.name}.{asked or _default(path, topic, defaults)}{'@' if frame else ''}{frame}",
-        np.frombuffer(logged, dtype=np.uint64).astype(np.int64),
+        np.frombuffer(logged, dtype=np.int64),
         stamped if stamped.any() else None,
         np.frombuffer(values, dtype=np.float64),
         tuple(notes),
