@@ -28,6 +28,7 @@ def compare(
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
@@ -58,7 +59,7 @@ def compare(
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic,
+        position_polarity, topic, clock,
     )  # fmt: skip
     begun = asked.begun(model, rig, tissue, effects or [])
     composition = begun.composition

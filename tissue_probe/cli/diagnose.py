@@ -35,6 +35,7 @@ def diagnose(
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
@@ -57,7 +58,7 @@ def diagnose(
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic,
+        position_polarity, topic, clock,
     )  # fmt: skip
     asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])

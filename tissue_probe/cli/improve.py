@@ -34,6 +34,7 @@ def improve(
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
@@ -69,7 +70,7 @@ def improve(
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic,
+        position_polarity, topic, clock,
     )  # fmt: skip
     asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])

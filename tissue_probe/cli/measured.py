@@ -100,6 +100,23 @@ ForceUnit = Annotated[
     ),
 ]
 
+
+class Clock(str, Enum):
+    """Whose clock counts in a bag."""
+
+    stamps = "stamps"
+    recorder = "recorder"
+
+
+ClockOption = Annotated[
+    Clock | None,
+    typer.Option(
+        "--clock",
+        help="Of a bag whose clocks disagree: go by the stamps as they are, or by the recorder's.",
+        show_default=False,
+    ),
+]
+
 ForcePolarity = Annotated[
     Polarity | None, typer.Option(help="Which forces are positive in the file.", show_default=False)
 ]
@@ -182,6 +199,7 @@ def layout(
     force_polarity: Polarity | None,
     position_polarity: Direction,
     topic: str | None,
+    clock: Clock | None = None,
 ) -> Layout:
     """Make of the options what the readers take.
 
@@ -202,6 +220,7 @@ def layout(
         position_polarity=position_polarity.value,
         sample_rate=sample_rate,
         samples_topic=topic,
+        clock=clock.value if clock else None,
     )
 
 

@@ -13,7 +13,7 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.foreign_bag import read_foreign_bag
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.reader import has_samples, read_recording
+from tissue_probe.recording.reader import has_samples, recording_of
 from tissue_probe.recording.table_file import read_table
 from tissue_probe.signals import Recording
 
@@ -39,10 +39,11 @@ def read_any(path: str | Path, layout: Layout) -> tuple[Recording, tuple[str, ..
     path = Path(path)
     if path.suffix.lower() in FORMATS:
         return read_table(path, layout)
-    if layout.position is None and layout.force is None and has_samples(open_bag(path)):
+    bag = open_bag(path)
+    if layout.position is None and layout.force is None and has_samples(bag):
         _refuse_statements(path, layout)
-        return read_recording(path, layout.samples_topic), ()
-    return read_foreign_bag(path, layout)
+        return recording_of(bag, path, layout.samples_topic), ()
+    return read_foreign_bag(bag, path, layout)
 
 
 def _refuse_statements(path: Path, layout: Layout) -> None:

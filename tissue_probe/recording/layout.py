@@ -10,6 +10,7 @@ from typing import Literal
 
 ForcePolarity = Literal["compression", "tension"]
 PositionPolarity = Literal["into", "out"]
+Clock = Literal["stamps", "recorder"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Layout:
         Whether positions grow into the tissue, or out of it (a height).
     sample_rate : float, optional
         Samples a second [Hz]; then no time is read.
+    clock : {"stamps", "recorder"}, optional
+        Whose clock counts in a bag, where it is not clear: that of the stamps, or the recorder's.
     samples_topic : str, optional
         Which topic of this suite's samples, where a recording has several.
 
@@ -49,6 +52,7 @@ class Layout:
     position_polarity: PositionPolarity = "into"
     sample_rate: float | None = None
     samples_topic: str | None = None
+    clock: Clock | None = None
 
     def __post_init__(self) -> None:
         if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
