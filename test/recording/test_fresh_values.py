@@ -21,7 +21,7 @@ def test_a_channel_published_faster_than_it_measures_has_its_first_values_fresh(
 
 def test_a_held_channel_of_coarse_steps_is_still_held():
     held_since = np.arange(2000) // 5
-    fresh = fresh_values(np.round(sine()[held_since], 2))
+    fresh = fresh_values(np.round(sine()[5 * held_since], 2))
     assert 300 < np.count_nonzero(fresh) <= 400  # where the sine turns, fresh ones are equal
 
 
