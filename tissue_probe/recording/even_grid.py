@@ -196,7 +196,7 @@ def _check(time: FloatArray, where: str) -> None:
             row = int(np.argmax(wrong))
             raise RecordingError(
                 f"{where}, row {row + 1} (t = {time[row]:g} s): {what}; correct it, or give "
-                "--sample-rate and leave the times out"
+                "`sample_rate` and leave the times out"
             )
 
 
@@ -209,7 +209,7 @@ def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
         raise RecordingError(
             f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
             f"more than half of the usual {usual:g} s; record at an even rate, or give "
-            "--sample-rate if the samples were in fact taken evenly"
+            "`sample_rate` if the samples were in fact taken evenly"
         )
 
 

@@ -19,6 +19,7 @@ from tissue_probe.recording.sqlite_bag import SqliteBag
 
 _SQLITE_MAGIC = b"SQLite format 3\0"
 _ROS1_MAGIC = b"#ROSBAG V"
+_CALLED = (".mcap", ".db3", ".bag")
 
 
 def open_bag(path: str | Path) -> Bag:
@@ -45,6 +46,22 @@ def open_bag(path: str | Path) -> Bag:
     raise RecordingError(f"{path} {_what_is_wrong(path, head)}")
 
 
+def is_bag(path: str | Path) -> bool:
+    """Whether a file or folder is, or is called, a bag; others may be tables.
+
+    Raises
+    ------
+    FileNotFoundError
+        If nothing has that name.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return True
+    with path.open("rb") as file:
+        head = file.read(16)
+    return head.startswith((MCAP0_MAGIC, _SQLITE_MAGIC, _ROS1_MAGIC)) or path.suffix in _CALLED
+
+
 def _open_folder(path: Path) -> Bag:
     files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3"))
     if not files:
@@ -63,7 +80,4 @@ def _open_folder(path: Path) -> Bag:
 def _what_is_wrong(path: Path, head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    return (
-        "is not an MCAP file (nor another bag of ROS, nor a table: those end in .csv, .parquet or "
-        ".mat); give what the recorder wrote"
-    )
+    return "is not an MCAP file, nor another bag of ROS; give what the recorder wrote"
