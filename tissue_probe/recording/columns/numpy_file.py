@@ -13,8 +13,6 @@ from tissue_probe.recording.columns.bounds import check_zip
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
-_WRONG = (ValueError, EOFError, OSError, KeyError, zipfile.BadZipFile, MemoryError, SyntaxError)
-
 
 def open_npy(path: Path) -> Columns:
     """Open a ``.npy`` file: a structured array has its fields, a matrix columns ``matrix[:,0]``.
@@ -26,7 +24,7 @@ def open_npy(path: Path) -> Columns:
     """
     try:
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except _WRONG as error:
+    except Exception as error:  # NumPy lets through what zlib, ast and tokenize raise
         raise RecordingError(f"{path} is not a NumPy file of numbers: {error}") from error
     return _columns(path, {"" if array.dtype.names else "matrix": array})
 
@@ -45,7 +43,7 @@ def open_npz(path: Path, members: zipfile.ZipFile) -> Columns:
         with np.load(path, allow_pickle=False) as file:
             for name in file.files:
                 arrays[name] = file[name]
-    except _WRONG as error:
+    except Exception as error:  # NumPy lets through what zlib, ast and tokenize raise
         raise RecordingError(f"{path} is not a NumPy file of numbers: {error}") from error
     return _columns(path, arrays)
 

@@ -68,6 +68,8 @@ class Columns:
             If one is missing, has no numbers or another length than the others, or has no rows.
         """
         self.require(names)
+        if not names:
+            raise RecordingError(f"{self.path} has no columns of numbers")
         once = list(dict.fromkeys(names))
         loaded = self.load(once, progress)
         if len(once) < len(names):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import zipfile
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,8 +16,6 @@ from tissue_probe.recording.columns.cells import Kind
 from tissue_probe.recording.columns.find_table import Found, Row, find_table, longest_run
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
-
-_REPEATED = re.compile(rb'number-(?:rows|columns)-repeated="(\d+)"[^>]*/?>\s*(?:<[^>]*>\s*)?')
 
 
 def open_spreadsheet(path: Path, members: zipfile.ZipFile | None) -> Columns:
@@ -98,7 +97,10 @@ def _check_repeats(path: Path, members: zipfile.ZipFile) -> None:
     """Count the cells that an OpenDocument sheet repeats: a few bytes may stand for billions."""
     if "content.xml" not in members.namelist():
         return
-    content = members.read("content.xml")
+    try:
+        content = members.read("content.xml")
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise RecordingError(f"{path} is damaged: {error}") from error
     total = 0
     for row in re.split(rb"<table:table-row", content)[1:]:
         opening, _, inside = row.partition(b">")
