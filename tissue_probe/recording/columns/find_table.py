@@ -276,9 +276,15 @@ def _refuse_misfit(path: str, rows: Sequence[Row], run: Run, decimal: str) -> No
     row = next((r for r in reversed(rows[: run.first]) if not r.blank and not r.comment), None)
     if row is None:
         return
+    line = rows[run.first].line
+    if row.data(decimal):
+        raise RecordingError(
+            f"{path}: line {row.line} has {len(row.cells)} cells, line {line} has {run.width}; are "
+            "commas both between cells and within numbers? Write as many cells in each row, and "
+            "another mark between the cells than within numbers"
+        )
     texts = [cell for cell in row.cells if kind(cell, decimal) is Kind.TEXT]
     if len(texts) > 1 and len(texts) == len(row.cells):
-        line = rows[run.first].line
         raise RecordingError(
             f"{path}: line {line} has {run.width} cells, the header names {len(row.cells)} columns"
             "; are commas both between cells and within numbers? Write one name for each cell, and "
