@@ -109,7 +109,7 @@ def originals(tmp_path_factory):
 
 @pytest.mark.parametrize("name", KINDS)
 @given(data=st.data())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_a_damaged_container_ends_in_a_sentence(name, data, originals, tmp_path_factory):
     content = bytearray((originals / name).read_bytes())
     places = st.one_of(st.integers(0, min(600, len(content) - 1)), st.integers(0, len(content) - 1))

@@ -77,7 +77,7 @@ def written(path, wrote):
 
 
 @given(wrote=writings())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_a_true_table_reads_back_however_it_is_written(wrote, tmp_path_factory):
     path, header = written(tmp_path_factory.mktemp("t") / "x.txt", wrote)
     recording, notes = read_any(path, Layout(force_polarity="compression"))
@@ -243,7 +243,7 @@ def test_bursts_of_unknown_values_cost_their_own_samples(tmp_path):
 
 
 @given(damage=st.data())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_no_damage_to_a_text_ends_otherwise_than_in_a_sentence(damage, tmp_path_factory):
     path, _ = written(tmp_path_factory.mktemp("t") / "x.csv", damage.draw(writings()))
     content = bytearray(path.read_bytes())
@@ -255,7 +255,7 @@ def test_no_damage_to_a_text_ends_otherwise_than_in_a_sentence(damage, tmp_path_
 
 
 @given(content=st.binary(max_size=400))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 def test_random_bytes_end_in_a_sentence(content, tmp_path_factory):
     path = tmp_path_factory.mktemp("t") / "x.csv"
     path.write_bytes(content)

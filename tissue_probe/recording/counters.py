@@ -16,6 +16,10 @@ SMALL = 1 / 8
 """Between two samples a counter goes less than this share of its range: at more its way could as
 well be the other way round."""
 
+FEW = 1000
+"""Values looked at first: in most columns one of them is no whole number; the rest is spared then.
+"""
+
 
 def unwrapped(values: FloatArray) -> tuple[FloatArray, int | None]:
     """Return a counter's values as if it had no end, and its width in bits; None if it has none.
@@ -25,6 +29,9 @@ def unwrapped(values: FloatArray) -> tuple[FloatArray, int | None]:
     values : array, shape (n,)
         Whole numbers; NaN where not known. Others come back as they are.
     """
+    few = values[:FEW]
+    if not (np.isnan(few) | (few == np.rint(few))).all():
+        return values, None
     known = np.isfinite(values)
     if np.count_nonzero(known) < 2 or (values[known] != np.rint(values[known])).any():
         return values, None

@@ -24,7 +24,7 @@ from tissue_probe.recording.even_grid import (
     even_grid,
     sample_blocks,
 )
-from tissue_probe.recording.fresh_values import fresh_values
+from tissue_probe.recording.fresh_values import REPEATED, fresh_values
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.roles import Roles, roles
 from tissue_probe.recording.times import Times, times
@@ -89,8 +89,10 @@ def read_table(
     else:
         grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
     notes += grid.notes
-    spans = [_values(grid, time.seconds, column) for column in (position, force)]
-    del position, force, signals
+    spans = [_values(grid, time.seconds, position)]
+    del position, signals
+    spans.append(_values(grid, time.seconds, force))
+    del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     return Recording(blocks, sites, time_doubt=doubt), tuple(notes)
 
@@ -159,6 +161,8 @@ def _fresh(
     """Return the rows to take where a channel repeats old values, and how old they may be [s]."""
     kept, doubt = None, 0.0
     for name, values in (("position", position), ("force", force)):
+        if np.count_nonzero(values[1:] == values[:-1]) < REPEATED * values.size:
+            continue
         fresh = fresh_values(values)
         count = np.count_nonzero(fresh)
         if count == fresh.size:

@@ -75,11 +75,11 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
                 f"({', '.join(TIME_UNITS)}), or `sample_rate`"
             )
     size = TIME_UNITS[unit or "s"]
-    known = column if whole else column[np.isfinite(column)]
-    if known.size and not certain and size * float(known[-1]) > LONGEST:
+    latest = _latest(column)
+    if not certain and size * latest > LONGEST:
         raise RecordingError(
-            f"{where}: column {name} would be in {unit or 's'}, but {known[-1]:.6g} of these are "
-            f"{size * known[-1] / 3.156e7:.3g} years; state `time_unit` ({', '.join(TIME_UNITS)})"
+            f"{where}: column {name} would be in {unit or 's'}, but {latest:.6g} of these are "
+            f"{size * latest / 3.156e7:.3g} years; state `time_unit` ({', '.join(TIME_UNITS)})"
         )
     if not whole:
         column, bits = unwrapped(column)
@@ -94,26 +94,28 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
 
 def _since(column: np.ndarray, size: float, told: tuple[str, ...]) -> Times:
     """Subtract the first of large times before they are scaled: digits would be lost."""
-    finite = np.flatnonzero(np.isfinite(column))
-    first = column[finite[0]] if finite.size else 0
+    known = np.isfinite(column)
+    first = column[np.argmax(known)] if known.any() else 0
     if abs(float(first)) * size < EPOCH[0]:
-        seconds = column.astype(np.float64)
-        seconds *= size
-        return Times(0, seconds, told)
+        seconds = column.astype(np.float64, copy=False)
+        return Times(0, seconds if size == 1.0 else seconds * size, told)
     origin = int(first) * round(size * NANOSECONDS)
     seconds = (column - int(first)).astype(np.float64)
     seconds *= size
     return Times(origin, seconds, told)
 
 
+def _latest(column: np.ndarray) -> float:
+    """Return the largest time that is known; minus infinity where none is."""
+    return float(np.max(column, where=np.isfinite(column), initial=-(2.0**62)))
+
+
 def _telling_epoch(column: np.ndarray) -> str | None:
-    known = column[np.isfinite(column)]
-    if not known.size:
-        return None
-    low, high = float(known.min()), float(known.max())
+    low = float(np.min(column, where=np.isfinite(column), initial=2.0**62))
+    high = _latest(column)
     for unit in _TELLING:
         if EPOCH[0] <= low * TIME_UNITS[unit] and high * TIME_UNITS[unit] <= EPOCH[1]:
-            return unit
+            return unit if high > 0.0 else None
     return None
 
 

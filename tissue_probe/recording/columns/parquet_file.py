@@ -29,13 +29,17 @@ def open_parquet(path: Path) -> Columns:
     check_rows(path, file.metadata.num_rows)
 
     def load(names: Sequence[str], progress: Progress) -> Loaded:
-        return Loaded([_column(path, file, name) for name in names])
+        columns = []
+        for number, name in enumerate(names, 1):
+            columns.append(_column(path, file, name))
+            progress(number / len(names))
+        return Loaded(columns)
 
     return Columns(path, tuple(file.schema_arrow.names), load)
 
 
 def _column(path: Path, file, name: str) -> np.ndarray:
-    """Read a column, one group of rows after the other, so that it is in memory once."""
+    """Read a column piece by piece, so that it is in memory once."""
     import pyarrow
 
     kind = file.schema_arrow.field(name).type
@@ -45,23 +49,30 @@ def _column(path: Path, file, name: str) -> np.ndarray:
         into, dtype = None, None
     else:
         into, dtype = pyarrow.float64(), np.float64
-    parts = []
+    rows = file.metadata.num_rows
+    texts = pyarrow.types.is_string(kind) or pyarrow.types.is_large_string(kind)
+    whole: np.ndarray | None = np.empty(rows, dtype=object if texts else dtype) if dtype else None
+    first = 0
     try:
         for batch in file.iter_batches(batch_size=2**20, columns=[name], use_threads=False):
             column = batch.column(0)
-            if isinstance(column, pyarrow.StructArray | pyarrow.ListArray):
+            if texts:
+                part = np.array(column.to_pylist(), dtype=object)
+            elif isinstance(column, pyarrow.StructArray | pyarrow.ListArray):
                 raise RecordingError(f"{path}: column {name} has no numbers: it is nested")
-            if pyarrow.types.is_string(kind) and dtype is np.float64:
-                parts.append(np.array(column.to_pylist(), dtype=object))
-                continue
-            if into is not None and kind != into:
-                column = column.cast(into, safe=False) if dtype != np.float64 else column.cast(into)
-            parts.append(column.to_numpy(zero_copy_only=False))
-    except (pyarrow.ArrowException, OSError, ValueError) as error:
+            else:
+                if into is not None and kind != into:
+                    column = column.cast(into, safe=dtype == np.float64)
+                part = column.to_numpy(zero_copy_only=False)
+            if whole is None or (part.dtype.kind == "f" and whole.dtype.kind in "iu"):
+                # Whole numbers, until one is not known.
+                whole = np.empty(rows, part.dtype) if whole is None else whole.astype(np.float64)
+            whole[first : first + part.size] = part
+            first += part.size
+    except (pyarrow.ArrowException, OSError, ValueError, TypeError) as error:
         if isinstance(error, RecordingError):
             raise
         raise RecordingError(f"{path}: column {name} cannot be read: {error}") from error
-    whole = np.concatenate(parts) if parts else np.empty(0)
-    if whole.dtype == object:
-        return whole
-    return whole.astype(dtype) if dtype else whole
+    if first != rows:
+        raise RecordingError(f"{path}: column {name} has {first} rows, but the file says {rows}")
+    return np.empty(0) if whole is None else whole
