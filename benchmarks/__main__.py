@@ -19,6 +19,7 @@ from benchmarks import (
     live,
     machine,
     offline,
+    reading,
     reading_bags,
     report,
 )
@@ -97,8 +98,12 @@ def main(
             results["daq"] = daq.measure(RESULTS, seconds)
             print(daq.sentence(results["daq"]))
         if part == Part.reading:
+            results["reading"] = reading.measure()
             results["bags"] = reading_bags.measure()
-            for table in reading_bags.tables(results["bags"]):
+            for table in (
+                *reading.tables(results["reading"]),
+                *reading_bags.tables(results["bags"]),
+            ):
                 Console().print(table)
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)

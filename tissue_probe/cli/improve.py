@@ -31,6 +31,7 @@ def improve(
     sample_rate: measured.SampleRate = None,
     position_unit: measured.PositionUnit = None,
     force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
@@ -69,8 +70,8 @@ def improve(
     from tissue_probe.diagnosis.answer import answer
 
     layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic, clock,
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])

@@ -85,7 +85,4 @@ class _PackedBag(FolderBag):
 def _what_is_wrong(head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    return (
-        "is not an MCAP file (nor another bag of ROS, nor a table: those end in .csv, .parquet or "
-        ".mat); give what the recorder wrote"
-    )
+    return "is not an MCAP file, nor another bag of ROS; give what the recorder wrote"
