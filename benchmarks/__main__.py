@@ -19,6 +19,8 @@ from benchmarks import (
     live,
     machine,
     offline,
+    reading,
+    reading_bags,
     report,
 )
 from tissue_probe.challenge.trajectory import DURATIONS
@@ -40,6 +42,7 @@ class Part(str, Enum):
     speed = "speed"
     diagnosis = "diagnosis"
     daq = "daq"
+    reading = "reading"
     all = "all"
 
 
@@ -81,7 +84,8 @@ def main(
 ) -> None:
     """Measure the live suite, the filters, and how often a hidden effect is named.
 
-    `daq` counts the samples of the driver on a DAQ, which `all` leaves out.
+    `daq` counts the samples of the driver on a DAQ, and `reading` how files of others are read,
+    which `all` leaves out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -93,6 +97,14 @@ def main(
             bag = RESULTS / "daq.mcap"
             results["daq"] = daq.measure(RESULTS, seconds)
             print(daq.sentence(results["daq"]))
+        if part == Part.reading:
+            results["reading"] = reading.measure()
+            results["bags"] = reading_bags.measure()
+            for table in (
+                *reading.tables(results["reading"]),
+                *reading_bags.tables(results["bags"]),
+            ):
+                Console().print(table)
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
@@ -110,11 +122,11 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part != Part.daq:
+    if part not in (Part.daq, Part.reading):
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)
-    if bag.exists():
+    if part != Part.reading and bag.exists():
         print(f"the recording is {bag}")
     print(f"kept in {report.keep(results, RESULTS)}")
 

@@ -115,7 +115,9 @@ def diagnostics(bag: Path, node: str) -> list[dict[str, str]]:
     topic = next(topic for topic in opened.topics if topic.name == "/diagnostics")
     statuses = (
         status
-        for message in Decoder(topic).decode(opened.messages([topic.name]), lambda message: message)
+        for message in Decoder(topic, bag).decode(
+            opened.messages([topic.name]), lambda message: message
+        )
         for status in message.status
     )
     return [
@@ -132,5 +134,5 @@ def _received(bag: Path, estimator: str) -> int:
 def _block(bag: Path) -> tuple[int, float]:
     """Return the samples of one block, and their period [s]."""
     topic = next(topic for topic in open_bag(bag).topics if topic.name == "/probe/samples")
-    first = next(Decoder(topic).decode(iterate_raw(bag, [topic.name]), samples_of))
+    first = next(Decoder(topic, bag).decode(iterate_raw(bag, [topic.name]), samples_of))
     return len(first), first.sample_period

@@ -178,12 +178,14 @@ class Recording:
     """Everything measured in one run.
 
     ``blocks`` in the order recorded, joined where they continue one another; ``sites`` as
-    announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run).
+    announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run);
+    ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells.
     """
 
     blocks: tuple[SampleBlock, ...]
     sites: tuple[PalpationSite, ...] = ()
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    time_doubt: float = 0.0
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)

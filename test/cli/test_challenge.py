@@ -12,10 +12,15 @@ from typer.testing import CliRunner
 
 from tissue_probe import cli
 from tissue_probe.challenge import EFFECTS
-from tissue_probe.recording.csv_file import read_csv
+from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.reader import read_recording
 
 SERIES = ("--count", 4, "--seed", 3, "--excitation", "sine10")
+
+
+def samples_of(table):
+    return read_any(table, Layout())[0]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +55,7 @@ def diagnose(tmp_path, answers, right):
 def test_a_series_is_made_with_second_recordings(series, tmp_path):
     names = sorted(path.name for path in (tmp_path / "made").iterdir())
     assert names == sorted(f"000{n}{end}.csv" for n in range(1, 5) for end in ("", "_second"))
-    recording = read_csv(tmp_path / "made" / "0001.csv")
+    recording = samples_of(tmp_path / "made" / "0001.csv")
     assert len(recording) == 4000
     assert recording.blocks[0].sample_period == pytest.approx(5e-4)
     assert np.ptp(recording.position) > 1e-3
@@ -77,7 +82,7 @@ def test_nothing_among_the_recordings_tells_the_answer(run, tmp_path, ending):
 
 def test_a_bag_holds_what_the_table_holds(run, tmp_path, series):
     run("challenge", "make", *SERIES, "bags", "--format", "mcap", "--answers", "other.json")
-    table = read_csv(tmp_path / "made" / "0002_second.csv")
+    table = samples_of(tmp_path / "made" / "0002_second.csv")
     bag = read_recording(tmp_path / "bags" / "0002_second.mcap")
     np.testing.assert_allclose(bag.position, table.position, atol=1e-12)
     np.testing.assert_allclose(bag.force, table.force, atol=1e-8)
@@ -159,7 +164,7 @@ def test_a_recording_is_repeated_as_a_table_is(run, tmp_path):
         run("challenge", "make", ending, *source, "--answers", f"{ending}.json")
         again = ("--excitation", f"{ending}/0001.{ending}", "--hide", "one", "--count", 1)
         assert run("challenge", "make", f"{ending}2", *again, "--answers", f"{ending}2.json").out
-    one, other = (read_csv(tmp_path / f"{ending}2" / "0001.csv") for ending in ("csv", "mcap"))
+    one, other = (samples_of(tmp_path / f"{ending}2" / "0001.csv") for ending in ("csv", "mcap"))
     np.testing.assert_allclose(one.force, other.force, atol=1e-6)
 
 

@@ -34,6 +34,7 @@ def options():
         sample_rate: measured.SampleRate = None,
         position_unit: measured.PositionUnit = None,
         force_unit: measured.ForceUnit = None,
+        time_unit: measured.TimeUnit = None,
         force_polarity: measured.ForcePolarity = None,
         position_polarity: measured.PositionPolarity = measured.Direction.into,
         topic: measured.SamplesTopic = None,
@@ -47,6 +48,7 @@ def options():
             sample_rate,
             position_unit,
             force_unit,
+            time_unit,
             force_polarity,
             position_polarity,
             topic,
@@ -96,7 +98,7 @@ def test_the_site_of_a_scan_is_asked_for(bag, run, options):
     path = bag()
     run("export", path, "--output", "samples.csv")
     for file in (path, "samples.csv"):
-        with pytest.raises(ValueError, match=r"palpates 16 sites, .* choose one with --site"):
+        with pytest.raises(ValueError, match=r"palpates 16 sites, .* choose one with `site`"):
             options(file)
 
 
@@ -193,7 +195,7 @@ def test_what_is_filled_in_stays_unmeasured_behind_a_low_pass(csv):
 
 
 def test_nothing_known_is_refused(tmp_path, options):
-    (tmp_path / "x.csv").write_text("t,u,F\n0,1,\n1,1,\n2,1,\n")
+    (tmp_path / "x.csv").write_text("t,u,F\n0.0,1,\n1.0,1,\n2.0,1,\n")
     with pytest.raises(ValueError, match="no sample whose position and force are both known"):
         options(tmp_path / "x.csv")
 

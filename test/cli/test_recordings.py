@@ -94,7 +94,8 @@ def test_export_writes_every_sample_with_every_digit(run, bag):
     assert (outcome.status, outcome.out) == (0, "9600 samples written to samples.csv\n")
     recording = read_recording(recorded)
     table = arrow_csv.read_csv("samples.csv")
-    assert table.column_names == ["time", "position", "force", "command", "sequence", "site"]
+    signals = ["time", "position", "force", "command", "sequence"]
+    assert table.column_names == [*signals, "site", "site_x", "site_y", "site_z"]
     for name in ("position", "force", "command"):
         assert_array_equal(table[name], getattr(recording, name))
     assert_array_equal(table["sequence"], np.arange(9600))
@@ -107,7 +108,8 @@ def test_exported_csv_and_parquet_hold_the_same(run, bag):
     recorded = bag()
     run("export", recorded, "-o", "out.csv")
     run("export", recorded, "-o", "out.parquet")
-    assert arrow_csv.read_csv("out.csv").equals(parquet.read_table("out.parquet"))
+    table = parquet.read_table("out.parquet")
+    assert arrow_csv.read_csv("out.csv").cast(table.schema).equals(table)
 
 
 def test_exported_samples_are_estimated_as_the_recording_is(run, bag):

@@ -92,6 +92,35 @@ def test_dwells_are_told_in_the_time_of_the_samples_whatever_the_clock_says(sess
         assert sent[0].stamp <= from_time(site.header.stamp) <= sent[-1].end + NANOSECONDS
 
 
+def test_the_probe_stays_down_until_late_samples_have_reached_the_end_of_the_dwell(session):
+    """As from a driver whose machine is busy: a block of 5 ms comes every 20 ms."""
+    running = session(STAGE, SCAN)
+    sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+    publisher = samples_publisher(running.node)
+    began = running.node.get_clock().now().nanoseconds
+    sent, reached_when_lifted = [], []
+
+    def publish() -> None:
+        number = len(sent)
+        stamp = began + 5_000_000 * number
+        sent.append(SampleBlock(stamp, 10 * number, 0.0005, *np.zeros((3, 10))))
+        publisher.publish(samples_to_message(sent[-1], "probe"))
+
+    def hear(pose: PoseStamped) -> None:
+        dwelt = any(site.phase == PalpationSite.DWELL for site in sites)
+        if dwelt and pose.pose.position.z > 0.0005 and not reached_when_lifted:
+            reached_when_lifted.append(sent[-1].end)
+
+    running.node.create_timer(0.02, publish)
+    running.node.create_subscription(PoseStamped, "/stage/measured_cp", hear, POSES)
+    answer = Scanning(running, goal(columns=1)).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: len(sites) == 3 and reached_when_lifted, "the end")
+    assert reached_when_lifted[0] >= from_time(sites[-1].header.stamp)
+    dwell = from_time(sites[-1].header.stamp) - from_time(sites[1].header.stamp)
+    assert dwell == 200_000_000
+
+
 def test_a_scan_under_way_keeps_others_out_and_when_cancelled_lifts_the_probe(running):
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     scanning = Scanning(running, goal(dwell_time=100.0))

@@ -152,19 +152,24 @@ def test_stamps_of_clocks_far_apart_give_way_to_the_times_of_recording(write):
     assert "are 3600 s apart: both signals are taken at the times they were recorded" in (notes[1])
 
 
-@pytest.mark.parametrize("what", [{"kind": "Float64"}, {"force_clock": -EPOCH}])
-def test_without_stamps_the_times_of_recording_count(what, write):
-    _, (_, note) = read(write(**what))
+def test_without_stamps_the_times_of_recording_count(write):
+    _, (_, note) = read(write("Float64"))
     assert "has no stamps: both signals are taken at the times they were recorded" in note
+
+
+def test_a_first_stamp_of_zero_is_a_stamp(write):
+    recording, notes = read(write(force_clock=-EPOCH))
+    assert "has no stamps" not in " ".join(notes)
+    assert recording.blocks[0].stamp == EPOCH  # the recorder's, since the position is not simulated
 
 
 def test_what_has_to_be_stated_is_asked_for(write):
     path = write()
     with pytest.raises(RecordingError) as raised:
         read_any(path, Layout())
-    assert "state --force /TOPIC.FIELD (there is /ft.wrench.force.z)" in str(raised.value)
-    assert "--position /TOPIC.FIELD (there is /place.pose.position.z)" in str(raised.value)
-    assert "--force-polarity (compression or tension" in str(raised.value)
+    assert "state `force` /TOPIC.FIELD (there is /ft.wrench.force.z)" in str(raised.value)
+    assert "`position` /TOPIC.FIELD (there is /place.pose.position.z)" in str(raised.value)
+    assert "`force_polarity` (compression or tension" in str(raised.value)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +178,6 @@ def test_what_has_to_be_stated_is_asked_for(write):
         ({"force": "/fx"}, "has no topic /fx; it has /place, /ft"),
         ({"force": "/ft.force"}, "/ft has no number at force; there are header, wrench"),
         ({"force": "/ft.wrench"}, "/ft has no number at wrench; there are force, torque"),
-        ({"sample_rate": 1e3}, "leave out --sample-rate"),
         ({"force_unit": "stone"}, "unit 'stone' is not known"),
     ],
 )

@@ -90,7 +90,7 @@ def test_of_one_site_only_the_dwell_counts():
 def test_of_several_sites_one_is_chosen():
     (part,) = dwell_blocks(recording([4, 5]), 5)
     assert (part.sequence, len(part)) == (107, 100)
-    with pytest.raises(RecordingError, match=r"palpates 2 sites, .* with --site, from 4 to 5"):
+    with pytest.raises(RecordingError, match=r"palpates 2 sites, .* with `site`, from 4 to 5"):
         dwell_blocks(recording([4, 5]), None)
     with pytest.raises(RecordingError, match="no samples at site 9; it palpates 4, 5"):
         dwell_blocks(recording([4, 5]), 9)

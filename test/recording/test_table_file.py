@@ -9,7 +9,7 @@ from pyarrow import parquet
 from scipy.io import savemat
 
 from tissue_probe.recording.any_file import read_any
-from tissue_probe.recording.columns import column_names
+from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
 
@@ -105,7 +105,7 @@ def test_structures_of_matlab_have_dotted_names(tmp_path):
     savemat(old, {"run": {"t": TIME, "u": POSITION, "F": FORCE}, "gain": 3.0, "who": "me"})
     new = write(tmp_path / "y.v73.mat", {"run.t": TIME, "run.u": POSITION, "run.F": FORCE})
     for path in (old, new):
-        assert sorted(column_names(path)) == ["run.F", "run.t", "run.u"]
+        assert sorted(open_columns(path).names) == ["run.F", "run.t", "run.u"]
         names = {"time": "run.t", "position": "run.u", "force": "run.F"}
         stated = {"position_unit": "m", "force_unit": "N", "force_polarity": "tension"}
         assert_array_equal(read(path, **names, **stated).force, -FORCE)
@@ -125,17 +125,17 @@ def test_jittering_times_are_resampled_and_it_is_said(tmp_path):
 @pytest.mark.parametrize(
     ("names", "layout", "said"),
     [
-        (("t", "x", "F"), {}, "the position: give --position COLUMN; its columns are "),
-        (("a", "u", "F"), {}, "give --time COLUMN (or --sample-rate HZ where there is none)"),
+        (("t", "x", "F"), {}, "the position: give `position`; its columns are "),
+        (("a", "u", "F"), {}, "give `time` (or `sample_rate` where there is none)"),
         (("t", "u", "F"), {"position": "w"}, "has no column w; its columns are "),
         (
             ("t", "x", "load"),
             {"position": "x", "force": "load"},
-            "state --position-unit (m, cm, mm, um, nm or a number), --force-unit (N, mN, uN, kN, "
-            "gf, kgf or a number), --force-polarity (compression or tension",
+            "state `position_unit` (m, cm, mm, um, nm, in or a number), `force_unit` (N, mN, uN, "
+            "nN, kN, gf, kgf, lbf or a number), `force_polarity` (compression or tension",
         ),
-        (("t", "u", "F_mN"), {}, "everything; state --force-polarity"),
-        (("t", "u", "F"), {"position_unit": "inch"}, "unit 'inch' is not known; give m, cm, mm"),
+        (("t", "u", "F_mN"), {}, "everything; state `force_polarity`"),
+        (("t", "u", "F"), {"position_unit": "ell"}, "unit 'ell' is not known; give m, cm, mm"),
         (("t", "u", "F"), {"force_unit": "-1"}, "unit '-1' is not known"),
     ],
 )
@@ -168,5 +168,5 @@ def test_words_in_a_column_are_refused(tmp_path):
 
 @pytest.mark.parametrize("wrong", [{"sample_rate": 0.0}, {"sample_rate": 1.0, "time": "t"}])
 def test_a_layout_that_cannot_be_is_refused(wrong):
-    with pytest.raises(ValueError, match="--sample-rate"):
+    with pytest.raises(ValueError, match="`sample_rate`"):
         Layout(**wrong)

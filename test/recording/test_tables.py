@@ -13,7 +13,6 @@ from numpy.testing import assert_array_equal
 from pyarrow import csv, parquet
 
 from tissue_probe.recording.any_file import read_any
-from tissue_probe.recording.csv_file import read_csv
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.tables import write_estimates, write_samples
 from tissue_probe.signals import (
@@ -129,7 +128,7 @@ def test_the_dwells_of_a_scan_come_back_from_its_table(ending, gaps, data):
 def test_samples_written_as_csv_are_read_as_a_measurement(tmp_path):
     block = SampleBlock(0, 0, 5e-4, *np.random.default_rng(0).normal(size=(3, 50)))
     write_samples(tmp_path / "samples.csv", Recording((block,)), 0)
-    read = read_csv(tmp_path / "samples.csv", "position", "force", "time")
+    read, _ = read_any(tmp_path / "samples.csv", Layout())
     assert_array_equal(read.position, block.position)
     assert_array_equal(read.force, block.force)
 

@@ -24,6 +24,7 @@ from tissue_probe.cli.export import export
 from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
+from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
 from tissue_probe.settings import sentence
 
@@ -72,4 +73,4 @@ def main() -> None:
         app(prog_name="tissue_probe")
     except (ValueError, OSError) as error:
         # RecordingError and SettingsError are ValueErrors; each message is a sentence for the user.
-        sys.exit(f"tissue_probe: {sentence(error)}")
+        sys.exit(f"tissue_probe: {with_options(sentence(error))}")

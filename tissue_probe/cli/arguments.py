@@ -41,14 +41,6 @@ Bag = Annotated[
     ),
 ]
 
-Samples = Annotated[
-    Path,
-    typer.Argument(
-        help="Recording (.mcap, .db3, bag folder), or .csv with time [s], position [m], force [N].",
-        metavar="SAMPLES",
-    ),
-]
-
 Table = Annotated[
     Path,
     typer.Option(
@@ -57,9 +49,4 @@ Table = Annotated[
         metavar="FILE",
         help="Table to write: .csv or .parquet; replaced if there.",
     ),
-]
-
-Topic = Annotated[
-    str | None,
-    typer.Option(metavar="TOPIC", help="Topic of the samples, where the recording has several."),
 ]

@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from tissue_probe.identification.line import Line
     from tissue_probe.signals import FloatArray, Recording, SampleBlock
 
-from tissue_probe.cli.arguments import Bag, Samples
+from tissue_probe.cli.arguments import Bag
+from tissue_probe.cli.measured import Samples
 
 calibrate = typer.Typer(
     help="Measure the probe's own constants, kept in a YAML file.\n\n"
@@ -43,13 +44,12 @@ Readings = Annotated[
     list[str],
     typer.Argument(
         metavar="KNOWN=SAMPLES...",
-        help="At least three: a known value, and the recording (or .csv) made there.",
+        help="At least three: a known value, and the recording (or table) made there.",
     ),
 ]
-Column = Annotated[str, typer.Option(metavar="COLUMN", help="Of the raw readings in a .csv.")]
+Column = Annotated[str, typer.Option(metavar="COLUMN", help="Of the raw readings in a table.")]
 
 CALIBRATION = Path("calibration.yaml")
-SIGNALS = {"time": "t", "position": "u", "force": "F"}
 
 
 @calibrate.command()
@@ -125,7 +125,7 @@ def tool(
     tip_mass_error: Annotated[
         float, typer.Option(metavar="KG", min=0.0, max=0.1, help="Its standard deviation [kg].")
     ] = 0.0,
-    column: Annotated[str, typer.Option(metavar="COLUMN", help="Of the force in a .csv.")] = "F",
+    column: Annotated[str, typer.Option(metavar="COLUMN", help="Of the force in a table.")] = "F",
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Picture: .png, .svg or .pdf.")
     ] = Path("ring_down.png"),
@@ -140,7 +140,7 @@ def tool(
     from tissue_probe.identification.line import CONFIDENCE_QUANTILE
     from tissue_probe.identification.ring_down import fit_ring_down
 
-    recording = _read(samples, {**SIGNALS, "position": column, "force": column})
+    recording = _read(samples, column)
     block = _only(recording, samples)
     found = fit_ring_down(block.force, block.sample_period, tip_mass, tip_mass_error)
     spread = CONFIDENCE_QUANTILE * tip_mass_error
@@ -178,7 +178,7 @@ def delay(
     from tissue_probe.identification.delay import force_delay
 
     before = load(calibration)
-    recording = _read(samples, SIGNALS)
+    recording = _read(samples)
     if not _is_table(samples):
         recording = recalibrated(recording, before)
     block = _only(recording, samples)
@@ -206,7 +206,7 @@ def tare(bag: Bag, calibration: File = CALIBRATION) -> None:
     from tissue_probe.identification.free_air import free_air_zero
 
     before = load(calibration)
-    recording = _read(bag, SIGNALS)
+    recording = _read(bag)
     period = _only(recording, bag).sample_period
     # By the file's own numbers: with a wrong sign contact would look like free air.
     position = before.position(raw_counts(recording))
@@ -236,21 +236,28 @@ def _line(
             path = ""
         if not path:
             raise ValueError(f"{reading}: write KNOWN=SAMPLES, such as 0.1=hundred_grams.mcap")
-        recording = _read(Path(path), {**SIGNALS, "position": column, "force": column})
+        recording = _read(Path(path), column)
         # A table holds the raw readings themselves.
         values = recording.position if _is_table(Path(path)) else raw(recording)
         means.append(float(np.mean(values)))
     return fit_line(np.array(known), np.array(means))
 
 
-def _read(path: Path, columns: dict[str, str]) -> Recording:
-    from tissue_probe.cli.recorded import read_samples
+def _read(path: Path, raw: str | None = None) -> Recording:
+    """Read a recording; of a table the raw readings in a column, or the signals in SI units."""
+    from tissue_probe.cli.measured import read
+    from tissue_probe.recording.layout import Layout
 
-    return read_samples(path, None, columns, "compression")[0]
+    layout = Layout()
+    if raw is not None and _is_table(path):
+        layout = Layout(raw, raw, position_unit="1", force_unit="1", force_polarity="compression")
+    return read(path, layout)[0]
 
 
 def _is_table(path: Path) -> bool:
-    return path.suffix.lower() == ".csv"
+    from tissue_probe.recording.open_bag import is_bag
+
+    return not is_bag(path)
 
 
 def _only(recording: Recording, path: Path) -> SampleBlock:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli.measured import Site, Starts, StartsOption
+from tissue_probe.cli.measured import Site, Starts, StartsOption, read
 
 if TYPE_CHECKING:
     from tissue_probe.challenge.grading import Count, Diagnosis, Grade
@@ -128,17 +128,14 @@ def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
     import numpy as np
 
     from tissue_probe.challenge.record import follow
-    from tissue_probe.recording.columns import FORMATS, column_names, require_columns
-    from tissue_probe.recording.csv_file import read_csv
-    from tissue_probe.recording.reader import read_recording
+    from tissue_probe.recording.layout import Layout
+    from tissue_probe.recording.open_bag import is_bag
     from tissue_probe.recording.stretches import dwell_blocks
     from tissue_probe.signals import NANOSECONDS
 
-    if path.suffix.lower() in FORMATS:
-        require_columns(path, ("t", "u"), column_names(path))
-        recording = read_csv(path, force="u")  # of which nothing is asked
-    else:
-        recording = read_recording(path)
+    # Of a table's force nothing is asked.
+    motion = Layout(position="u", force="u", force_unit="1", force_polarity="compression")
+    recording, _ = read(path, Layout() if is_bag(path) else motion)
     blocks = dwell_blocks(recording, site)
     stamps = np.concatenate([block.stamps for block in blocks])
     position = np.concatenate([block.position for block in blocks])

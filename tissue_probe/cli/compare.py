@@ -25,9 +25,11 @@ def compare(
     sample_rate: measured.SampleRate = None,
     position_unit: measured.PositionUnit = None,
     force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
@@ -57,8 +59,8 @@ def compare(
     from tissue_probe.diagnosis.ranking.candidates import fit_base
 
     layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic,
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     begun = asked.begun(model, rig, tissue, effects or [])
     composition = begun.composition

@@ -250,6 +250,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
                 source=each.source,
                 run=each.run,
                 begins=each.begins,
+                time_doubt=each.time_doubt,
             )
         )
     return found

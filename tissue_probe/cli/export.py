@@ -1,19 +1,32 @@
-"""``tissue_probe export``: the samples of a recording as a table."""
+"""``tissue_probe export``: the samples of any file as a table of this suite."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import Bag, Table, Topic
+from tissue_probe.cli import measured
+from tissue_probe.cli.arguments import Table
 
 
 def export(
-    bag: Bag,
+    samples: measured.Samples,
     output: Table = Path("samples.csv"),
-    topic: Topic = None,
+    position: measured.Position = None,
+    force: measured.Force = None,
+    time: measured.Time = None,
+    sample_rate: measured.SampleRate = None,
+    position_unit: measured.PositionUnit = None,
+    force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
+    force_polarity: measured.ForcePolarity = None,
+    position_polarity: measured.PositionPolarity = measured.Direction.into,
+    topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
+    site: measured.Site = None,
     calibration: Annotated[
         Path | None,
         typer.Option(
@@ -24,16 +37,28 @@ def export(
 ) -> None:
     """Write the samples to CSV or Parquet, every digit kept.
 
-    Columns: time [s] since the first sample, position [m], force [N], command [V], sequence, site.
+    Columns: time [s] since the first sample (of a table since its own zero), position [m], force
+    [N], command [V], sequence, site and its place. Every command reads what is written.
     """
-    from tissue_probe.recording.reader import read_recording
+    from tissue_probe.recording.open_bag import is_bag
+    from tissue_probe.recording.stretches import dwell_blocks
     from tissue_probe.recording.tables import write_samples
 
-    recording = read_recording(bag, topic)
+    if output.exists() and output.samefile(samples):
+        raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
+    )  # fmt: skip
+    recording, notes = measured.read(samples, layout)
+    for note in notes:
+        print(f"note: {note}")
+    if site is not None:
+        recording = replace(recording, blocks=dwell_blocks(recording, site))
     if calibration is not None:
         from tissue_probe.cli.raw import recalibrated
         from tissue_probe.devices.calibration import Calibration
 
         recording = recalibrated(recording, Calibration.load(calibration))
-    write_samples(output, recording, recording.blocks[0].stamp)
+    write_samples(output, recording, recording.blocks[0].stamp if is_bag(samples) else 0)
     print(f"{len(recording)} samples written to {output}")

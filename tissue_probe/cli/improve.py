@@ -31,9 +31,11 @@ def improve(
     sample_rate: measured.SampleRate = None,
     position_unit: measured.PositionUnit = None,
     force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
     force_polarity: measured.ForcePolarity = None,
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
@@ -68,8 +70,8 @@ def improve(
     from tissue_probe.diagnosis.answer import answer
 
     layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, force_polarity,
-        position_polarity, topic,
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     asked.check_validation(files, validate or [])
     begun = asked.begun(model, rig, tissue, effects or [])

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import Bag
+from tissue_probe.cli import measured
 
 
 def info(
-    bag: Bag,
+    samples: measured.Samples,
     parameters: Annotated[
         bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
@@ -18,8 +19,14 @@ def info(
     """Show what is in a recording.
 
     Its topics, begin and length [s], samples and how many were lost, sites palpated, and the run's
-    parameters; of any ROS 2 recording, whoever made it.
+    parameters; of any ROS 2 recording, whoever made it. Of a table: its columns, their
+    units, how many values they have, and how it is read.
     """
+    from tissue_probe.recording.open_bag import is_bag
+
+    if not is_bag(samples):
+        _tell_table(samples)
+        return
     from datetime import datetime
 
     from rich.console import Console
@@ -28,13 +35,13 @@ def info(
     from tissue_probe.recording.summary import summarize
     from tissue_probe.signals import NANOSECONDS
 
-    summary = summarize(bag)
+    summary = summarize(samples)
     begin = (
         datetime.fromtimestamp(summary.start / NANOSECONDS).isoformat(" ", "seconds")
         if summary.start is not None
         else "never"
     )
-    print(f"{bag}: begins {begin}, lasts {summary.duration:.3f} s")
+    print(f"{samples}: begins {begin}, lasts {summary.duration:.3f} s")
     if summary.truncated:
         print("The recording was cut off; everything up to the cut is read.")
     for samples in summary.samples:
@@ -55,3 +62,30 @@ def info(
                 print(f"  {name}: {value}")
     if summary.metadata and not parameters:
         print(f"Parameters of {', '.join(summary.metadata)}; --parameters shows them.")
+
+
+def _tell_table(path: Path) -> None:
+    """Print a table's columns, their units and first values, and how it is read."""
+    from rich.console import Console
+    from rich.table import Column, Table
+
+    from tissue_probe.recording.columns.open_columns import open_columns
+    from tissue_probe.recording.errors import RecordingError
+    from tissue_probe.recording.units import bare_unit_in
+
+    source = open_columns(path)
+    table = Table(
+        *(Column(title, overflow="fold") for title in ("column", "unit", "values", "first"))
+    )
+    told = list(source.told)
+    for name in source.names:
+        try:
+            (column,), said = source.read([name])
+        except RecordingError:
+            table.add_row(name, "", "", "no numbers")
+            continue
+        told += [each for each in said if each not in told]
+        unit = source.units.get(name) or bare_unit_in(name) or ""
+        table.add_row(name, unit, str(column.size), str(column[0]))
+    print(f"{path}: {'; '.join(told) or 'a table'}")
+    Console(markup=False).print(table)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import Bag
+from tissue_probe.cli import measured
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def map_command(
-    bag: Bag,
+    samples: measured.Samples,
     output: Annotated[
         Path,
         typer.Option(
@@ -35,21 +35,40 @@ def map_command(
             "[default: the recorded estimates]",
         ),
     ] = None,
+    position: measured.Position = None,
+    force: measured.Force = None,
+    time: measured.Time = None,
+    sample_rate: measured.SampleRate = None,
+    position_unit: measured.PositionUnit = None,
+    force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
+    force_polarity: measured.ForcePolarity = None,
+    position_polarity: measured.PositionPolarity = measured.Direction.into,
+    topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
 ) -> None:
     """Draw the map of a recorded scan, and list the stiff regions.
 
     The map shows stiffness [N/m], damping [N s/m] and covariance trace over the sites [mm].
     """
     from tissue_probe.cli.recorded import build_map, estimate_again, recorded_phantom
-    from tissue_probe.recording.reader import read_estimates, read_recording
+    from tissue_probe.recording.any_file import is_own
+    from tissue_probe.recording.reader import read_estimates
 
-    recording = read_recording(bag)
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
+    )  # fmt: skip
+    recording, notes = measured.read(samples, layout)
+    for note in notes:
+        print(f"note: {note}")
     if estimator:
         estimates = [estimate_again(recording, name) for name in estimator]
     else:
-        estimates = list(read_estimates(bag).values())
+        own = is_own(samples, layout)
+        estimates = list(read_estimates(samples).values()) if own else []
         if not estimates:
-            raise ValueError(f"{bag} has no recorded estimates: give a filter with --estimator")
+            raise ValueError(f"{samples} has no recorded estimates: give a filter with --estimator")
     found = build_map(recording, estimates)
     phantom = recorded_phantom(recording)
     regions = draw(found, phantom, output)

@@ -1,4 +1,4 @@
-"""Options on measured data that ``compare``, ``diagnose`` and ``improve`` share.
+"""Options on measured data, which all commands share, and reading by them.
 
 What belongs here: how the user names the signals in any file, and the stretches that come of it.
 What does not: reading files (``recording``).
@@ -17,7 +17,11 @@ import typer
 if TYPE_CHECKING:
     from tissue_probe.recording.layout import Layout
     from tissue_probe.recording.stretches import Stretch
-    from tissue_probe.signals import BoolArray, FloatArray, SampleBlock
+    from tissue_probe.signals import BoolArray, FloatArray, Recording, SampleBlock
+
+
+LARGE = 2**25
+"""Size of a file from which reading takes so long that it is worth showing [bytes]."""
 
 
 class Polarity(str, Enum):
@@ -42,21 +46,29 @@ class Starts(str, Enum):
     auto = "auto"
 
 
+_FILES = (
+    "a recording of this suite, a bag of ROS 1 or 2 (.mcap, .db3, .bag, folder), or columns (text, "
+    "spreadsheet, .tdms, .mat, HDF5, .npz, .parquet)"
+)
+
 Measurements = Annotated[
     list[Path],
     typer.Argument(
-        help="Measurements of one specimen: recordings of this suite, bags of ROS 1 or 2 (.mcap, "
-        ".db3, .bag, folder), or columns (.csv, .parquet, .mat).",
+        help=f"Measurements of one specimen: {_FILES}.",
         metavar="MEASUREMENTS...",
     ),
 ]
+
+Samples = Annotated[Path, typer.Argument(help=f"Measurement: {_FILES}.", metavar="SAMPLES")]
 
 Position = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Displacement of the coil, or of the tip where a force drives: a column (by default u "
-        "or position), or a field of a topic, such as /pose.pose.position.z.",
+        help="Displacement of the coil, or of the tip where a force drives (a velocity is "
+        "integrated): a column (by default u, position or a usual name; group/channel, "
+        "sheet!column, matrix[:,2], or its number), or a field of a topic, such as "
+        "/pose.pose.position.z.",
     ),
 ]
 
@@ -64,8 +76,9 @@ Force = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Load-cell force, or the force that drives: a column (by default F or force), or a "
-        "field of a topic, such as /ft.wrench.force.z.",
+        help="Load-cell force, or the force that drives: a column (by default F, "
+        "force or a usual name), or a field of a topic, such as "
+        "/ft.wrench.force.z.",
     ),
 ]
 
@@ -73,7 +86,16 @@ Time = Annotated[
     str | None,
     typer.Option(
         metavar="COLUMN",
-        help="Time [s], or in the unit at the name's end (t_ms); by default t or time.",
+        help="Time [s], or in the unit at the name's end (t_ms); by default t, time or a usual "
+        "name.",
+    ),
+]
+
+TimeUnit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="UNIT",
+        help="s, ms, us, ns, min or h; by default that at the name's end (t_ms), or s.",
     ),
 ]
 
@@ -86,8 +108,8 @@ PositionUnit = Annotated[
     str | None,
     typer.Option(
         metavar="UNIT",
-        help="m, cm, mm, um, nm, or the size of one in metres; by default that at the name's end "
-        "(u_mm).",
+        help="m, cm, mm, um, nm, in, or the size of one in metres; of a velocity mm/s and the "
+        "like; by default that of the file (u_mm, a row of units).",
     ),
 ]
 
@@ -95,8 +117,25 @@ ForceUnit = Annotated[
     str | None,
     typer.Option(
         metavar="UNIT",
-        help="N, mN, uN, kN, gf, kgf, or the size of one in newtons; by default that at the "
-        "name's end (F_mN).",
+        help="N, mN, uN, nN, kN, gf, kgf, lbf, or the size of one in newtons; by default that of "
+        "the file (F_mN, a row of units).",
+    ),
+]
+
+
+class Clock(str, Enum):
+    """Whose clock counts in a bag."""
+
+    stamps = "stamps"
+    recorder = "recorder"
+
+
+ClockOption = Annotated[
+    Clock | None,
+    typer.Option(
+        "--clock",
+        help="Of a bag whose clocks disagree: go by the stamps as they are, or by the recorder's.",
+        show_default=False,
     ),
 ]
 
@@ -156,6 +195,8 @@ class Segment:
         Which file.
     begins : float
         Time of the first sample after the file's first that is used [s].
+    time_doubt : float
+        By how much position and force may be apart in time [s].
     notes : tuple of str
         What was done to read it, in sentences; those on a file stand with its first segment.
     """
@@ -169,6 +210,7 @@ class Segment:
     starts: Starts
     run: str = ""
     begins: float = 0.0
+    time_doubt: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -179,9 +221,11 @@ def layout(
     sample_rate: float | None,
     position_unit: str | None,
     force_unit: str | None,
+    time_unit: str | None,
     force_polarity: Polarity | None,
     position_polarity: Direction,
     topic: str | None,
+    clock: Clock | None = None,
 ) -> Layout:
     """Make of the options what the readers take.
 
@@ -198,11 +242,35 @@ def layout(
         time=time,
         position_unit=position_unit,
         force_unit=force_unit,
+        time_unit=time_unit,
         force_polarity=force_polarity.value if force_polarity else None,
         position_polarity=position_polarity.value,
         sample_rate=sample_rate,
         samples_topic=topic,
+        clock=clock.value if clock else None,
     )
+
+
+def read(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
+    """Read a file of any kind; a large one with a bar that shows how far it is.
+
+    Returns the recording, and how it was read, in sentences.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or does not tell all that is needed; says which parameter does it.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from tissue_probe.recording.any_file import read_any
+
+    if path.is_dir() or path.stat().st_size < LARGE:
+        return read_any(path, layout)
+    with Progress(console=Console(stderr=True), transient=True) as shown:
+        bar = shown.add_task(f"reading {path.name}", total=1.0)
+        return read_any(path, layout, lambda share: shown.update(bar, completed=share))
 
 
 def read_measured(
@@ -214,8 +282,8 @@ def read_measured(
 ) -> list[Segment]:
     """Read measurements, cut into segments where samples are missing.
 
-    Pieces shorter than a fifth of a second or 200 samples are left out where a file has longer
-    ones. Only a file's first segment starts at rest, if the user says so.
+    Pieces too short to tell the stiffness are left out where a file has others. Only a file's first
+    segment starts at rest, if the user says so.
 
     Raises
     ------
@@ -228,13 +296,12 @@ def read_measured(
 def _segments(
     path: Path, layout: Layout, starts: Starts, site: int | None, lowpass: float | None
 ) -> list[Segment]:
-    from tissue_probe.recording.any_file import read_any
     from tissue_probe.recording.errors import RecordingError
     from tissue_probe.recording.lowpass import lowpassed
     from tissue_probe.recording.stretches import dwell_blocks, known_stretches
     from tissue_probe.signals import NANOSECONDS
 
-    recording, notes = read_any(path, layout)
+    recording, notes = read(path, layout)
     blocks = dwell_blocks(recording, site)
     cut = [known_stretches(block) for block in blocks]
     stretches = [stretch for found, _ in cut for stretch in found]
@@ -260,6 +327,7 @@ def _segments(
                 rested,
                 str(path),
                 (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
+                recording.time_doubt,
                 tuple(told) if number == 0 else (),
             )
         )
@@ -267,7 +335,10 @@ def _segments(
 
 
 def _is_long(block: SampleBlock) -> bool:
-    return len(block) >= 200 and len(block) * block.sample_period >= 0.2
+    """Whether a piece tells the stiffness by itself, as a whole recording must."""
+    from tissue_probe.diagnosis.inspection.information import ENOUGH, stiffness_deviation
+
+    return stiffness_deviation(block.position, block.force, block.sample_period) < ENOUGH
 
 
 def _told_unknown(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import yaml
 from pydantic import ValidationError
@@ -15,29 +14,8 @@ from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.physics.phantom import Phantom
-from tissue_probe.recording.csv_file import read_csv
-from tissue_probe.recording.reader import read_recording
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import Recording, TissueEstimates
-
-
-def read_samples(
-    path: Path,
-    topic: str | None,
-    columns: dict[str, str],
-    polarity: Literal["compression", "tension"],
-) -> tuple[Recording, int]:
-    """Read a recording or a CSV file; return it, and the stamp from which its time counts [ns].
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, or has no samples.
-    """
-    if path.suffix.lower() == ".csv":
-        return read_csv(path, polarity=polarity, **columns), 0
-    recording = read_recording(path, topic)
-    return recording, recording.blocks[0].stamp
 
 
 def node_parameters(recording: Recording, key: str, value: object) -> dict[str, Any]:

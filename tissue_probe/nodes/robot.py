@@ -144,10 +144,11 @@ class Robot:
             check()
             self._command(target)
 
-    def hold(self, duration: float, check: Callable[[], None]) -> None:
-        """Stay at the latest setpoint for a time [s]; ``check`` as in ``move``."""
-        pacer = Pacer(INTERVAL)
-        for tick in range(1, round(duration / INTERVAL) + 1):
+    def hold(self, is_over: Callable[[], bool], check: Callable[[], None]) -> None:
+        """Stay at the latest setpoint until ``is_over``; ``check`` as in ``move``."""
+        pacer, tick = Pacer(INTERVAL), 0
+        while not is_over():
+            tick += 1
             pacer.wait_for(tick)
             check()
             self._command(self._setpoint)

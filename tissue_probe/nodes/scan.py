@@ -6,7 +6,7 @@ import threading
 import time
 import traceback
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -256,14 +256,38 @@ class Scan(Node):
             self._robot.move(surface, check)
             begin = self._dwell_began = self._now() + round(settle_time * NANOSECONDS)
             announce(Phase.DWELL, begin)
-            self._robot.hold(settle_time + dwell_time, check)
+            end = begin + round(dwell_time * NANOSECONDS)
+            self._hold_until(end, check)
         except BaseException as reason:
             end = self._now()
             self._lift(above[2], reason)
             announce(Phase.LIFTED, end)
             raise
         self._lift(above[2])
-        announce(Phase.LIFTED, begin + round(dwell_time * NANOSECONDS), done=1)
+        announce(Phase.LIFTED, end, done=1)
+
+    def _hold_until(self, end: int, check: Callable[[], None]) -> None:
+        """Keep the probe where it is until the samples have reached the time ``end`` [ns].
+
+        Where the driver is late, its samples show the tip where it is now, under an earlier stamp.
+
+        Raises
+        ------
+        ScanStopped
+            If the samples fall behind by ``samples_timeout``.
+        """
+        patience = self._settings.samples_timeout
+        latest = time.monotonic() + (end - self._now()) / NANOSECONDS + patience
+
+        def is_over() -> bool:
+            if self._sample_time < end and time.monotonic() > latest:
+                raise ScanStopped(
+                    f"the samples on {self.resolve_topic_name('samples')} are more than "
+                    f"{patience:g} s late: is the driver's machine too busy?"
+                )
+            return self._sample_time >= end
+
+        self._robot.hold(is_over, check)
 
     def _lift(self, height: float, reason: BaseException | None = None) -> None:
         """Lift the probe, before anything else; ``reason`` is why the scan stops, if it does.

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tissue_probe.recording.columns import FORMATS
+from tissue_probe.recording.bag import Bag
+from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.foreign_bag import read_foreign_bag
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.reader import has_samples, read_recording
+from tissue_probe.recording.open_bag import is_bag, open_bag
+from tissue_probe.recording.reader import has_samples, recording_of
 from tissue_probe.recording.table_file import read_table
 from tissue_probe.signals import Recording
 
 
-def read_any(path: str | Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
+def read_any(
+    path: str | Path, layout: Layout, progress: Progress = lambda share: None
+) -> tuple[Recording, tuple[str, ...]]:
     """Read position and force from a recording of this suite, another bag, or columns.
 
     Returns the recording, and in sentences what the user should know of how it was read.
@@ -26,23 +29,35 @@ def read_any(path: str | Path, layout: Layout) -> tuple[Recording, tuple[str, ..
     Parameters
     ----------
     path : path
-        A bag of ROS 1 or 2 (``.mcap``, ``.db3``, ``.bag``, a folder), or a file whose name ends in
-        ``.csv``, ``.parquet`` or ``.mat``.
+        A bag of ROS 1 or 2 (``.mcap``, ``.db3``, ``.bag``, a folder), or a file of columns: text,
+        spreadsheet, TDMS, MATLAB, HDF5, NumPy, Parquet.
     layout : Layout
         Where the signals are in it. A recording of this suite needs, and takes, nothing of it.
+    progress : callable
+        Told the share that is read, from 0 to 1.
 
     Raises
     ------
     RecordingError
-        If it cannot be read, or something that must be stated is not; says which option does it.
+        If it cannot be read, or something that must be stated is not; says which parameter does it.
     """
     path = Path(path)
-    if path.suffix.lower() in FORMATS:
-        return read_table(path, layout)
-    if layout.position is None and layout.force is None and has_samples(open_bag(path)):
+    if not is_bag(path):
+        return read_table(path, layout, progress)
+    bag = open_bag(path)
+    if _is_own(bag, layout):
         _refuse_statements(path, layout)
-        return read_recording(path, layout.samples_topic), ()
-    return read_foreign_bag(path, layout)
+        return recording_of(bag, path, layout.samples_topic), ()
+    return read_foreign_bag(bag, path, layout)
+
+
+def is_own(path: str | Path, layout: Layout) -> bool:
+    """Whether a file is a recording of this suite, and is to be read as such."""
+    return is_bag(path) and _is_own(open_bag(path), layout)
+
+
+def _is_own(bag: Bag, layout: Layout) -> bool:
+    return layout.position is None and layout.force is None and has_samples(bag)
 
 
 def _refuse_statements(path: Path, layout: Layout) -> None:

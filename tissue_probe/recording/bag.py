@@ -1,6 +1,6 @@
 """A bag: recorded messages by topic, whatever the file format.
 
-What belongs here: the shape that every format's reader gives them.
+What belongs here: the shape that every format's reader gives them, and their order.
 What does not: the formats (``mcap_bag``, ``sqlite_bag``, ``folder_bag``), the messages' content
 (``decoding``).
 """
@@ -8,7 +8,10 @@ What does not: the formats (``mcap_bag``, ``sqlite_bag``, ``folder_bag``), the m
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from heapq import heappop, heappush
 from typing import NamedTuple, Protocol
+
+import numpy as np
 
 
 class Topic(NamedTuple):
@@ -16,6 +19,7 @@ class Topic(NamedTuple):
 
     ``definition`` is the type's full text in the encoding ``schema_encoding`` (``ros2msg``, ...;
     empty where the bag has none); ``message_encoding`` is that of its messages (``cdr``, ...).
+    Several of one name are one topic on which messages of several definitions were published.
     """
 
     name: str
@@ -28,14 +32,24 @@ class Topic(NamedTuple):
 class RawMessage(NamedTuple):
     """One recorded message, its content still encoded; times in ns since the epoch.
 
-    ``log_time`` is when the recorder received it, ``publish_time`` when it was published.
+    ``channel`` is the topic, with the definition of this message; ``log_time`` is when the recorder
+    received it, ``publish_time`` when it was published.
     """
 
-    topic: str
-    typename: str
+    channel: Topic
     log_time: int
     publish_time: int
     data: bytes
+
+    @property
+    def topic(self) -> str:
+        """Name of the topic."""
+        return self.channel.name
+
+    @property
+    def typename(self) -> str:
+        """Name of the message's type."""
+        return self.channel.typename
 
 
 class Bag(Protocol):
@@ -58,4 +72,20 @@ class Bag(Protocol):
         """Whether the recorder did not get to close the bag."""
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """Yield the messages of the topics so named, in the order of their log times."""
+        """Yield the messages of the topics so named, in the order in which they were stored."""
+
+
+def by_log_time(bag: Bag, topics: Collection[str]) -> Iterator[RawMessage]:
+    """Yield the messages of the topics so named, in the order of their log times.
+
+    Only as many wait in memory as lie before an earlier one.
+    """
+    times = np.fromiter((message.log_time for message in bag.messages(topics)), np.uint64)
+    earliest_after = np.minimum.accumulate(times[::-1])[::-1]
+    waiting: list[tuple[int, int, RawMessage]] = []
+    for number, message in enumerate(bag.messages(topics), start=1):
+        heappush(waiting, (message.log_time, number, message))
+        # A recorder may go on writing in between: what is behind the counted comes last.
+        after = earliest_after[number] if number < times.size else None
+        while waiting and (after is None or waiting[0][0] <= after):
+            yield heappop(waiting)[2]

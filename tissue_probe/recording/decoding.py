@@ -6,8 +6,10 @@ What does not: finding them in a bag (``reader``).
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -57,10 +59,17 @@ class RecordedMap:
 
 
 class Decoder:
-    """Decodes the messages of one topic by the definition in its bag.
+    """Decodes the messages of one topic, each by its definition in the bag.
 
     Where the bag has none, as older ones of ROS 2, the common types (``std_msgs``,
     ``geometry_msgs``, ...) are decoded by the definitions that ROS 2 has.
+
+    Parameters
+    ----------
+    topic : Topic
+        Whose messages.
+    path : path
+        What to call the bag in messages.
 
     Raises
     ------
@@ -69,15 +78,9 @@ class Decoder:
         understood.
     """
 
-    def __init__(self, topic: Topic) -> None:
-        if topic.message_encoding not in ("cdr", "ros1"):
-            raise RecordingError(
-                f"{topic.name} is recorded as '{topic.message_encoding}'; only CDR is read"
-            )
-        store, self._typename = _types(topic)
-        self._deserialize = (
-            store.deserialize_ros1 if topic.message_encoding == "ros1" else store.deserialize_cdr
-        )
+    def __init__(self, topic: Topic, path: object) -> None:
+        self._path = path
+        self._decoders = {topic: self._deserializer(topic)}
 
     def decode(
         self, messages: Iterable[RawMessage], convert: Callable[[Any], Content]
@@ -88,20 +91,51 @@ class Decoder:
         ------
         RecordingError
             If a message is damaged, has other fields than this suite's, or values that
-            ``convert`` refuses.
+            ``convert`` refuses; or if it has a definition of its own, and that is not understood.
         """
         return (self._decode(message, convert) for message in messages)
 
     def _decode(self, message: RawMessage, convert: Callable[[Any], Content]) -> Content:
+        if (decode := self._decoders.get(message.channel)) is None:
+            decode = self._decoders[message.channel] = self._deserializer(message.channel)
         try:
-            return convert(self._deserialize(message.data, self._typename))
-        except (SerdeError, AttributeError, ValueError) as error:
+            return convert(decode(message.data))
+        except RecordingError:
+            raise
+        except _NONSENSE as error:
             raise RecordingError(
-                f"the message of {message.topic} logged at {message.log_time} ns is not a "
-                f"valid {message.typename}: {error}"
+                f"{self._path}: the message of {message.topic} logged at {message.log_time} ns is "
+                f"not a valid {message.typename}: {_first_line(error) or 'it has no content'}"
             ) from error
 
+    def _deserializer(self, topic: Topic) -> Callable[[bytes], Any]:
+        try:
+            return _deserializer(topic)
+        except RecordingError as error:
+            raise RecordingError(f"{self._path}: {error}") from error
 
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0]
+
+
+# What rosbags raises of damaged content.
+_NONSENSE = (SerdeError, AttributeError, ValueError, AssertionError, LookupError, OverflowError,
+             struct.error, MemoryError)  # fmt: skip
+
+
+def _deserializer(topic: Topic) -> Callable[[bytes], Any]:
+    if topic.message_encoding not in ("cdr", "ros1"):
+        raise RecordingError(
+            f"{topic.name} is recorded as '{topic.message_encoding}'; only CDR is read"
+        )
+    store, typename = _types(topic)
+    ros1 = topic.message_encoding == "ros1"
+    deserialize = store.deserialize_ros1 if ros1 else store.deserialize_cdr
+    return lambda data: deserialize(data, typename)
+
+
+@lru_cache(maxsize=64)  # parsing a definition takes as long as reading thousands of messages
 def _types(topic: Topic) -> tuple[Typestore, str]:
     """Return a store that knows the topic's type, and what it calls it."""
     package, *_, name = topic.typename.split("/")  # in MCAP, ROS 1 writes package/Name
@@ -117,9 +151,10 @@ def _types(topic: Topic) -> tuple[Typestore, str]:
     try:
         store.register(get_types_from_msg(topic.definition, typename))
         store.get_msgdef(typename)
-    except (TypesysError, KeyError) as error:  # KeyError: a type that it uses is not there
+    # KeyError: a type that it uses is not there
+    except (TypesysError, KeyError, ValueError, AssertionError, RecursionError) as error:
         raise RecordingError(
-            f"the definition of {topic.typename} in the bag is not understood: {error}"
+            f"the definition of {topic.typename} in the bag is not understood: {_first_line(error)}"
         ) from error
     return store, typename
 

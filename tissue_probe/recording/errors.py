@@ -2,4 +2,8 @@
 
 
 class RecordingError(ValueError):
-    """A recording cannot be read; the message says what is wrong, where, and what to do."""
+    """A recording cannot be read; the message says what is wrong, where, and what to do.
+
+    It names parameters in backticks, `sample_rate` for one: whoever shows it may write them as its
+    user states them.
+    """

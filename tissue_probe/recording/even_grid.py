@@ -40,8 +40,8 @@ NEGLIGIBLE = 1e-3
 class Span(NamedTuple):
     """Samples without a long gap.
 
-    Rows of the file, number of the first sample, even times [s], and at which of them the rows
-    were taken if they are even.
+    Rows of the file, number of the first sample, even times [s], and if they are even as they are,
+    at which of them the rows were taken.
     """
 
     rows: slice
@@ -111,7 +111,7 @@ def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
     _refuse_irregular(steps, usual, where)
     inside = steps <= GAP * usual
     rows = _parts(inside)
-    odd = np.abs(steps / usual - 1.0)[inside] > ODD
+    odd = (np.abs(_ratio(steps, usual, 1.0)) > ODD)[inside]
     few = 0.0 < odd.mean() < FEW
     period = float(np.mean(steps[inside][~odd])) if few else _period(time, rows)
     jitter = max(_jitter(time[part], period) for part in rows)
@@ -123,11 +123,13 @@ def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
             f"resampled by a cubic spline at {1.0 / period:.6g} Hz"
         )
     # Two times are rounded; what is resampled keeps its times, in step or not.
-    off = np.abs(steps - period * np.rint(steps / period))
-    in_step = ~np.array(even) | (off <= 2.0 * max(_rounding(time), NEGLIGIBLE * period))
+    in_step = ~np.array(even) | (
+        _off(steps, period) <= 2.0 * max(_rounding(time), NEGLIGIBLE * period)
+    )
     joined = inside | (in_step & (steps <= (bridged + GAP) * period))
     rows = _parts(joined)
     gaps = steps[~joined]
+    del steps, in_step, inside, odd  # a long recording fills the memory
     if gaps.size:
         notes.append(
             f"{where}: {gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
@@ -181,7 +183,7 @@ def sample_blocks(
             sample_period=grid.period,
             position=u,
             force=f,
-            command=np.full(u.size, np.nan),
+            command=np.broadcast_to(np.nan, u.size),  # one number, not as many as samples
         )
 
 
@@ -196,21 +198,35 @@ def _check(time: FloatArray, where: str) -> None:
             row = int(np.argmax(wrong))
             raise RecordingError(
                 f"{where}, row {row + 1} (t = {time[row]:g} s): {what}; correct it, or give "
-                "--sample-rate and leave the times out"
+                "`sample_rate` and leave the times out"
             )
 
 
 def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
     """Refuse times that follow no rate; where samples are missing they still do."""
-    periods = steps / usual
-    in_step = (periods > 1.5) & (np.abs(periods - np.rint(periods)) < WHOLE)
-    off = np.mean((np.abs(periods - 1.0) > 0.5) & ~in_step)
+    in_step = (steps > 1.5 * usual) & (_off(steps, usual) < WHOLE * usual)
+    off = np.mean((np.abs(_ratio(steps, usual, 1.0)) > 0.5) & ~in_step)
     if off > IRREGULAR:
         raise RecordingError(
             f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
             f"more than half of the usual {usual:g} s; record at an even rate, or give "
-            "--sample-rate if the samples were in fact taken evenly"
+            "`sample_rate` if the samples were in fact taken evenly"
         )
+
+
+def _ratio(steps: FloatArray, period: float, less: float) -> FloatArray:
+    """Return steps in periods, less a number of these, in memory of their own size."""
+    ratio = steps / period
+    ratio -= less
+    return ratio
+
+
+def _off(steps: FloatArray, period: float) -> FloatArray:
+    """Return by how much steps differ from whole periods [s]."""
+    off = steps / period
+    off -= np.rint(off)
+    off *= period
+    return np.abs(off, out=off)
 
 
 def _parts(joined: np.ndarray) -> list[slice]:
@@ -221,24 +237,25 @@ def _parts(joined: np.ndarray) -> list[slice]:
 
 def _period(time: FloatArray, rows: list[slice]) -> float:
     """Return the least-squares slope of the times against their numbers, over all parts [s]."""
-    numbers = np.concatenate([_centred(np.arange(part.stop - part.start)) for part in rows])
-    times = np.concatenate([_centred(time[part]) for part in rows])
-    return float(numbers @ times / (numbers @ numbers))
-
-
-def _centred(values: np.ndarray) -> FloatArray:
-    return values - values.mean()
+    along, across = 0.0, 0.0
+    for part in rows:
+        own = time[part]
+        numbers = np.arange(own.size) - (own.size - 1) / 2.0
+        along += float(numbers @ own) - own[0] * float(numbers.sum())
+        across += own.size * (own.size**2 - 1.0) / 12.0
+    return along / across
 
 
 def _jitter(time: FloatArray, period: float) -> float:
     """Return the largest deviation from a grid of this period [s]."""
-    deviations = (time - time[0]) - period * np.arange(time.size)
+    deviations = time - time[0]
+    deviations -= period * np.arange(time.size)
     return float(np.ptp(deviations)) / 2.0
 
 
 def _rounding(time: FloatArray) -> float:
     """Return by how much rounding to the digits that the times have moves them at most [s]."""
-    largest = np.abs(time).max()
+    largest = max(abs(float(time.max())), abs(float(time.min())))
     precision = 4.0 * np.spacing(largest)
     for digits in range(10):
         if np.abs(time - np.round(time, digits)).max() <= precision:
@@ -251,14 +268,26 @@ def _spans(time: FloatArray, rows: list[slice], period: float, even: bool) -> It
     for part in rows:
         own = time[part]
         sequence = max(free, round((own[0] - time[0]) / period))
-        places = np.r_[0, np.cumsum(np.maximum(np.rint(np.diff(own) / period), 1.0))].astype(int)
+        places = _places(own, period) if even else np.empty(0, dtype=np.int64)
         if even:
-            times = np.interp(np.arange(places[-1] + 1), places, own)
+            whole = places[-1] + 1 == own.size
+            times = own if whole else np.interp(np.arange(places[-1] + 1), places, own)
         else:
             count = int((own[-1] - own[0]) / period + 1e-6) + 1
             times = np.minimum(own[0] + period * np.arange(count), own[-1])
         yield Span(part, sequence, times, places)
         free = sequence + times.size
+
+
+def _places(own: FloatArray, period: float) -> IntArray:
+    """Return at which period after the first each time lies."""
+    counts = np.diff(own)
+    counts /= period
+    np.rint(counts, out=counts)
+    np.maximum(counts, 1.0, out=counts)
+    places = np.zeros(own.size, dtype=np.int64)
+    np.cumsum(counts, out=places[1:], dtype=np.int64)
+    return places
 
 
 def consecutive(count: int, period: float) -> EvenGrid:

@@ -1,6 +1,6 @@
 """A bag that ``ros2 bag`` split over the files of a folder.
 
-What belongs here: putting the files together.
+What belongs here: which files they are, and putting them together.
 What does not: reading them (``mcap_bag``, ``sqlite_bag``).
 
 ``rosbags`` reads folders too, but silently leaves out every topic whose QoS is written otherwise
@@ -9,15 +9,27 @@ in ``metadata.yaml`` than in the file, which converted bags often have.
 
 from __future__ import annotations
 
+import logging
+import re
 from collections.abc import Collection, Iterator, Sequence
-from heapq import merge
-from operator import attrgetter
+from pathlib import Path, PurePath
+
+import yaml
 
 from tissue_probe.recording.bag import Bag, RawMessage
+from tissue_probe.recording.errors import RecordingError
+
+_log = logging.getLogger(__name__)
+
+METADATA = "metadata.yaml"
+"""What ``ros2 bag`` writes beside the files."""
+
+_FILE = re.compile(r".*\.(mcap|db3)(\.zstd)?")
+_LARGEST = 16 * 2**20  # bytes; of metadata, that of a thousand files with a thousand topics
 
 
 class FolderBag:
-    """Bags, at least one, as one (``bag.Bag``)."""
+    """Bags, at least one, as one (``bag.Bag``): one after the other."""
 
     def __init__(self, bags: Sequence[Bag]) -> None:
         self._bags = bags
@@ -27,5 +39,75 @@ class FolderBag:
         self.truncated = any(bag.truncated for bag in bags)
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """Yield the messages of the topics so named, in the order of their log times."""
-        return merge(*(bag.messages(topics) for bag in self._bags), key=attrgetter("log_time"))
+        """Yield the messages of the topics so named, in the order in which they were stored."""
+        for bag in self._bags:
+            yield from bag.messages(topics)
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the files of a folder that ``ros2 bag`` wrote, in the order in which it did.
+
+    All that lie there, with a warning if ``metadata.yaml`` says otherwise.
+
+    Raises
+    ------
+    RecordingError
+        If there are none, or no ``metadata.yaml``: they may be separate runs.
+    """
+    found = sorted((file for file in folder.iterdir() if _FILE.fullmatch(file.name)), key=_number)
+    packed = {file.name for file in found}
+    files = [file for file in found if f"{file.name}.zstd" not in packed]
+    if not files:
+        raise RecordingError(
+            f"{folder} is a folder without a bag (no .mcap or .db3 in it); "
+            "give a recorded file or its folder"
+        )
+    if not (folder / METADATA).is_file():  # perhaps a folder of separate runs
+        raise RecordingError(
+            f"{folder} is a folder without {METADATA}; give one of its files "
+            f"({', '.join(file.name for file in files)}), or run 'ros2 bag reindex {folder}'"
+        )
+    listed = _listed(folder / METADATA)
+    if listed is None:
+        return files
+    if missing := sorted(set(listed) - {file.name for file in files}):
+        _log.warning("%s lists %s, missing there", folder / METADATA, ", ".join(missing))
+    if more := [file.name for file in files if file.name not in listed]:
+        _log.warning(
+            "%s does not list %s; read too, as all files that lie there",
+            folder / METADATA,
+            ", ".join(more),
+        )
+    order = {name: number for number, name in enumerate(listed)}
+    return sorted(files, key=lambda file: order.get(file.name, len(order)))
+
+
+def _number(file: Path) -> list[tuple[int, str]]:
+    """Return a key that puts file 10 after file 9."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in _PARTS.split(file.name)]
+
+
+_PARTS = re.compile(r"(\d+)")
+
+
+def _listed(metadata: Path) -> list[str] | None:
+    """Return the names of the files that the metadata list; None, with a warning, if not told."""
+    try:
+        if metadata.stat().st_size > _LARGEST:
+            raise ValueError(f"it is larger than {_LARGEST >> 20} MiB")
+        # No alias: it could make a few bytes as many as it likes.
+        read = yaml.load(metadata.read_text(encoding="utf-8"), _WithoutAliases)
+        paths = read["rosbag2_bagfile_information"]["relative_file_paths"] if read else None
+        return None if paths is None else [PurePath(path).name for path in paths]
+    except (yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError) as error:
+        _log.warning(
+            "%s is not understood, and not used (%s)", metadata, str(error).replace("\n", " ")
+        )
+        return None
+
+
+class _WithoutAliases(yaml.SafeLoader):
+    def compose_node(self, parent, index):
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it has an alias")
+        return super().compose_node(parent, index)

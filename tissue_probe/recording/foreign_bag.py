@@ -1,20 +1,26 @@
 """Position and force out of the bags of other recorders, on one even grid of time.
 
-What belongs here: putting two topics together, and what is known of their clocks.
-What does not: the fields' values (``topic_field``), resampling (``even_grid``).
+What belongs here: putting two topics together.
+What does not: the fields' values (``topic_field``), their clocks (``two_clocks``), resampling
+(``even_grid``).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from tissue_probe.recording.bag import Bag
+from tissue_probe.recording.clocks import ClockedTimes
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
+from tissue_probe.recording.fresh_values import fresh_values
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import open_bag
+from tissue_probe.recording.position_rate import tell_slow_position
 from tissue_probe.recording.topic_field import (
     FORCE_FIELDS,
     POSITION_FIELDS,
@@ -22,66 +28,88 @@ from tissue_probe.recording.topic_field import (
     candidates,
     read_field,
 )
+from tissue_probe.recording.two_clocks import by_one_clock
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
-from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording
+from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
 
-CLOCKS_APART = 1e-3
-"""Difference between the delays of two topics that is worth telling [s]."""
+PIECE = 2**18
+"""Samples that are brought to other times at once."""
 
-_POSSIBLE_DELAY = 1.0  # s; no message takes longer to the recorder: more is a clock of its own
+MARGIN = 64
+"""Samples on either side of a piece: a spline forgets one by a factor of 3.7, 64 to rounding."""
 
 
-def read_foreign_bag(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
+def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     """Read a force and a position topic; return the recording, and notes on what was done.
 
     Samples are those of the force, at the stamps in its headers; the position is brought to them by
-    a cubic spline. If one has no stamps, or their clocks are more than a second apart, both go by
-    the times they were recorded. In SI unless stated otherwise, as ROS has it (REP 103).
+    a cubic spline. What the clocks did is told, and made good or refused (``two_clocks``). In SI
+    unless stated otherwise, as ROS has it (REP 103).
 
     Parameters
     ----------
+    bag : Bag
+        Of ROS 1 or 2.
     path : path
-        A bag of ROS 1 or 2.
+        What to call it in messages.
     layout : Layout
         Names the fields and the force's polarity.
 
     Raises
     ------
     RecordingError
-        If a topic or field is not there, the polarity is not stated, or the two never overlap.
+        If a topic or field is not there, the polarity is not stated, the two never overlap, or
+        their times cannot be told; says which parameter settles it.
     """
-    bag = open_bag(path)
     if layout.force is None or layout.position is None or layout.force_polarity is None:
         raise RecordingError(_what_to_state(bag, path, layout))
-    if layout.sample_rate is not None:
-        raise RecordingError(f"{path} is a bag, which has times: leave out --sample-rate")
     force = read_field(bag, path, layout.force, FORCE_FIELDS | POSITION_FIELDS)
     position = read_field(bag, path, layout.position, POSITION_FIELDS)
-    force_times, position_times, notes = _times(force, position)
-    force_times, f = _ascending(force_times, force.values)
-    position_times, u = _ascending(position_times, position.values)
-    origin = int(force_times[0])
-    f_time, u_time = (_seconds(times, origin) for times in (force_times, position_times))
-    grid = even_grid(f_time, f"{path}, {force.name}", BRIDGED)
-    u = u * layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
-    f = f * layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
-    positions = [interpolate(u_time, u, span.times) for span in grid.spans]
-    if not any(np.isfinite(part).any() for part in positions):
+    f_clock, u_clock, cuts, notes = by_one_clock(
+        path, force, position, layout.clock, layout.sample_rate
+    )
+    u_unit = layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
+    f_unit = layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
+    f_clock, f, told_force = _fresh(force, f_clock)
+    u_clock, u, told_position = _fresh(position, u_clock)
+    notes = [*force.notes, *position.notes, *notes, *told_force, *told_position]
+    origin = int(f_clock.times[0])
+    blocks: list[SampleBlock] = []
+    rates, slow = [], []
+    for part_f, part_u in _parts(f_clock.times, u_clock.times, cuts):
+        f_time, u_time = (
+            _seconds(times, origin) for times in (f_clock.times[part_f], u_clock.times[part_u])
+        )
+        if f_time.size < 2 or u_time.size < 2:
+            notes.append(
+                f"{f_time.size} samples of the force between two steps of a clock are left out"
+            )
+            continue
+        grid = even_grid(f_time, f"{path}, {force.name}", BRIDGED)
+        positions = [_brought(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
+        forces = [grid.values(span, f_time, f[part_f] * f_unit) for span in grid.spans]
+        blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
+        rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
+        notes += grid.notes
+        longest = int(np.argmax([span.times.size for span in grid.spans]))
+        slow.append(
+            tell_slow_position(position.name, u_time, grid.spans[longest].times, forces[longest])
+        )
+    if not any(np.isfinite(block.position).any() for block in blocks):
         raise RecordingError(
             f"{path}: {force.name} and {position.name} were never recorded at the same time"
         )
-    forces = [grid.values(span, f_time, f) for span in grid.spans]
-    recording = Recording(tuple(sample_blocks(grid, origin, positions, forces)))
-    rate = (u_time.size - 1) / (u_time[-1] - u_time[0]) if u_time.size > 1 else 0.0
+    f_rate, u_rate = rates[0]
     read = (
-        f"{path}: force is {force.name} at {1.0 / grid.period:.6g} Hz, position {position.name} "
-        f"at {rate:.6g} Hz, brought to the times of the force by a cubic spline"
+        f"{path}: force is {force.name} at {f_rate:.6g} Hz, position {position.name} "
+        f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
-    return recording, (read, *notes, *grid.notes)
+    told_slow = dict.fromkeys(said for said in slow[:1] if said)
+    return Recording(tuple(blocks)), (read, *notes, *told_slow)
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:
-    options = []
+    parameters = []
     for role, name, fields in (
         ("force", layout.force, FORCE_FIELDS),
         ("position", layout.position, POSITION_FIELDS),
@@ -90,51 +118,60 @@ def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:
             found = candidates(bag, fields)
             topics = ", ".join(topic.name for topic in bag.topics)
             there = ", ".join(found) or f"none of a usual type; the topics are {topics or 'none'}"
-            options.append(f"--{role} /TOPIC.FIELD (there is {there})")
+            parameters.append(f"`{role}` /TOPIC.FIELD (there is {there})")
     if layout.force_polarity is None:
-        options.append("--force-polarity (compression or tension: which forces are positive)")
-    return f"{path} is no recording of this suite, so state {' and '.join(options)}"
+        parameters.append("`force_polarity` (compression or tension: which forces are positive)")
+    return f"{path} is no recording of this suite, so state {' and '.join(parameters)}"
 
 
-def _times(force: FieldValues, position: FieldValues) -> tuple[IntArray, IntArray, list[str]]:
-    """Return the times to go by, and what is to be said of the clocks."""
-    for field in (force, position):
-        if field.stamped is None:
-            return force.logged, position.logged, [_by_log_time(f"{field.name} has no stamps")]
-    assert force.stamped is not None
-    assert position.stamped is not None
-    force_delay, position_delay = _delay(force), _delay(position)
-    apart = abs(force_delay - position_delay) / NANOSECONDS
-    if apart > _POSSIBLE_DELAY:
-        said = f"the clocks that stamp {force.name} and {position.name} are {apart:.6g} s apart"
-        return force.logged, position.logged, [_by_log_time(said)]
-    notes = []
-    if apart > CLOCKS_APART:
-        late, later = (1e3 * delay / NANOSECONDS for delay in (force_delay, position_delay))
-        notes.append(
-            f"{force.name} was recorded {late:.4g} ms after its stamps, {position.name} "
-            f"{later:.4g} ms: if that is their clocks and not the way to the recorder, the signals "
-            f"are {1e3 * apart:.3g} ms apart"
-        )
-    return force.stamped, position.stamped, notes
-
-
-def _by_log_time(why: str) -> str:
-    return (
-        f"{why}: both signals are taken at the times they were recorded, and may be shifted by "
-        "their different ways to the recorder"
+def _fresh(field: FieldValues, clock: ClockedTimes) -> tuple[ClockedTimes, FloatArray, list[str]]:
+    """Return times and values of a channel, without the old ones that it repeats."""
+    values = field.values[clock.rows]
+    fresh = fresh_values(values)
+    if fresh.all():
+        return clock, values, []
+    kept = np.flatnonzero(fresh)
+    share = values.size / kept.size
+    rate = NANOSECONDS * (kept.size - 1) / float(clock.times[kept[-1]] - clock.times[kept[0]])
+    said = (
+        f"{field.name} repeats old values, each {share:.3g} times: {kept.size} fresh ones, at "
+        f"{rate:.4g} Hz, of {values.size} are used"
     )
+    thinned = replace(clock, times=clock.times[fresh], rows=clock.rows[fresh])
+    return thinned, values[fresh], [said]
 
 
-def _delay(field: FieldValues) -> float:
-    """Return how much later than stamped the messages were recorded [ns], the median."""
-    return float(np.median(field.logged - field.stamped))
+def _parts(
+    force_times: IntArray, position_times: IntArray, cuts: IntArray
+) -> Iterator[tuple[slice, slice]]:
+    """Yield the rows of force and position between steps of a clock."""
+    ends = [
+        [0, *np.searchsorted(times, cuts), times.size] for times in (force_times, position_times)
+    ]
+    for f, u in zip(*(pairwise(each) for each in ends), strict=True):
+        if f[0] < f[1]:
+            yield slice(*f), slice(*u)
 
 
-def _ascending(times: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Sort by time; of several at one time, keep the first."""
-    times, first = np.unique(times, return_index=True)
-    return times, values[first]
+def _brought(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
+    """Return values at other times by a spline, piece by piece: a whole one takes much memory."""
+    found = [
+        interpolate(time[first:stop], values[first:stop], part)
+        for part in np.array_split(at, max(1, at.size // PIECE))
+        for first, stop in [_around(time, part)]
+    ]
+    return np.concatenate(found)
+
+
+def _around(time: FloatArray, at: FloatArray) -> tuple[int, int]:
+    first, stop = np.searchsorted(time, [at[0], at[-1]])
+    return max(int(first) - MARGIN, 0), int(stop) + MARGIN
+
+
+def _numbered_on(before: list[SampleBlock], blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
+    """Return the blocks numbered on from those before, less one: they are not to be joined."""
+    begin = before[-1].sequence + len(before[-1]) + 1 if before else 0
+    return (replace(block, sequence=begin + block.sequence) for block in blocks)
 
 
 def _seconds(times: IntArray, origin: int) -> FloatArray:

@@ -10,6 +10,7 @@ from typing import Literal
 
 ForcePolarity = Literal["compression", "tension"]
 PositionPolarity = Literal["into", "out"]
+Clock = Literal["stamps", "recorder"]
 
 
 @dataclass(frozen=True)
@@ -19,18 +20,24 @@ class Layout:
     Parameters
     ----------
     position, force : str, optional
-        Name of a column, or of a field of a topic (``/ft_sensor.wrench.force.z``).
+        Name of a column (``group/channel``, ``sheet!column``, ``matrix[:,2]``; its number where a
+        file names none), or of a field of a topic (``/ft_sensor.wrench.force.z``).
     time : str, optional
         Name of the column of time; in seconds, unless it ends in a unit (``t_ms``).
     position_unit, force_unit : str, optional
-        Name of a unit (``units.POSITION_UNITS``, ``units.FORCE_UNITS``), or a positive number: the
-        size of one in metres or newtons.
+        Name of a unit (``units.POSITION_UNITS``, ``units.VELOCITY_UNITS`` where a velocity stands
+        for the position, ``units.FORCE_UNITS``), or a positive number: the size of one in metres
+        or newtons.
+    time_unit : str, optional
+        Name of a unit (``units.TIME_UNITS``).
     force_polarity : {"compression", "tension"}, optional
         Which forces are positive in the file.
     position_polarity : {"into", "out"}
         Whether positions grow into the tissue, or out of it (a height).
     sample_rate : float, optional
         Samples a second [Hz]; then no time is read.
+    clock : {"stamps", "recorder"}, optional
+        Whose clock counts in a bag, where it is not clear: that of the stamps, or the recorder's.
     samples_topic : str, optional
         Which topic of this suite's samples, where a recording has several.
 
@@ -45,16 +52,18 @@ class Layout:
     time: str | None = None
     position_unit: str | None = None
     force_unit: str | None = None
+    time_unit: str | None = None
     force_polarity: ForcePolarity | None = None
     position_polarity: PositionPolarity = "into"
     sample_rate: float | None = None
     samples_topic: str | None = None
+    clock: Clock | None = None
 
     def __post_init__(self) -> None:
         if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
-            raise ValueError(f"--sample-rate is {self.sample_rate} Hz; it must be positive")
-        if self.sample_rate is not None and self.time is not None:
-            raise ValueError("--time and --sample-rate exclude each other; give one of them")
+            raise ValueError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
+        if self.sample_rate is not None and (self.time or self.time_unit):
+            raise ValueError("`time` and `sample_rate` exclude each other; give one of them")
 
     @property
     def force_sign(self) -> float:

@@ -7,63 +7,82 @@ What does not: reading them.
 from __future__ import annotations
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from mcap.writer import MCAP0_MAGIC
 
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.folder_bag import FolderBag
+from tissue_probe.recording.folder_bag import FolderBag, files_of
 from tissue_probe.recording.mcap_bag import McapBag
 from tissue_probe.recording.ros1_bag import Ros1Bag
 from tissue_probe.recording.sqlite_bag import SqliteBag
+from tissue_probe.recording.unpacking import is_packed, unpack_file
 
-_SQLITE_MAGIC = b"SQLite format 3\0"
-_ROS1_MAGIC = b"#ROSBAG V"
+_CALLED = (".mcap", ".db3", ".bag", ".zstd")
+_KINDS = {MCAP0_MAGIC: McapBag, b"SQLite format 3\0": SqliteBag, b"#ROSBAG V": Ros1Bag}
 
 
 def open_bag(path: str | Path) -> Bag:
     """Open an MCAP file (complete or cut off), a ``.db3`` file, a bag folder, or a ROS 1 bag.
 
+    A file may be packed by zstd as a whole, as ``ros2 bag`` does with ``--compression-mode file``.
+
     Raises
     ------
     RecordingError
-        If it is none of these, or cannot be read.
+        If it is none of these, cannot be read, or unpacks to more than a measurement holds.
     FileNotFoundError
         If nothing has that name.
     """
     path = Path(path)
     if path.is_dir():
-        return _open_folder(path)
+        return FolderBag([open_bag(file) for file in files_of(path)])
+    if is_packed(_head(path)):
+        return _PackedBag(path)
+    return _opened(path, path)
+
+
+def is_bag(path: str | Path) -> bool:
+    """Whether a file or folder is, or is called, a bag; others may be tables.
+
+    Raises
+    ------
+    FileNotFoundError
+        If nothing has that name.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return True
+    head = _head(path)
+    return head.startswith(tuple(_KINDS)) or is_packed(head) or path.suffix in _CALLED
+
+
+def _opened(path: Path, name: Path) -> Bag:
+    head = _head(path)
+    for magic, kind in _KINDS.items():
+        if head.startswith(magic):
+            return kind(path, name)
+    raise RecordingError(f"{name} {_what_is_wrong(head)}")
+
+
+def _head(path: Path) -> bytes:
     with path.open("rb") as file:
-        head = file.read(16)
-    if head.startswith(MCAP0_MAGIC):
-        return McapBag(path)
-    if head.startswith(_SQLITE_MAGIC):
-        return SqliteBag(path)
-    if head.startswith(_ROS1_MAGIC):
-        return Ros1Bag(path)
-    raise RecordingError(f"{path} {_what_is_wrong(path, head)}")
+        return file.read(16)
 
 
-def _open_folder(path: Path) -> Bag:
-    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3"))
-    if not files:
-        raise RecordingError(
-            f"{path} is a folder without a bag (no .mcap or .db3 in it); "
-            "give a recorded file or its folder"
-        )
-    if not (path / "metadata.yaml").is_file():  # perhaps a folder of separate runs
-        raise RecordingError(
-            f"{path} is a folder without metadata.yaml; give one of its files "
-            f"({', '.join(file.name for file in files)}), or run 'ros2 bag reindex {path}'"
-        )
-    return FolderBag([open_bag(file) for file in files])
+class _PackedBag(FolderBag):
+    """A bag out of a file that is packed as a whole, unpacked beside other temporary files."""
+
+    def __init__(self, path: Path) -> None:
+        self._folder = TemporaryDirectory(prefix="tissue_probe")  # goes with this object
+        unpacked = Path(self._folder.name, path.stem)
+        with unpacked.open("wb") as file:
+            unpack_file(path, file)
+        super().__init__([_opened(unpacked, path)])
 
 
-def _what_is_wrong(path: Path, head: bytes) -> str:
+def _what_is_wrong(head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    return (
-        "is not an MCAP file (nor another bag of ROS, nor a table: those end in .csv, .parquet or "
-        ".mat); give what the recorder wrote"
-    )
+    return "is not an MCAP file, nor another bag of ROS; give what the recorder wrote"

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from tissue_probe.recording import decoding
-from tissue_probe.recording.bag import Bag, RawMessage, Topic
+from tissue_probe.recording.bag import Bag, RawMessage, Topic, by_log_time
 from tissue_probe.recording.decoding import Decoder, RecordedMap
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.open_bag import open_bag
@@ -34,12 +34,16 @@ def read_recording(path: str | Path, samples_topic: str | None = None) -> Record
     RecordingError
         If it is no such bag, has no samples, or several topics of samples and none chosen.
     """
-    bag = open_bag(path)
+    return recording_of(open_bag(path), path, samples_topic)
+
+
+def recording_of(bag: Bag, path: str | Path, samples_topic: str | None = None) -> Recording:
+    """Read what ``read_recording`` does of a bag that is open; ``path`` is its name in messages."""
     topic = _samples_topic(bag, path, samples_topic)
-    blocks = join(Decoder(topic).decode(bag.messages([topic.name]), decoding.samples))
+    blocks = join(Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.samples))
     if not blocks:
         raise RecordingError(f"{path} has no samples: nothing was published on {topic.name}")
-    return Recording(tuple(blocks), tuple(_sites(bag, topic)), bag.metadata)
+    return Recording(tuple(blocks), tuple(_sites(bag, path, topic)), bag.metadata)
 
 
 def has_samples(bag: Bag) -> bool:
@@ -60,7 +64,7 @@ def read_estimates(path: str | Path) -> dict[str, TissueEstimates]:
     bag = open_bag(path)
     read: dict[str, TissueEstimates] = {}
     for topic in topics_of_type(bag, decoding.ESTIMATE):
-        for name, found in _estimates(bag, topic).items():
+        for name, found in _estimates(bag, path, topic).items():
             if name in read:
                 raise RecordingError(
                     f"{path} has estimates of '{name}' on two topics, one of them {topic.name}; "
@@ -80,18 +84,17 @@ def read_map(path: str | Path) -> RecordedMap | None:
     """
     bag = open_bag(path)
     topics = {topic.name: topic for topic in topics_of_type(bag, decoding.MAP)}
-    last = deque(bag.messages(topics), maxlen=1)
+    last = deque(by_log_time(bag, topics), maxlen=1)
     if not last:
         return None
-    decoder = Decoder(topics[last[0].topic])
+    decoder = Decoder(topics[last[0].topic], path)
     return next(decoder.decode(last, decoding.stiffness_map))
 
 
 def iterate_raw(path: str | Path, topics: Collection[str]) -> Iterator[RawMessage]:
     """Yield the messages of the topics as recorded, in the order of their log times.
 
-    Each is a tuple (topic, typename, log_time [ns], publish_time [ns], CDR bytes). A file cut
-    off ends where its last complete chunk does.
+    A file cut off ends where its last complete chunk does.
 
     Raises
     ------
@@ -106,7 +109,7 @@ def iterate_raw(path: str | Path, topics: Collection[str]) -> Iterator[RawMessag
             f"{path} has no CDR messages on {', '.join(sorted(missing))}; "
             f"it has {', '.join(sorted(recorded)) or 'none'}"
         )
-    return bag.messages(topics)
+    return by_log_time(bag, topics)
 
 
 def topics_of_type(bag: Bag, typename: str) -> list[Topic]:
@@ -132,19 +135,19 @@ def _samples_topic(bag: Bag, path: str | Path, chosen: str | None) -> Topic:
     return candidates[0]
 
 
-def _sites(bag: Bag, samples: Topic) -> Iterator[PalpationSite]:
+def _sites(bag: Bag, path: object, samples: Topic) -> Iterator[PalpationSite]:
     topics = topics_of_type(bag, decoding.SITE)
     of_this_probe = [topic for topic in topics if _namespace(topic) == _namespace(samples)]
     for topic in of_this_probe or topics:
-        yield from Decoder(topic).decode(bag.messages([topic.name]), decoding.site)
+        yield from Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.site)
 
 
 def _namespace(topic: Topic) -> str:
     return topic.name.rpartition("/")[0]
 
 
-def _estimates(bag: Bag, topic: Topic) -> dict[str, TissueEstimates]:
+def _estimates(bag: Bag, path: object, topic: Topic) -> dict[str, TissueEstimates]:
     rows: dict[str, list[tuple]] = {}
-    for row in Decoder(topic).decode(bag.messages([topic.name]), decoding.estimate_row):
+    for row in Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.estimate_row):
         rows.setdefault(row[0], []).append(row)
     return {name: decoding.estimates(found) for name, found in rows.items()}

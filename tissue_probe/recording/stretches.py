@@ -16,6 +16,10 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import BRIDGED, interpolate
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, Recording, SampleBlock
 
+ROUNDED = 1e-3
+"""Stamps and periods are rounded: a time so little after a sample is that of the sample [periods].
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Stretch(SampleBlock):
@@ -53,7 +57,7 @@ def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, .
     if site is None and len(numbers) > 1:
         raise RecordingError(
             f"the recording palpates {len(numbers)} sites, each of its own tissue: choose one with "
-            f"--site, from {numbers[0]} to {numbers[-1]}"
+            f"`site`, from {numbers[0]} to {numbers[-1]}"
         )
     chosen = numbers[0] if site is None else site
     parts = (
@@ -74,7 +78,8 @@ def dwell_blocks(recording: Recording, site: int | None) -> tuple[SampleBlock, .
 def _between(block: SampleBlock, begin: int, end: int) -> SampleBlock | None:
     period = block.sample_period * NANOSECONDS
     first, stop = (
-        int(np.clip(np.ceil((time - block.stamp) / period), 0, len(block))) for time in (begin, end)
+        int(np.clip(np.ceil((time - block.stamp) / period - ROUNDED), 0, len(block)))
+        for time in (begin, end)
     )
     return block[first:stop] if first < stop else None
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from tissue_probe.recording import decoding
-from tissue_probe.recording.bag import Bag
+from tissue_probe.recording.bag import Bag, by_log_time
 from tissue_probe.recording.decoding import Decoder
 from tissue_probe.recording.open_bag import open_bag
 from tissue_probe.recording.reader import topics_of_type
@@ -73,10 +73,10 @@ def summarize(path: str | Path) -> BagSummary:
     bag = open_bag(path)
     counts: Counter[tuple[str, str]] = Counter()
     start, end = None, 0
-    for topic, typename, time, *_ in bag.messages({topic.name for topic in bag.topics}):
-        counts[topic, typename] += 1
-        start = time if start is None else start
-        end = time
+    for message in bag.messages({topic.name for topic in bag.topics}):
+        counts[message.channel[:2]] += 1
+        start = message.log_time if start is None else min(start, message.log_time)
+        end = max(end, message.log_time)
     return BagSummary(
         topics=tuple(
             TopicSummary(name, typename, counts[name, typename])
@@ -84,16 +84,16 @@ def summarize(path: str | Path) -> BagSummary:
         ),
         start=start,
         duration=0.0 if start is None else (end - start) / NANOSECONDS,
-        samples=tuple(_samples(bag)),
-        sites=tuple(_sites(bag)),
+        samples=tuple(_samples(bag, path)),
+        sites=tuple(_sites(bag, path)),
         metadata=bag.metadata,
         truncated=bag.truncated,
     )
 
 
-def _samples(bag: Bag) -> Iterator[SamplesSummary]:
+def _samples(bag: Bag, path: object) -> Iterator[SamplesSummary]:
     for topic in topics_of_type(bag, decoding.SAMPLES):
-        blocks = join(Decoder(topic).decode(bag.messages([topic.name]), decoding.samples))
+        blocks = join(Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.samples))
         recorded = sum(len(block) for block in blocks)
         first = blocks[0].sequence if blocks else 0
         yield SamplesSummary(topic.name, recorded, sum(_gaps(blocks)), first)
@@ -104,8 +104,8 @@ def _gaps(blocks: list[SampleBlock]) -> Iterator[int]:
         yield max(0, following.sequence - block.sequence - len(block))
 
 
-def _sites(bag: Bag) -> Iterator[int]:
+def _sites(bag: Bag, path: object) -> Iterator[int]:
     for topic in topics_of_type(bag, decoding.SITE):
-        for site in Decoder(topic).decode(bag.messages([topic.name]), decoding.site):
+        for site in Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.site):
             if site.phase == Phase.DWELL:
                 yield site.site

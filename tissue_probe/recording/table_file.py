@@ -1,7 +1,8 @@
 """Samples from files with named columns, in any units and polarity, as an even recording.
 
-What belongs here: which column is what, and what must be stated of it.
-What does not: file formats (``columns``), uneven times (``even_grid``).
+What belongs here: from columns to samples, and what is said of it.
+What does not: file formats (``columns``), which column is what (``roles``), times (``times``),
+uneven ones (``even_grid``).
 """
 
 from __future__ import annotations
@@ -10,8 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
-from tissue_probe.recording.columns import column_names, read_columns, require_columns
+from tissue_probe.recording.columns.open_columns import open_columns
+from tissue_probe.recording.columns.source import Columns, Progress
+from tissue_probe.recording.counters import unwrapped
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import (
     BRIDGED,
@@ -20,128 +24,169 @@ from tissue_probe.recording.even_grid import (
     even_grid,
     sample_blocks,
 )
+from tissue_probe.recording.fresh_values import REPEATED, fresh_values
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.units import (
-    FORCE_UNITS,
-    POSITION_UNITS,
-    TIME_UNITS,
-    split_unit,
-    unit_size,
-)
+from tissue_probe.recording.roles import Roles, roles
+from tissue_probe.recording.times import Times, times
 from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase, Recording
 
-OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
-"""What this suite calls the columns; in SI units, and positive in compression."""
+EXPORTED = ("sequence", "site")
+"""What ``tables.write_samples`` tells besides; there is no site where the probe dwells at none."""
 
-EXPORTED = {"sequence", "site"}
-"""What ``tissue_probe export`` tells besides; there is no site where the probe dwells at none."""
-
-_UNITS = {"time": TIME_UNITS, "position": POSITION_UNITS, "force": FORCE_UNITS}
+PLACES = ("site_x", "site_y", "site_z")
+"""Where the site is [m]."""
 
 
-def read_table(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
-    """Read a CSV, Parquet or MATLAB file; return the recording, and notes on what was done.
+def read_table(
+    path: Path, layout: Layout, progress: Progress = lambda share: None
+) -> tuple[Recording, tuple[str, ...]]:
+    """Read a file of columns; return the recording, and notes on what was done.
 
-    Columns that are not named are those with the suite's own names (``t`` or ``time``, ``u`` or
-    ``position``, ``F`` or ``force``), bare or with a unit. Where times jitter the samples are
-    resampled, where they have gaps a new block begins. The sites of an exported scan are read, but
-    for their places.
+    Columns that are not named are those with usual names (``roles``). Where times jitter the
+    samples are resampled, where they have gaps a new block begins; where a channel repeats old
+    values only the fresh ones are taken. The sites of an exported scan are read.
 
     Parameters
     ----------
     path : path
-        Ends in ``.csv``, ``.parquet`` or ``.mat``.
+        Text, spreadsheet, TDMS, MATLAB, HDF5, NumPy or Parquet.
     layout : Layout
         Where the signals are, in which units and polarity.
+    progress : callable
+        Told the share that is read, from 0 to 1.
 
     Raises
     ------
     RecordingError
         If the file cannot be read, a column is not found, or a unit or the polarity is not known.
     """
-    available = column_names(path)
-    names = _names(path, layout, available)
-    position_size, force_size = _sizes(path, layout, names)
-    columns = dict(zip(names, read_columns(path, list(names.values())), strict=True))
-    grid = _grid(path, layout, names, columns)
-    position = layout.position_sign * position_size * columns["position"]
-    force = layout.force_sign * force_size * columns["force"]
-    time = columns.get("time", np.empty(0)) * _time_size(names)
-    spans = [
-        [grid.values(span, time, column) for span in grid.spans] for column in (position, force)
-    ]
-    blocks = tuple(sample_blocks(grid, 0, *spans))
-    sites = _sites(path, layout, time) if EXPORTED.issubset(available) else ()
-    return Recording(blocks, tuple(sites)), grid.notes
+    source = open_columns(path)
+    found = roles(source, layout)
+    columns, told = source.read(list(found.names.values()), progress)
+    signals = dict(zip(found.names, columns, strict=True))
+    del columns
+    said = [*source.told, *found.told, *told]
+    time = _times(source, found, layout, signals)
+    said += time.told
+    position = _position(source, found, layout, signals, time, said)
+    force = _scaled(source, found, "force", signals.pop("force"), layout.force_sign)
+    notes = [f"{path}: {'; '.join(said)}"] if said else []
+    sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
+    known = np.isfinite(time.seconds)
+    if not known.all():
+        if not known.any():
+            raise RecordingError(f"{path}: column {found.names['time']} tells no time in any row")
+        left_out = np.count_nonzero(~known)
+        notes.append(f"{path}: {left_out} rows without a time left out")
+        time = time._replace(seconds=time.seconds[known])
+        position, force = position[known], force[known]
+    fresh, doubt = _fresh(path, time.seconds, position, force, notes)
+    if fresh is not None:
+        time = time._replace(seconds=time.seconds[fresh])
+        position, force = position[fresh], force[fresh]
+    if "time" in found.names or fresh is not None:
+        grid = even_grid(time.seconds, str(path), BRIDGED)
+    else:
+        grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
+    notes += grid.notes
+    spans = [_values(grid, time.seconds, position)]
+    del position, signals
+    spans.append(_values(grid, time.seconds, force))
+    del force
+    blocks = tuple(sample_blocks(grid, time.origin, *spans))
+    return Recording(blocks, sites, time_doubt=doubt), tuple(notes)
 
 
-def _sites(path: Path, layout: Layout, time: FloatArray) -> Iterator[PalpationSite]:
+def _values(grid: EvenGrid, time: FloatArray, column: FloatArray) -> list[FloatArray]:
+    return [grid.values(span, time, column) for span in grid.spans]
+
+
+def _times(source: Columns, found: Roles, layout: Layout, signals: dict[str, np.ndarray]) -> Times:
+    if "time" not in found.names:
+        return Times(0, np.arange(signals["force"].size) / (found.sample_rate or 1.0))
+    certain = layout.time_unit is not None or set(EXPORTED) <= set(source.names)
+    column = signals.pop("time")
+    name = found.names["time"]
+    if column.dtype == object:
+        raise RecordingError(f"{source.path}: column {name} has no numbers: it is text")
+    return times(column, name, found.units.get("time"), certain, str(source.path))
+
+
+def _position(
+    source: Columns,
+    found: Roles,
+    layout: Layout,
+    signals: dict[str, np.ndarray],
+    time: Times,
+    said: list[str],
+) -> FloatArray:
+    column = signals.pop("position")
+    if column.dtype.kind in "iuf":
+        column, bits = unwrapped(column)
+        if bits:
+            name = found.names["position"]
+            said.append(f"{name} is a counter of {bits} bits that began again, and is counted on")
+    values = _scaled(source, found, "position", column, layout.position_sign)
+    if not found.velocity:
+        return values
+    said.append(
+        f"{found.names['position']} is a velocity, integrated to the position, which so has no "
+        "zero of its own"
+    )
+    known = np.isfinite(values) & np.isfinite(time.seconds)
+    whole = np.full(values.size, np.nan)
+    whole[known] = cumulative_trapezoid(values[known], time.seconds[known], initial=0.0)
+    return whole
+
+
+def _scaled(
+    source: Columns, found: Roles, role: str, column: np.ndarray, sign: float
+) -> FloatArray:
+    """Return a column in SI, positive in compression; NaN where not known."""
+    if column.dtype.kind not in "iufb":
+        raise RecordingError(
+            f"{source.path}: column {found.names[role]} has no numbers, but times or words"
+        )
+    size = sign * found.size(role)
+    if column.dtype == np.float64 and column.flags.writeable:
+        if size != 1.0:
+            column *= size
+        return column
+    return size * column.astype(np.float64)
+
+
+def _fresh(
+    path: Path, time: FloatArray, position: FloatArray, force: FloatArray, notes: list[str]
+) -> tuple[np.ndarray | None, float]:
+    """Return the rows to take where a channel repeats old values, and how old they may be [s]."""
+    kept, doubt = None, 0.0
+    for name, values in (("position", position), ("force", force)):
+        if np.count_nonzero(values[1:] == values[:-1]) < REPEATED * values.size:
+            continue
+        fresh = fresh_values(values)
+        count = np.count_nonzero(fresh)
+        if count == fresh.size:
+            continue
+        held = float(np.median(np.diff(time[fresh])))
+        notes.append(
+            f"{path}: the {name} repeats old values: of {fresh.size} rows the {count} that bring a "
+            f"new one are taken, {1.0 / held:.4g} a second; how old these are is not told, up to "
+            f"{1e3 * held:.3g} ms, so the damping is known to the stiffness times that only"
+        )
+        if kept is None or count < np.count_nonzero(kept):
+            kept = fresh
+        doubt = max(doubt, held)
+    return kept, doubt
+
+
+def _sites(source: Columns, time: Times) -> Iterator[PalpationSite]:
     """Yield an announcement wherever an exported scan dwells at another site, or at none."""
-    (sites,) = read_columns(path, ["site"])
-    if layout.sample_rate is not None:
-        time = np.arange(sites.size) / layout.sample_rate
+    told = [name for name in PLACES if name in source.names]
+    sites, *places = (column.astype(np.float64) for column in source.read(["site", *told]).columns)
     dwells = np.isfinite(sites)
     numbers = np.where(dwells, sites, -1.0).astype(int)
     for row in np.flatnonzero(np.diff(numbers, prepend=-1)):
         phase = Phase.DWELL if dwells[row] else Phase.LIFTED
-        stamp = round(time[row] * NANOSECONDS)
-        yield PalpationSite(stamp, int(numbers[row]), (np.nan, np.nan, np.nan), phase)
-
-
-def _names(path: Path, layout: Layout, available: list[str]) -> dict[str, str]:
-    wanted = {"time": layout.time, "position": layout.position, "force": layout.force}
-    if layout.sample_rate is not None:
-        del wanted["time"]
-    names = {role: name or _own(role, available) for role, name in wanted.items()}
-    if missing := [role for role, name in names.items() if name is None]:
-        options = " ".join(f"--{role} COLUMN" for role in missing)
-        rate = " (or --sample-rate HZ where there is none)" if "time" in missing else ""
-        raise RecordingError(
-            f"{path} does not say which column is the {' and which the '.join(missing)}: give "
-            f"{options}{rate}; its columns are {', '.join(available) or 'none: it is empty'}"
-        )
-    named = {role: name for role, name in names.items() if name is not None}
-    require_columns(path, list(named.values()), available)
-    return named
-
-
-def _own(role: str, available: list[str]) -> str | None:
-    bare = [name for name in available if name in OWN[role]]
-    with_unit = [name for name in available if split_unit(name, _UNITS[role])[0] in OWN[role]]
-    return next(iter(bare + with_unit), None)
-
-
-def _sizes(path: Path, layout: Layout, names: dict[str, str]) -> tuple[float, float]:
-    """Return how large one of the position's and of the force's column is, in m and N."""
-    sizes, missing = [], []
-    for role, stated in (("position", layout.position_unit), ("force", layout.force_unit)):
-        unit = stated or _unit(role, names[role])
-        if unit is None:
-            missing.append(f"--{role}-unit ({', '.join(_UNITS[role])} or a number)")
-        else:
-            sizes.append(unit_size(unit, _UNITS[role]))
-    if layout.force_polarity is None and names["force"] not in OWN["force"]:
-        missing.append("--force-polarity (compression or tension: which forces are positive)")
-    if missing:
-        raise RecordingError(
-            f"{path}: the names {names['position']} and {names['force']} do not tell everything; "
-            f"state {', '.join(missing)}"
-        )
-    return sizes[0], sizes[1]
-
-
-def _unit(role: str, name: str) -> str | None:
-    _, unit = split_unit(name, _UNITS[role])
-    return unit or (next(iter(_UNITS[role])) if name in OWN[role] else None)
-
-
-def _time_size(names: dict[str, str]) -> float:
-    return TIME_UNITS[split_unit(names.get("time", ""), TIME_UNITS)[1] or "s"]
-
-
-def _grid(
-    path: Path, layout: Layout, names: dict[str, str], columns: dict[str, FloatArray]
-) -> EvenGrid:
-    if layout.sample_rate is not None:
-        return consecutive(columns["force"].size, 1.0 / layout.sample_rate)
-    return even_grid(columns["time"] * _time_size(names), str(path), BRIDGED)
+        stamp = time.origin + round(time.seconds[row] * NANOSECONDS)
+        place = tuple(float(column[row]) for column in places) if places else (np.nan,) * 3
+        yield PalpationSite(stamp, int(numbers[row]), place, phase)

@@ -6,6 +6,7 @@ What does not: computing what is in them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,7 +42,7 @@ def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -
         Rows in their order.
     origin : int
         Where the column ``time`` is zero [ns]: the first sample's stamp for a recorded
-        run; 0 for samples from CSV, which gives the times that the CSV has.
+        run; 0 for samples from a table, which gives the times that the table has.
 
     Raises
     ------
@@ -69,7 +70,8 @@ def write_samples(path: str | Path, recording: Recording, origin: int) -> None:
     """Write a recording's samples, one row each, every digit kept.
 
     Columns: time [s], position [m], force [N], command [V], sequence [-], site (the number of
-    the site where the probe dwells; empty where it does not).
+    the site where the probe dwells; empty where it does not), and if it dwells at any, where that
+    is: site_x, site_y, site_z [m].
 
     Parameters
     ----------
@@ -86,7 +88,7 @@ def write_samples(path: str | Path, recording: Recording, origin: int) -> None:
         "sequence": np.concatenate(
             [block.sequence + np.arange(len(block)) for block in recording.blocks]
         ),
-        "site": _sites(recording),
+        **_sites(recording),
     }
     _write(Path(path), columns)
 
@@ -95,20 +97,27 @@ def _seconds(stamps: IntArray, origin: int) -> FloatArray:
     return (stamps - origin) / NANOSECONDS
 
 
-def _sites(recording: Recording) -> pyarrow.Array:
+def _sites(recording: Recording) -> dict[str, pyarrow.Array]:
+    """Return the number of the site at each sample, and if there are any, its place."""
     import pyarrow
 
     stamps = recording.stamps
     sites = np.zeros(stamps.size, dtype=np.int64)
     dwells = np.zeros(stamps.size, dtype=bool)
+    places = np.full((stamps.size, 3), np.nan)
     for site, end in recording.dwells():
         during = (stamps >= site.stamp) & (stamps < end)
         sites[during] = site.site
+        places[during] = site.position
         dwells |= during
-    return pyarrow.array(sites, mask=~dwells)
+    columns = {"site": pyarrow.array(sites, mask=~dwells)}
+    if dwells.any():
+        for axis, column in zip("xyz", places.T, strict=True):
+            columns[f"site_{axis}"] = pyarrow.array(column, mask=~dwells)
+    return columns
 
 
-def _write(path: Path, columns: dict[str, np.ndarray | pyarrow.Array]) -> None:
+def _write(path: Path, columns: Mapping[str, np.ndarray | pyarrow.Array]) -> None:
     import pyarrow
     from pyarrow import csv, parquet
 

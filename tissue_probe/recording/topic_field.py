@@ -7,6 +7,7 @@ What does not: which fields make up a recording (``foreign_bag``).
 from __future__ import annotations
 
 import re
+from array import array
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,25 +36,30 @@ POSITION_FIELDS = {
 }
 """The same of position."""
 
+_LATEST = 2**63 - 1  # ns; in 292 years from 1970: what is later is damage
 _STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 
 
 @dataclass(frozen=True)
 class FieldValues:
-    """Values of a field; arrays have shape (n,).
+    """Values of a field; arrays have shape (n,), in the order stored.
 
     ``name`` is the field's in full; ``logged`` is when each message was recorded, ``stamped`` what
-    its header says (None where it has no header, or an empty stamp) [ns since the epoch].
+    its header says (None where no message has a stamp) [ns since the epoch]. ``notes`` tells in
+    sentences what was left out.
     """
 
     name: str
     logged: IntArray
     stamped: IntArray | None
     values: FloatArray
+    notes: tuple[str, ...] = ()
 
 
 def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> FieldValues:
-    """Read a field of all messages of a topic, in the order recorded.
+    """Read a field of all messages of a topic, in the order stored.
+
+    Messages without any content are left out.
 
     Parameters
     ----------
@@ -63,31 +69,49 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
         What to call the bag in messages.
     name : str
         ``/topic.field.field[index]``; the index of a JointState may be the name of a joint. With no
-        field, that which ``defaults`` has for the type.
+        field, that which ``defaults`` has for the type. Where several sensors publish on the topic,
+        ``@`` and the ``frame_id`` of one of them: ``/topic.field@frame``.
     defaults : dict
         Field by the name of the type.
 
     Raises
     ------
     RecordingError
-        If there is no such topic, field or message, or the field is no number.
+        If there is no such topic, field or message, the field is no number, or several sensors
+        publish on the topic and none is chosen.
     """
-    topic, steps = _find(bag, path, name, defaults)
-    decoder = Decoder(topic)
-    logged, stamps, values = [], [], []
+    name, _, frame = name.partition("@")
+    topic, asked = _find(bag, path, name)
+    decoder = Decoder(topic, path)
+    steps: dict[Topic, list[tuple[str, str]]] = {}
+    logged, stamps, values = array("q"), array("q"), array("d")
+    frames: set[str] = set()
+    empty = 0
     for raw in bag.messages([topic.name]):
+        if not raw.data:
+            empty += 1
+            continue
         (message,) = decoder.decode([raw], lambda content: content)
-        logged.append(raw.log_time)
-        stamps.append(_stamp(message))
-        values.append(_value(message, steps, topic))
+        header = getattr(message, "header", None)
+        frames.add(own := getattr(header, "frame_id", ""))
+        if frame and own != frame:
+            continue
+        if raw.channel not in steps:
+            steps[raw.channel] = _STEP.findall(asked or _default(path, raw.channel, defaults))
+        logged.append(min(raw.log_time, _LATEST))
+        stamps.append(header.stamp.sec * NANOSECONDS + header.stamp.nanosec if header else 0)
+        values.append(_value(path, message, steps[raw.channel], topic))
+    _refuse_several(path, topic, frames, frame)
     if not logged:
         raise RecordingError(f"{path} has no message on {topic.name}; record again")
-    stamped = np.array(stamps, dtype=np.int64)
+    stamped = np.frombuffer(stamps, dtype=np.int64)
+    notes = [f"{empty} messages of {topic.name} have no content, and are left out"] if empty else []
     return FieldValues(
-        topic.name + "." + steps,
-        np.array(logged, dtype=np.int64),
-        stamped if stamped.all() else None,
-        np.array(values, dtype=np.float64),
+        f"{topic.name}.{asked or _default(path, topic, defaults)}{'@' if frame else ''}{frame}",
+        np.frombuffer(logged, dtype=np.int64),
+        stamped if stamped.any() else None,
+        np.frombuffer(values, dtype=np.float64),
+        tuple(notes),
     )
 
 
@@ -97,39 +121,54 @@ def candidates(bag: Bag, fields: dict[str, str]) -> list[str]:
     return [f"{name}.{field}" for name, field in found.items() if field is not None]
 
 
-def _find(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> tuple[Topic, str]:
-    topic_name, _, steps = name.partition(".")
+def _find(bag: Bag, path: object, name: str) -> tuple[Topic, str]:
+    """Return the topic, and which field is asked for; empty where none is."""
+    topic_name, _, asked = name.partition(".")
     topics = {topic.name: topic for topic in bag.topics}
     if topic_name not in topics:
         raise RecordingError(
             f"{path} has no topic {topic_name}; it has {', '.join(topics) or 'none'}"
         )
-    topic = topics[topic_name]
-    steps = steps or defaults.get(_kind(topic), "")
-    if not steps:
+    return topics[topic_name], asked
+
+
+def _default(path: object, topic: Topic, defaults: dict[str, str]) -> str:
+    if found := defaults.get(_kind(topic)):
+        return found
+    raise RecordingError(
+        f"{path}: {topic.name} is of type {topic.typename}: name its field too, such as "
+        f"{topic.name}.data"
+    )
+
+
+def _refuse_several(path: object, topic: Topic, frames: set[str], chosen: str) -> None:
+    there = " and ".join(sorted(frames))
+    if chosen and chosen not in frames:
+        raise RecordingError(f"{path} has no message of {chosen} on {topic.name}; there is {there}")
+    if len(frames) > 1 and not chosen:
         raise RecordingError(
-            f"{topic_name} is of type {topic.typename}: name its field too, such as "
-            f"{topic_name}.data"
+            f"{path}: several sensors publish on {topic.name}, by their frame_id {there}; choose "
+            f"one, such as {topic.name}@{min(frames)}"
         )
-    return topic, steps
 
 
 def _kind(topic: Topic) -> str:
     return topic.typename.rpartition("/")[2]
 
 
-def _value(message: Any, steps: str, topic: Topic) -> float:
+def _value(path: object, message: Any, steps: list[tuple[str, str]], topic: Topic) -> float:
     found = message
     try:
-        for field, index in _STEP.findall(steps):
+        for field, index in steps:
             if field:
                 found = getattr(found, field)
             else:
                 found = found[int(index) if index.isdigit() else message.name.index(index)]
         return float(found)
     except (AttributeError, IndexError, ValueError, TypeError) as error:
+        asked = "".join(f".{field}" if field else f"[{index}]" for field, index in steps)
         raise RecordingError(
-            f"{topic.name} has no number at {steps}; {_what_there_is(found)}"
+            f"{path}: {topic.name} has no number at {asked[1:]}; {_what_there_is(found)}"
         ) from error
 
 
@@ -139,11 +178,3 @@ def _what_there_is(found: Any) -> str:
     if names:
         return f"there are {', '.join(names)}"
     return f"there are {len(found)} elements" if hasattr(found, "__len__") else "it ends there"
-
-
-def _stamp(message: Any) -> int:
-    """Return what the header says [ns]; 0 where there is none."""
-    header = getattr(message, "header", None)
-    if header is None:
-        return 0
-    return header.stamp.sec * NANOSECONDS + header.stamp.nanosec

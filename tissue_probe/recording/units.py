@@ -7,20 +7,58 @@ What does not: choosing columns (``table_file``) or topics (``foreign_bag``).
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
-POSITION_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+POSITION_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
 """Metres in one of each."""
 
-FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "gf": 9.80665e-3, "kgf": 9.80665}
+VELOCITY_UNITS = {
+    f"{length}/{time}": metres / seconds
+    for length, metres in POSITION_UNITS.items()
+    for time, seconds in (("s", 1.0), ("min", 60.0))
+}
+"""Metres a second in one of each."""
+
+POUND = 4.4482216152605
+FORCE_UNITS = {
+    "N": 1.0,
+    "mN": 1e-3,
+    "uN": 1e-6,
+    "nN": 1e-9,
+    "kN": 1e3,
+    "gf": 9.80665e-3,
+    "kgf": 9.80665,
+    "lbf": POUND,
+}
 """Newtons in one of each."""
 
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """Seconds in one of each."""
 
-_SUFFIX = re.compile(r"(?P<stem>.*?)\s*(?:_(?P<bare>\w+)|\[(?P<square>\w+)\]|\((?P<round>\w+)\))")
+_SPELT = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s",
+    "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
+    "usec": "us", "microsecond": "us", "microseconds": "us",
+    "nsec": "ns", "nanosecond": "ns", "nanoseconds": "ns",
+    "minute": "min", "minutes": "min", "hr": "h", "hour": "h", "hours": "h",
+    "metre": "m", "meter": "m", "metres": "m", "meters": "m", "micron": "um", "microns": "um",
+    "millimetre": "mm", "millimeter": "mm", "millimetres": "mm", "millimeters": "mm",
+    "inch": "in", "inches": "in", "micrometre": "um", "micrometer": "um",
+    "newton": "N", "newtons": "N", "millinewton": "mN", "millinewtons": "mN",
+    "kilonewton": "kN", "kilonewtons": "kN",
+}  # fmt: skip
+"""Other spellings, in lower case."""
+
+_UNIT = r"[\w/]+"
+_SUFFIX = re.compile(
+    rf"(?P<stem>.*?)\s*(?:_(?P<bare>{_UNIT})|\[\s*(?P<square>{_UNIT})\s*\]"
+    rf"|\(\s*(?P<round>{_UNIT})\s*\)|[/,]\s*(?P<after>{_UNIT})|\s+in\s+(?P<words>{_UNIT}))"
+)
+_ALL = POSITION_UNITS | FORCE_UNITS | TIME_UNITS | VELOCITY_UNITS
+_OTHER = re.compile(r"\(\s*[^()]*\s*\)|\[\s*[^\[\]]*\s*\]")
 
 
-def unit_size(unit: str, units: dict[str, float]) -> float:
+def unit_size(unit: str, units: Mapping[str, float]) -> float:
     """Return how large a unit is in SI.
 
     Parameters
@@ -35,7 +73,7 @@ def unit_size(unit: str, units: dict[str, float]) -> float:
     ValueError
         If it is neither.
     """
-    if (size := units.get(_ascii(unit))) is not None:
+    if (size := units.get(spelt(unit))) is not None:
         return size
     try:
         size = float(unit)
@@ -49,14 +87,37 @@ def unit_size(unit: str, units: dict[str, float]) -> float:
     return size
 
 
-def split_unit(name: str, units: dict[str, float]) -> tuple[str, str | None]:
-    """Split ``u_mm``, ``u [mm]`` or ``u (mm)`` into name and unit; None where it has no unit."""
+def split_unit(name: str, units: Mapping[str, float]) -> tuple[str, str | None]:
+    """Split a name and its unit; None where it has none of these.
+
+    ``u_mm``, ``u [mm]``, ``u (mm)``, ``u / mm``, ``u, mm`` and ``u in mm``.
+    """
     match = _SUFFIX.fullmatch(_ascii(name.strip()))
     if match:
-        unit = match["bare"] or match["square"] or match["round"]
-        if unit in units:
+        unit = next(spelt(found) for found in match.groups()[1:] if found)
+        if unit in units and not (match["bare"] and unit in ("in", "h")):  # u_in, F_h: no units
             return match["stem"], unit
     return name, None
+
+
+def bare_unit(text: str) -> str | None:
+    """Return the unit that a text is, in brackets or not; None where it is none that is known."""
+    text = text.strip()
+    if _OTHER.fullmatch(text):
+        text = text[1:-1]
+    unit = spelt(text)
+    return unit if unit in _ALL else None
+
+
+def bare_unit_in(name: str) -> str | None:
+    """Return the unit in a column's name, of whatever it is."""
+    return split_unit(name, _ALL)[1]
+
+
+def spelt(unit: str) -> str:
+    """Return a unit as it stands in the tables above, where it is spelt otherwise."""
+    unit = _ascii(unit.strip())
+    return _SPELT.get(unit.casefold(), unit)
 
 
 def _ascii(text: str) -> str:

@@ -195,6 +195,15 @@ class Fit:
         return dict(zip(self.names, map(float, self.values), strict=True))
 
     def deviations(self) -> dict[str, float]:
-        """Return standard deviations of the values by name."""
+        """Return standard deviations of the values by name.
+
+        Where position and force may be apart in time by T, the stiffness k poses as a damping of up
+        to k T: that counts as one deviation.
+        """
         deviations = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return dict(zip(self.names, map(float, deviations), strict=True))
+        named = dict(zip(self.names, map(float, deviations), strict=True))
+        apart = max(measurement.time_doubt for measurement in self.measurements)
+        if apart and named.get("damping"):
+            shifted = apart * abs(self.named().get("stiffness", 0.0))
+            named["damping"] = float(np.hypot(named["damping"], shifted))
+        return named

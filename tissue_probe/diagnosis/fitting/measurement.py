@@ -103,6 +103,8 @@ class Measurement:
         Name of the run that it was cut from, others maybe too; without, a run of its own.
     begins : float
         Time of the first sample after the run's first [s].
+    time_doubt : float
+        By how much position and force may be apart in time, which nothing tells [s].
     """
 
     position: FloatArray
@@ -119,6 +121,7 @@ class Measurement:
     source: str = ""
     run: str = ""
     begins: float = 0.0
+    time_doubt: float = 0.0
 
     def __post_init__(self) -> None:
         if self.used is None:

@@ -13,12 +13,15 @@ import numpy as np
 
 from tissue_probe.diagnosis.inspection.channel import Channel
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.information import (
+    ENOUGH,
+    FEWEST,
+    stiffness_deviation,
+)
 from tissue_probe.diagnosis.inspection.response_checks import check_response, check_size
 from tissue_probe.diagnosis.inspection.sampling_checks import check_sampling, check_times
 from tissue_probe.diagnosis.inspection.value_checks import check_values
 from tissue_probe.signals import FloatArray, spans_of
-
-_FEWEST = 16  # samples that the checks of values need
 
 
 @dataclass(frozen=True)
@@ -94,9 +97,10 @@ def inspect(
     findings = list(_check_known(known, sample_period))
     if time is not None:
         findings += check_times(np.asarray(time, dtype=np.float64), sample_period)
-    if np.count_nonzero(known) < _FEWEST:
+    if np.count_nonzero(known) < FEWEST:
         return Inspection(tuple(findings))
     u, f = (Channel(*named) for named in _filled(position, force, known))
+    findings += _check_information(u, f, known, sample_period)
     if beyond := list(check_size(u, f)):
         return Inspection((*findings, *beyond))
     findings += check_sampling(u, f, sample_period)
@@ -109,14 +113,8 @@ def inspect(
 
 def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
     count = int(np.count_nonzero(known))
-    duration = count * sample_period
-    if count < 200 or duration < 0.2:
-        yield Finding(
-            "too_short",
-            f"The recording has {count} samples in {duration:.3g} s: record at least 200 samples "
-            "and 0.2 s, better several seconds.",
-            fatal=True,
-        )
+    if count < FEWEST:
+        yield Finding("too_short", _too_short(count, sample_period, "nothing"), fatal=True)
     if missing := known.size - count:
         share = missing / known.size
         yield Finding(
@@ -126,6 +124,25 @@ def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
             fatal=bool(share > 0.1),
             spans=tuple(spans_of(~known)),
         )
+
+
+def _check_information(
+    position: Channel, force: Channel, known: np.ndarray, sample_period: float
+) -> Iterator[Finding]:
+    """Yield ``too_short`` where the samples of something that moves do not tell its stiffness."""
+    deviation = stiffness_deviation(position.values, force.values, sample_period, known)
+    if position.span > 0.0 and deviation > ENOUGH:
+        share = f"the stiffness to {100.0 * deviation:.0f} % of force over position only"
+        said = share if np.isfinite(deviation) else "nothing"
+        count = int(np.count_nonzero(known))
+        yield Finding("too_short", _too_short(count, sample_period, said), fatal=True)
+
+
+def _too_short(count: int, sample_period: float, told: str) -> str:
+    return (
+        f"The recording has {count} samples in {count * sample_period:.3g} s, which tell {told}: "
+        "record for longer, or more samples a second."
+    )
 
 
 def _filled(

@@ -1,0 +1,216 @@
+"""Strangers' files: whether each kind is read rightly, and how much memory a long one takes.
+
+What belongs here: making the files, reading them, counting. What does not: writing containers
+(``written_tables``).
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from rich.table import Table
+
+from benchmarks.written_tables import FORCE, KINDS, PERIOD, POLARITY, POSITION, SI, TIME
+from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.layout import Layout
+from tissue_probe.signals import Recording
+
+ROWS = 10_000_000
+#: Three columns of float64, three times [MB].
+MEMORY = ROWS * 3 * 8 * 3 / 1e6
+#: What is right of a force that is damaged by nothing: digits of a text.
+EXACT = 1e-9
+#: A time since 1970 as a float64 has no more digits, in periods.
+CLOCK = 1e-6
+
+
+class Outcome(NamedTuple):
+    """What came of a file: whether it is right, and what was said of it."""
+
+    kind: str
+    right: bool
+    said: str
+
+
+class Text(NamedTuple):
+    """A text: its lines, what is stated, and the sentence where it is to be refused."""
+
+    lines: Sequence[str]
+    stated: dict[str, str]
+    refused: str = ""
+    encoding: str = "utf-8"
+
+
+def measure() -> dict[str, object]:
+    """Read a file of each kind, and long ones; returns outcomes and memory [MB]."""
+    with tempfile.TemporaryDirectory() as folder:
+        outcomes = [*_containers(Path(folder)), *_texts(Path(folder))]
+        memory = {ending: _memory(Path(folder, f"long{ending}")) for ending in (".csv", ".parquet")}
+    return {"kinds": [each._asdict() for each in outcomes], "memory": memory}
+
+
+def tables(results: dict[str, object]) -> Iterator[Table]:
+    """Yield what was measured as tables."""
+    kinds = [Outcome(**each) for each in results["kinds"]]
+    right = sum(each.right for each in kinds)
+    table = Table(
+        "kind", "", "said", title=f"Reading: {right} of {len(kinds)} right", title_justify="left"
+    )
+    for each in kinds:
+        table.add_row(each.kind, "right" if each.right else "WRONG", each.said)
+    yield table
+    table = Table(
+        "file", "more resident memory [MB]", "at most", title=f"{ROWS} rows", title_justify="left"
+    )
+    for ending, megabytes in results["memory"].items():
+        table.add_row(ending, f"{megabytes:.0f}", f"{MEMORY:.0f}")
+    yield table
+
+
+def _containers(folder: Path) -> Iterator[Outcome]:
+    for name, kind in KINDS.items():
+        yield _read(name, kind.write(folder / name), kind.stated, "")
+
+
+def _texts(folder: Path) -> Iterator[Outcome]:
+    for name, text in _written().items():
+        path = folder / "text.csv"
+        path.write_text("\n".join([*text.lines, ""]), encoding=text.encoding)
+        yield _read(name, path, text.stated, text.refused)
+
+
+def _read(name: str, path: Path, stated: dict[str, str], refused: str) -> Outcome:
+    try:
+        recording, notes = read_any(path, Layout(**stated))
+    except ValueError as error:
+        said = str(error).removeprefix(f"{path}").lstrip(":, ")
+        return Outcome(name, bool(refused) and refused in str(error), said)
+    said = "; ".join(note.removeprefix(f"{path}: ") for note in notes)
+    return Outcome(name, not refused and _is_right(recording), said)
+
+
+def _is_right(recording: Recording) -> bool:
+    found = recording.blocks[0]
+    return (
+        len(recording) == TIME.size
+        and abs(found.sample_period / PERIOD - 1.0) < CLOCK
+        and np.abs(recording.position - POSITION).max() < EXACT
+        and np.abs(recording.force - FORCE).max() < EXACT
+    )
+
+
+def _rows(mark: str = ",", decimal: str = ".", sizes=(1.0, 1.0, 1.0), quote: str = "") -> list[str]:
+    columns = zip(TIME / sizes[0], POSITION / sizes[1], FORCE / sizes[2], strict=True)
+    return [
+        mark.join(f"{quote}{v:.15g}{quote}".replace(".", decimal) for v in row) for row in columns
+    ]
+
+
+def _timed(times: Sequence[str]) -> list[str]:
+    return [f"{t},{u:.15g},{f:.15g}" for t, u, f in zip(times, POSITION, FORCE, strict=True)]
+
+
+def _written() -> dict[str, Text]:
+    """Return texts as instruments write them; no true ones, but what is characteristic of each."""
+    si, mm = (1.0, 1.0, 1.0), (1.0, 1e-3, 1.0)
+    own, rows, tabs = ["t,u,F"], _rows(), _rows("\t", sizes=mm)
+    begun = np.datetime64("2026-03-01T23:59:59.900", "ns")
+    dates = [str(begun + np.timedelta64(n, "ms")) for n in range(TIME.size)]
+    names = {"position": "2", "force": "3", "time": "1", **SI}
+    bluehill = ["Results Table 1", ",Maximum Load (N)", "1,0.55", "", "", "Time,Extension,Load"]
+    lvm = ["LabVIEW Measurement\t", "Separator\tTab", "***End_of_Header***\t", ""]
+    zwick = ['"Prüfer";"Müller"', "", '"Zeit";"Weg";"Kraft"', "s;µm;N"]
+    mach = ["<Mach-1 File>", "<DATA>", "Time, s\tPosition (z), mm\tFz, N"]
+    channel = {"position": "AI0", "force": "AI1", "position_unit": "1e-3", "force_unit": "N"}
+    aurora = ["Sample Frequency (Hz):\t1000", "Test Data in Volts:", "", "Sample\tAI0\tAI1"]
+    counted = [f"{n}\t{u:.15g}\t{f:.15g}" for n, (u, f) in enumerate(
+        zip(1e3 * POSITION, FORCE, strict=True)
+    )]  # fmt: skip
+    mts = ["Data Header:\tTime:\t8.4\tSec", "", "Running Time\tAxial Displacement\tAxial Force"]
+    stamped = {"decimals": [f"{1772409597 + t:.3f}" for t in TIME], "ISO 8601": dates,
+               "of the day": [each[11:] for each in dates]}  # fmt: skip
+    written = {
+        "comma": Text([*own, *rows], {}),
+        "semicolon, decimal comma": Text(["t;u;F", *_rows(";", ",")], {}),
+        "tab": Text(["t\tu\tF", *_rows("\t")], {}),
+        "blanks": Text(["t u F", *_rows("  ")], {}),
+        "UTF-16": Text([*own, *rows], {}, encoding="utf-16"),
+        "Instron Bluehill": Text(
+            [*bluehill, "(s),(mm),(N)", *_rows(sizes=mm, quote='"')], POLARITY
+        ),
+        "Zwick": Text([*zwick, *_rows(";", ",", (1.0, 1e-6, 1.0), "")], POLARITY, "", "cp1252"),
+        "MTS": Text([*mts, "Sec\tmm\tN", *tabs], POLARITY),
+        "Mach-1": Text([*mach, *tabs], {"force": "Fz", **POLARITY}),
+        "LabVIEW .lvm": Text([*lvm, "X_Value\tPosition (mm)\tForce (N)\tComment", *tabs], POLARITY),
+        "Aurora .ddf": Text([*aurora, *counted], {"sample_rate": 1000.0, **channel, **POLARITY}),
+        "header twice": Text([*own, *rows[:99], *own, *rows[99:]], {}),
+        "comments, footer": Text(["# made by hand", *own, *rows, "", "end of test"], {}),
+        "no header": Text(rows, {}, "no header line that names its columns: state which"),
+        "no header, by number": Text(rows, names),
+        "unit in names": Text(["t / s,u in mm,F_mN", *_rows(sizes=(1.0, 1e-3, 1e-3))], POLARITY),
+        "lbf, inches": Text(
+            ["Time (s),Stroke (in),Load (lbf)", *_rows(sizes=(1.0, 0.0254, 4.4482216152605))],
+            POLARITY,
+        ),
+        "commas everywhere": Text(
+            [*own, *_rows(",", ",", si)], {}, "are commas both between cells and within numbers"
+        ),
+        "a cell too many": Text(
+            [*own, *rows[:50], rows[50] + ",1", *rows[51:]], {}, "line 52: 4 cells"
+        ),
+        "whole times": Text(
+            [*own, *_timed(range(TIME.size))], {}, "counts whole numbers and tells no unit"
+        ),
+        "whole times, stated": Text([*own, *_timed(range(TIME.size))], {"time_unit": "ms"}),
+        "minutes": Text(["t_min,u,F", *_rows(sizes=(60.0, 1.0, 1.0))], {}),
+    }
+    for unit, size in (("ms", 10**3), ("us", 10**6), ("ns", 10**9)):
+        whole = [str(1772409597 * size + n * size // 1000) for n in range(TIME.size)]
+        written[f"epoch in {unit}"] = Text([*own, *_timed(whole)], {})
+    for name, times in stamped.items():
+        written[f"times: {name}"] = Text([*own, *_timed(times)], {})
+    return written
+
+
+def _memory(path: Path) -> float:
+    """Return by how much the resident memory of a process rises that reads a long file [MB]."""
+    _write_long(path)
+    done = subprocess.run(
+        [sys.executable, "-c", _CHILD, str(path)], check=True, capture_output=True, text=True
+    )
+    path.unlink()
+    return float(done.stdout)
+
+
+_CHILD = """
+import sys
+from resource import RUSAGE_SELF, getrusage
+import pyarrow, pyarrow.csv, pyarrow.parquet, scipy.interpolate, scipy.integrate
+from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.layout import Layout
+before = getrusage(RUSAGE_SELF).ru_maxrss
+recording, _ = read_any(sys.argv[1], Layout())
+assert len(recording) == 10_000_000
+print((getrusage(RUSAGE_SELF).ru_maxrss - before) * 1024 / 1e6)
+"""
+
+
+def _write_long(path: Path) -> None:
+    import pyarrow
+    from pyarrow import csv, parquet
+
+    schema = pyarrow.schema([(name, pyarrow.float64()) for name in ("t", "u", "F")])
+    writer = (csv.CSVWriter if path.suffix == ".csv" else parquet.ParquetWriter)(path, schema)
+    part = 500_000
+    with writer:
+        for first in range(0, ROWS, part):
+            time = np.round((first + np.arange(part)) * 5e-4, 4)
+            position = np.round(1e-3 * np.sin(62.8 * time), 9)
+            columns = [time, position, np.round(450.0 * position + 0.01 * np.sin(1e3 * time), 6)]
+            writer.write_table(pyarrow.table(columns, schema=schema))

@@ -1,0 +1,57 @@
+"""How much samples tell of stiffness and damping.
+
+What belongs here: whether there are enough samples, by their information, not by their count.
+What does not: what else is wrong with them (``inspection``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.signals import BoolArray, FloatArray
+
+ENOUGH = 0.1
+"""Standard deviation of the stiffness beside force over position at which samples tell enough: two
+of them then tell a tissue from one half as stiff again."""
+
+FEWEST = 16
+"""Samples below which nothing is left over to judge a fit of four values by."""
+
+
+def stiffness_deviation(
+    position: FloatArray, force: FloatArray, sample_period: float, known: BoolArray | None = None
+) -> float:
+    """Return how well samples determine the stiffness, in shares of force over position.
+
+    The standard deviation that least squares give of k in F = k u + beta du/dt + F0, by the
+    samples' own scatter about it. Neither a model nor the noise need be known; what the true model
+    has besides counts as scatter, so that it is never told too small. Infinite where nothing moves.
+
+    Parameters
+    ----------
+    position, force : array, shape (n,)
+        [m], [N]; finite.
+    sample_period : float
+        [s].
+    known : array of bool, shape (n,), optional
+        Which count; by default all.
+    """
+    if position.size < FEWEST:
+        return np.inf
+    speed = np.gradient(position, sample_period)
+    chosen = slice(None) if known is None else known
+    columns = [column[chosen] - column[chosen].mean() for column in (position, speed, force)]
+    scales = [float(np.std(column)) for column in columns]
+    if columns[0].size < FEWEST or not scales[0] > 0.0 or not scales[1] > 0.0:
+        return np.inf
+    if not scales[2] > 0.0:
+        return 0.0  # no force: that is known exactly, and is told otherwise
+    u, v, f = (column / scale for column, scale in zip(columns, scales, strict=True))
+    likeness = float(np.mean(u * v))
+    own = 1.0 - likeness**2  # what of the position is not the velocity's doing
+    if own < 1e-9:
+        return np.inf
+    right = np.array([np.mean(u * f), np.mean(v * f)])
+    values = np.linalg.solve([[1.0, likeness], [likeness, 1.0]], right)
+    left = max(1.0 - float(values @ right), 0.0)
+    return float(np.sqrt(left / ((u.size - 3) * own)))

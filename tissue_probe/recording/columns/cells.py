@@ -1,0 +1,171 @@
+"""What stands in one cell of a table: a number, a time, a word for a value not known, or text.
+
+What belongs here: telling them apart, and their values. What does not: tables (``find_table``).
+"""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections.abc import Sequence
+from enum import Enum
+
+import numpy as np
+
+Cell = object
+"""A text, or as a spreadsheet has it: a number, a date, a time of the day, a duration."""
+
+
+class Kind(Enum):
+    """What a cell holds."""
+
+    NUMBER = "number"
+    TIME = "time"
+    UNKNOWN = "unknown"
+    TEXT = "text"
+
+
+UNKNOWN = (
+    "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "1.#qnan",
+    "-1.#ind", "#value!", "#div/0!",
+)  # fmt: skip
+"""What programs write for a value that is not known, in lower case."""
+
+UNKNOWN_SPELT = tuple(
+    dict.fromkeys(form for word in UNKNOWN for form in (word, word.upper(), word.title(), "NaN"))
+)
+"""The same as they are spelt, for readers that tell cases apart."""
+
+_NUMBER = {
+    ".": re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE),
+    ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE),
+}
+_WHOLE = re.compile(r"[+-]?\d+")
+_CLOCK = re.compile(r"(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)")
+_DATE = re.compile(
+    r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[T ,]+"
+    r"(?P<clock>\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\s*(?P<half>[AP]M)?"
+    r"\s*(?P<zone>Z|UTC|[+-]\d\d:?\d\d)?",
+    re.IGNORECASE,
+)
+_ISO = re.compile(r"\d{4}-\d\d-\d\d")
+
+
+def kind(cell: Cell, decimal: str = ".") -> Kind:
+    """Tell what a cell holds, where ``decimal`` is the decimal mark."""
+    if isinstance(cell, str):
+        text = cell.strip()
+        if text.casefold() in UNKNOWN:
+            return Kind.UNKNOWN
+        if _NUMBER[decimal].fullmatch(text):
+            return Kind.NUMBER
+        return Kind.TIME if _CLOCK.fullmatch(text) or _DATE.fullmatch(text) else Kind.TEXT
+    if cell is None:
+        return Kind.UNKNOWN
+    if isinstance(cell, int | float):
+        return Kind.NUMBER
+    return Kind.TIME
+
+
+def is_whole(cell: Cell) -> bool:
+    """Whether a cell is a whole number, written as such."""
+    return isinstance(cell, str) and _WHOLE.fullmatch(cell.strip()) is not None
+
+
+def number(cell: Cell, decimal: str = ".") -> float | int:
+    """Return a cell's number; NaN where it is not known; ValueError where it is neither."""
+    if not isinstance(cell, str):
+        if isinstance(cell, int | float):
+            return cell
+        if cell is None:
+            return np.nan
+        raise ValueError(str(cell))
+    text = cell.strip()
+    if text.casefold() in UNKNOWN:
+        return np.nan
+    if not _NUMBER[decimal].fullmatch(text):
+        raise ValueError(text)
+    if _WHOLE.fullmatch(text) and len(text) < 19:
+        return int(text)
+    return float(text.replace(decimal, ".").upper().replace("D", "E"))
+
+
+def times(cells: Sequence[Cell]) -> np.ndarray:
+    """Return times of the day as ``timedelta64[ns]``, dates as ``datetime64[ns]``; NaT if unknown.
+
+    Raises
+    ------
+    ValueError
+        If a cell tells no time, or tells it otherwise than the first; the message is the cell.
+    """
+    first = next((cell for cell in cells if kind(cell) is Kind.TIME), "")
+    dated = not isinstance(first, datetime.time | datetime.timedelta) and not (
+        isinstance(first, str) and _CLOCK.fullmatch(first.strip())
+    )
+    unknown = np.datetime64("NaT") if dated else np.timedelta64("NaT")
+    values = [
+        unknown if kind(cell) is Kind.UNKNOWN else (_date if dated else _clock)(cell)
+        for cell in cells
+    ]
+    return np.array(values, dtype="datetime64[ns]" if dated else "timedelta64[ns]")
+
+
+def _clock(cell: Cell) -> np.timedelta64:
+    if isinstance(cell, datetime.time):
+        cell = datetime.timedelta(
+            hours=cell.hour,
+            minutes=cell.minute,
+            seconds=cell.second,
+            microseconds=cell.microsecond,
+        )
+    if isinstance(cell, datetime.timedelta):
+        return np.timedelta64(cell, "ns")
+    found = _CLOCK.fullmatch(str(cell).strip())
+    if found is None:
+        raise ValueError(str(cell))
+    return np.timedelta64(_nanoseconds(*found.groups()), "ns")
+
+
+def _nanoseconds(hours: str, minutes: str, seconds: str) -> int:
+    whole, _, fraction = seconds.replace(",", ".").partition(".")
+    return (int(hours) * 3600 + int(minutes) * 60 + int(whole)) * 10**9 + int(
+        (fraction + "0" * 9)[:9]
+    )
+
+
+def _date(cell: Cell) -> np.datetime64:
+    if isinstance(cell, datetime.datetime):
+        return np.datetime64(cell.replace(tzinfo=None), "ns")
+    if isinstance(cell, datetime.date):
+        return np.datetime64(cell, "ns")
+    found = _DATE.fullmatch(str(cell).strip())
+    clock = _CLOCK.fullmatch(found["clock"]) if found else None
+    if found is None or clock is None:
+        raise ValueError(str(cell))
+    since = _nanoseconds(*clock.groups())
+    if half := found["half"]:
+        since += (half.upper() == "PM") * 43_200 * 10**9 - (clock[1] == "12") * 43_200 * 10**9
+    zone = found["zone"] or "Z"
+    if zone[0] in "+-":
+        digits = zone.replace(":", "")
+        ahead = (int(digits[1:3]) * 60 + int(digits[3:5])) * 60 * 10**9
+        since -= ahead if digits[0] == "+" else -ahead
+    return np.datetime64(_day(found["date"]), "ns") + np.timedelta64(since, "ns")
+
+
+def _day(text: str) -> str:
+    """Return a date as ISO 8601 has it; ValueError where day and month may be exchanged."""
+    if _ISO.fullmatch(text):
+        return text
+    parts = re.split(r"[-./]", text)
+    if len(parts[0]) == 4:
+        year, month, day = parts
+    else:
+        first, second, year = parts
+        if "." in text or int(first) > 12:  # dots: day, month, year
+            day, month = first, second
+        elif int(second) > 12 or first == second:
+            month, day = first, second
+        else:
+            raise ValueError(text)
+    return f"{int(year):04d}-{int(month):02d}-{int(day):02d}"

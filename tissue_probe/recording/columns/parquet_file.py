@@ -1,0 +1,78 @@
+"""Columns of Parquet files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from tissue_probe.recording.columns.bounds import check_rows
+from tissue_probe.recording.columns.source import Columns, Loaded, Progress
+from tissue_probe.recording.errors import RecordingError
+
+
+def open_parquet(path: Path) -> Columns:
+    """Open a Parquet file; columns of timestamps become dates.
+
+    Raises
+    ------
+    RecordingError
+        If it is none, or too long.
+    """
+    from pyarrow import ArrowException, parquet
+
+    try:
+        file = parquet.ParquetFile(path)
+    except (ArrowException, OSError) as error:
+        raise RecordingError(f"{path} is not a Parquet file: {error}") from error
+    check_rows(path, file.metadata.num_rows)
+
+    def load(names: Sequence[str], progress: Progress) -> Loaded:
+        columns = []
+        for number, name in enumerate(names, 1):
+            columns.append(_column(path, file, name))
+            progress(number / len(names))
+        return Loaded(columns)
+
+    return Columns(path, tuple(file.schema_arrow.names), load)
+
+
+def _column(path: Path, file, name: str) -> np.ndarray:
+    """Read a column piece by piece, so that it is in memory once."""
+    import pyarrow
+
+    kind = file.schema_arrow.field(name).type
+    if pyarrow.types.is_timestamp(kind):
+        into, dtype = pyarrow.timestamp("ns"), "datetime64[ns]"
+    elif pyarrow.types.is_integer(kind):
+        into, dtype = None, None
+    else:
+        into, dtype = pyarrow.float64(), np.float64
+    rows = file.metadata.num_rows
+    texts = pyarrow.types.is_string(kind) or pyarrow.types.is_large_string(kind)
+    whole: np.ndarray | None = np.empty(rows, dtype=object if texts else dtype) if dtype else None
+    first = 0
+    try:
+        for batch in file.iter_batches(batch_size=2**20, columns=[name], use_threads=False):
+            column = batch.column(0)
+            if texts:
+                part = np.array(column.to_pylist(), dtype=object)
+            elif isinstance(column, pyarrow.StructArray | pyarrow.ListArray):
+                raise RecordingError(f"{path}: column {name} has no numbers: it is nested")
+            else:
+                if into is not None and kind != into:
+                    column = column.cast(into, safe=dtype == np.float64)
+                part = column.to_numpy(zero_copy_only=False)
+            if whole is None or (part.dtype.kind == "f" and whole.dtype.kind in "iu"):
+                # Whole numbers, until one is not known.
+                whole = np.empty(rows, part.dtype) if whole is None else whole.astype(np.float64)
+            whole[first : first + part.size] = part
+            first += part.size
+    except (pyarrow.ArrowException, OSError, ValueError, TypeError) as error:
+        if isinstance(error, RecordingError):
+            raise
+        raise RecordingError(f"{path}: column {name} cannot be read: {error}") from error
+    if first != rows:
+        raise RecordingError(f"{path}: column {name} has {first} rows, but the file says {rows}")
+    return np.empty(0) if whole is None else whole

@@ -1,0 +1,99 @@
+"""Named columns, as every container gives them.
+
+What belongs here: the one form in which the readers of files hand over columns.
+What does not: the readers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tissue_probe.recording.errors import RecordingError
+
+Progress = Callable[[float], None]
+"""Told the share of a file that is read, from 0 to 1."""
+
+
+class Loaded(NamedTuple):
+    """Columns of one length, and what was done to read them, in phrases.
+
+    A column is of floats, of whole numbers, of ``datetime64[ns]``, or of texts that tell times.
+    """
+
+    columns: list[np.ndarray]
+    told: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The columns of a file, read when they are asked for.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    names : tuple of str
+        Of the columns; numbers from 1 where the file names none.
+    load : callable
+        Takes names and a ``Progress``, returns ``Loaded``; raises RecordingError.
+    units : mapping of str to str
+        Units that the file tells beside the names, by column.
+    told : tuple of str
+        How the file is read, in phrases.
+    periods : mapping of str to float
+        Time between two samples of a column, where the file tells it [s].
+    named : bool
+        Whether the names are the file's own.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    load: Callable[[Sequence[str], Progress], Loaded]
+    units: Mapping[str, str] = field(default_factory=dict)
+    told: tuple[str, ...] = ()
+    periods: Mapping[str, float] = field(default_factory=dict)
+    named: bool = True
+
+    def read(self, names: Sequence[str], progress: Progress = lambda share: None) -> Loaded:
+        """Read columns by their names, at least two rows of one length each.
+
+        Raises
+        ------
+        RecordingError
+            If one is missing, has no numbers or another length than the others, or has no rows.
+        """
+        self.require(names)
+        if not names:
+            raise RecordingError(f"{self.path} has no columns of numbers")
+        once = list(dict.fromkeys(names))
+        loaded = self.load(once, progress)
+        if len(once) < len(names):
+            columns = dict(zip(once, loaded.columns, strict=True))
+            loaded = loaded._replace(columns=[columns[name].copy() for name in names])
+        sizes = [column.size for column in loaded.columns]
+        if len(set(sizes)) > 1:
+            lengths = ", ".join(f"{n} has {size}" for n, size in zip(names, sizes, strict=True))
+            raise RecordingError(f"{self.path}: columns must have one length, but {lengths} values")
+        if not sizes[0]:
+            raise RecordingError(f"{self.path} has columns, but no rows")
+        return loaded
+
+    def require(self, names: Sequence[str]) -> None:
+        """Check that there are columns of these names.
+
+        Raises
+        ------
+        RecordingError
+            If one is not among those available.
+        """
+        if missing := [name for name in names if name not in self.names]:
+            raise RecordingError(f"{self.path} has no column {', '.join(missing)}; {self.has()}")
+
+    def has(self) -> str:
+        """Say which columns there are."""
+        return f"its columns are {', '.join(self.names) or 'none: it is empty'}"

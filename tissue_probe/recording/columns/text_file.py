@@ -1,0 +1,345 @@
+"""Tables of text: any separator, decimal mark, encoding; with whatever stands around them.
+
+What belongs here: decoding, cutting lines into cells, and reading the rows, which may be millions.
+What does not: finding the table among the lines (``find_table``), single cells (``cells``).
+
+The dialect is that in which the numbers explain most characters. Blocks of lines are read by
+pyarrow; only where it cannot read one, because something else than a row is in it, its lines are
+read one by one: then each is a row, or known for what it is, or refused with its number.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tissue_probe.recording.columns import cells
+from tissue_probe.recording.columns.bounds import check_rows
+from tissue_probe.recording.columns.cells import Kind
+from tissue_probe.recording.columns.find_table import Found, Row, find_table, longest_run
+from tissue_probe.recording.columns.source import Columns, Loaded, Progress
+from tissue_probe.recording.errors import RecordingError
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
+"""What may stand between cells."""
+
+BLOCK = 2**23  # bytes read at a time
+HEAD = 2**18  # bytes in which the table is found
+_BLANKS = re.compile(r"[^\S\n]+")
+_WIDE_BLANKS = re.compile(r"\s{2,}|\t")
+_NO_TEXT = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\ufffd]")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a text is written: encoding, what is between cells, and within numbers."""
+
+    encoding: str
+    separator: str
+    decimal: str
+
+    def told(self) -> tuple[str, ...]:
+        """Say what is not as in plain CSV."""
+        said = [SEPARATORS[self.separator]] if self.separator != "," else []
+        if self.decimal == ",":
+            said.append("decimal commas")
+        said = [", ".join(said)] if said else []
+        if self.encoding not in ("utf-8", "utf-8-sig"):
+            said.append({"cp1252": "Windows-1252 (Latin-1)"}.get(self.encoding, "UTF-16"))
+        return tuple(said)
+
+    def split(self, text: str) -> tuple[str, ...]:
+        """Cut a line into cells."""
+        if self.separator == " ":
+            text = _BLANKS.sub(" ", text.strip())
+        if '"' not in text:
+            return tuple(text.split(self.separator)) if text.strip() else ()
+        return tuple(next(csv.reader([text], delimiter=self.separator), ()))
+
+
+def open_text(path: Path) -> Columns:
+    """Open a table of text.
+
+    Raises
+    ------
+    RecordingError
+        If it is no text, has no table, or its header does not fit.
+    """
+    encoding = _encoding(path)
+    rows, dialect = _dialect(path, encoding)
+    splits = [Dialect(encoding, mark, ".").split for mark in SEPARATORS if mark != " "]
+    splits += [Dialect(encoding, " ", ".").split, _wide]
+    found = find_table(str(path), rows, dialect.decimal, splits)
+    told = (*dialect.told(), *found.told)
+
+    def load(names: Sequence[str], progress: Progress) -> Loaded:
+        return _Reading(path, dialect, found, rows, names).run(progress)
+
+    named = {n: u for n, u in zip(found.names, found.units, strict=False) if u}
+    return Columns(path, tuple(n for n in found.names if n), load, named, told, named=found.named)
+
+
+def _wide(text: str) -> tuple[str, ...]:
+    return tuple(_WIDE_BLANKS.split(text.strip()))
+
+
+def _encoding(path: Path) -> str:
+    """Return what a text is encoded in: a mark tells, else UTF-8 if all of it is, else Latin."""
+    with path.open("rb") as file:
+        head = file.read(4096)
+        if head.startswith(codecs.BOM_UTF8):
+            return "utf-8-sig"
+        if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return "utf-16"
+        for encoding, place in (("utf-16-le", 1), ("utf-16-be", 0)):
+            if head[place::2].count(0) > len(head) // 4:
+                return encoding
+        decoder = codecs.getincrementaldecoder("utf-8")()
+        try:
+            while head:
+                decoder.decode(head)
+                head = file.read(BLOCK)
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError:
+            return "cp1252"
+    return "utf-8"
+
+
+def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator[str]:
+    """Yield a file's text in blocks of whole lines, each ended by a line feed."""
+    whole = max(path.stat().st_size, 1)
+    decoder = codecs.getincrementaldecoder(encoding)("replace")
+    rest, read = "", 0
+    with path.open("rb") as file:
+        while piece := file.read(size):
+            read += len(piece)
+            text = rest + decoder.decode(piece)
+            ends = text.endswith("\r")
+            text = text[: -1 if ends else None].replace("\r\n", "\n").replace("\r", "\n")
+            lines, feed, rest = text.rpartition("\n")
+            rest += "\r" if ends else ""
+            if len(rest) > size:
+                raise RecordingError(f"{path} is not a table of text: a line in it has no end")
+            yield lines + feed
+            progress(read / whole)
+    rest = (rest + decoder.decode(b"", final=True)).replace("\r", "\n")
+    if rest.strip("\n"):
+        yield rest.rstrip("\n") + "\n"
+
+
+def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
+    """Return the first lines' rows, in the dialect in which numbers explain most of them."""
+    text = next(filter(None, _texts(path, encoding, HEAD, lambda share: None)), "")
+    if _NO_TEXT.search(text):
+        raise RecordingError(f"{path} is not a table of text: it holds characters of no text")
+    lines = text.split("\n")[:-1]
+    best, most = None, 0
+    for separator in SEPARATORS:
+        for decimal in (".", ","):
+            dialect = Dialect(encoding, separator, decimal)
+            try:
+                rows = [Row(n, dialect.split(line), line) for n, line in enumerate(lines, 1)]
+            except csv.Error:
+                continue
+            run = longest_run(rows, decimal)
+            if run is not None and run.explained > most:
+                best, most = (rows, dialect), run.explained
+    if best is None:
+        names = next((line for line in lines if line.strip()), "")
+        if any(len(names.split(mark)) > 1 for mark in SEPARATORS):
+            raise RecordingError(
+                f"{path} has a header line perhaps, but no rows below it: no line in it has two "
+                "numbers or more, side by side"
+            )
+        raise RecordingError(f"{path} is not a table: no line in it has two numbers side by side")
+    return best
+
+
+class _Reading:
+    """One pass over the rows of a table.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    dialect, found
+        How it is written, and where the table is.
+    rows : sequence of Row
+        Its first lines.
+    names : sequence of str
+        Of the columns to read.
+    """
+
+    def __init__(
+        self, path: Path, dialect: Dialect, found: Found, rows: Sequence[Row], names: Sequence[str]
+    ) -> None:
+        self._path = path
+        self._dialect = dialect
+        self._found = found
+        self._names = names
+        self._places = [found.names.index(name) for name in names]
+        first = [r for r in rows[found.first :] if len(r.cells) == found.width and not r.comment]
+        self._timed = [
+            any(cells.kind(row.cells[place], dialect.decimal) is Kind.TIME for row in first)
+            and not any(
+                cells.kind(row.cells[place], dialect.decimal) is Kind.NUMBER for row in first
+            )
+            for place in self._places
+        ]
+        self._whole = [
+            all(cells.is_whole(row.cells[place]) for row in first) for place in self._places
+        ]
+        self._line = 0  # read so far
+        self._begins = rows[found.first].line
+        self._left_out: list[int] = []
+        self._pending: list[int] = []  # lines of no numbers: the table's end, or a fault in it
+
+    def run(self, progress: Progress) -> Loaded:
+        parts: list[list[np.ndarray]] = [[] for _ in self._names]
+        count = 0
+        for text in _texts(self._path, self._dialect.encoding, BLOCK, progress):
+            if self._line + text.count("\n") < self._begins:
+                self._line += text.count("\n")
+                continue
+            for part, column in zip(parts, self._block(text), strict=True):
+                part.append(column)
+            count += parts[0][-1].size
+            check_rows(self._path, count)
+        columns = []
+        for part in parts:
+            columns.append(np.concatenate(part) if part else np.empty(0))
+            part.clear()
+        return Loaded(columns, tuple(self._told()))
+
+    def _told(self) -> Iterator[str]:
+        for lines, what in ((self._left_out, "left out"), (self._pending, "below the table")):
+            if lines:
+                rows = f"{len(lines)} row{'s' if len(lines) > 1 else ''} {what}"
+                yield f"{rows}: {_spans(lines)}"
+
+    def _block(self, text: str) -> list[np.ndarray]:
+        lines = text.count("\n")
+        skipped = max(0, self._begins - 1 - self._line)
+        for _ in range(skipped):
+            text = text[text.index("\n") + 1 :]
+        columns = None if self._pending else self._at_once(text)
+        if columns is None:
+            columns = self._line_by_line(text, self._line + skipped)
+        self._line += lines
+        return columns
+
+    def _at_once(self, text: str) -> list[np.ndarray] | None:
+        """Read a block of nothing but rows; None if it is something else."""
+        import pyarrow
+        from pyarrow import csv as arrow_csv
+
+        separator = self._dialect.separator
+        if separator == " ":
+            text = _BLANKS.sub(" ", text).replace("\n ", "\n").replace(" \n", "\n").lstrip(" ")
+        data = text.encode()
+        kinds = [
+            pyarrow.string() if timed else pyarrow.int64() if whole else pyarrow.float64()
+            for timed, whole in zip(self._timed, self._whole, strict=True)
+        ]
+        wanted = [str(place) for place in self._places]
+        try:
+            table = arrow_csv.read_csv(
+                pyarrow.BufferReader(data),
+                arrow_csv.ReadOptions(
+                    use_threads=False,
+                    block_size=len(data) + 1,
+                    column_names=[str(number) for number in range(self._found.width)],
+                ),
+                arrow_csv.ParseOptions(delimiter=separator),
+                arrow_csv.ConvertOptions(
+                    include_columns=wanted,
+                    column_types=dict(zip(wanted, kinds, strict=True)),
+                    null_values=list(cells.UNKNOWN_SPELT),
+                    decimal_point=self._dialect.decimal,
+                ),
+            )
+            columns = []
+            for name, timed in zip(wanted, self._timed, strict=True):
+                column = table.column(name)
+                if timed:
+                    columns.append(cells.times(column.to_pylist()))
+                else:
+                    columns.append(column.to_numpy().copy())
+        except (pyarrow.ArrowException, ValueError):
+            return None
+        return columns
+
+    def _line_by_line(self, text: str, before: int) -> list[np.ndarray]:
+        found: list[list] = [[] for _ in self._names]
+        for line, each in enumerate(text.split("\n")[:-1], before + 1):
+            try:
+                row = Row(line, self._dialect.split(each), each)
+            except csv.Error as error:
+                raise RecordingError(f"{self._path}, line {line}: {error}") from None
+            if not self._is_row(row):
+                continue
+            for values, place, name, timed in zip(
+                found, self._places, self._names, self._timed, strict=True
+            ):
+                cell = row.cells[place]
+                values.append(cell if timed else self._number(row, name, cell))
+        try:
+            return [
+                cells.times(values) if timed else np.array(values, dtype=None if values else float)
+                for values, timed in zip(found, self._timed, strict=True)
+            ]
+        except ValueError as error:
+            raise RecordingError(f"{self._path}: '{error}' is no time as the first is") from None
+
+    def _number(self, row: Row, name: str, cell: str) -> float | int:
+        try:
+            return cells.number(cell, self._dialect.decimal)
+        except ValueError:
+            raise RecordingError(
+                f"{self._path}, line {row.line}: column {name} is '{cell}'; give a number"
+            ) from None
+
+    def _is_row(self, row: Row) -> bool:
+        """Whether a line is one of the table's; keeps which are not."""
+        if row.blank:
+            return False
+        stripped = tuple(str(cell).strip() for cell in row.cells)
+        if row.comment or stripped in self._found.headers:
+            self._left_out.append(row.line)
+            return False
+        kinds = row.kinds(self._dialect.decimal)
+        fits = len(row.cells) == self._found.width
+        numbers = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
+        if not (numbers > 1 if Kind.TEXT in kinds else numbers or fits):
+            self._pending.append(row.line)
+            return False
+        if self._pending:
+            raise RecordingError(
+                f"{self._path}, line {self._pending[0]}: no row of the table, and rows follow; "
+                "take it out, or what comes after it"
+            )
+        if not fits:
+            raise RecordingError(
+                f"{self._path}, line {row.line}: {len(row.cells)} cells, but the table has "
+                f"{self._found.width} columns"
+            )
+        return True
+
+
+def _spans(lines: Sequence[int]) -> str:
+    """Write lines as ``lines 3 to 5 and 9``, no more than three of them."""
+    spans: list[list[int]] = []
+    for line in lines:
+        if spans and line == spans[-1][1] + 1:
+            spans[-1][1] = line
+        else:
+            spans.append([line, line])
+    said = [f"{a} to {b}" if a < b else str(a) for a, b in spans[:3]]
+    more = ", ..." if len(spans) > 3 else ""
+    return f"line{'s' if len(lines) > 1 else ''} {', '.join(said)}{more}"

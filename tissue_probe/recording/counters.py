@@ -1,0 +1,51 @@
+"""Counters that begin again at their end, as those of encoders and clocks do.
+
+What belongs here: telling that from a jump, and undoing it. What does not: what is counted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.signals import FloatArray
+
+BITS = (8, 10, 12, 14, 16, 20, 24, 32, 48)
+"""Widths of counters."""
+
+SMALL = 1 / 8
+"""Between two samples a counter goes less than this share of its range: at more its way could as
+well be the other way round."""
+
+FEW = 1000
+"""Values looked at first: in most columns one of them is no whole number; the rest is spared then.
+"""
+
+
+def unwrapped(values: FloatArray) -> tuple[FloatArray, int | None]:
+    """Return a counter's values as if it had no end, and its width in bits; None if it has none.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        Whole numbers; NaN where not known. Others come back as they are.
+    """
+    few = values[:FEW]
+    if not (np.isnan(few) | (few == np.rint(few))).all():
+        return values, None
+    known = np.isfinite(values)
+    if np.count_nonzero(known) < 2 or (values[known] != np.rint(values[known])).any():
+        return values, None
+    counts = values[known]
+    low, high = counts.min(), counts.max()
+    steps = np.diff(counts)
+    for bits in BITS:
+        size = 2.0**bits
+        if not ((low >= 0 and high < size) or (low >= -size / 2 and high < size / 2)):
+            continue
+        turns = np.rint(steps / size)
+        if not turns.any() or np.abs(steps - size * turns).max() > SMALL * size:
+            return values, None
+        found = values.astype(np.float64)
+        found[known] = counts - size * np.concatenate([[0.0], np.cumsum(turns)])
+        return found, bits
+    return values, None

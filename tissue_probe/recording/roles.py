@@ -1,0 +1,215 @@
+"""Which column of a file is the time, which the position, which the force.
+
+What belongs here: names that tell it, and what must be stated where they do not.
+What does not: reading columns (``columns``), their values (``table_file``).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tissue_probe.recording.columns.source import Columns
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.units import (
+    FORCE_UNITS,
+    POSITION_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    spelt,
+    split_unit,
+    unit_size,
+)
+
+OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
+"""What this suite calls the columns; in SI units, and positive in compression."""
+
+USUAL = {
+    "time": (
+        "time", "time stamp", "timestamp", "elapsed time", "running time", "test time", "x value",
+        "zeit", "testzeit", "prüfzeit", "temps", "tiempo", "tempo",
+    ),
+    "position": (
+        "position", "displacement", "extension", "compressive extension", "crosshead", "stroke",
+        "compressive displacement", "axial displacement", "indentation", "indentation depth",
+        "depth", "travel", "weg", "standardweg", "traversenweg",
+    ),
+    "force": (
+        "force", "load", "compressive load", "axial force", "axial load", "normal force",
+        "kraft", "standardkraft",
+    ),
+}  # fmt: skip
+"""What testing machines and laboratories call them, in lower case, words apart by blanks."""
+
+_UNITS = {
+    "time": TIME_UNITS,
+    "position": POSITION_UNITS | VELOCITY_UNITS,
+    "force": FORCE_UNITS,
+}
+_IN_CONTAINER = re.compile(r".*[/!.](?=[^/!.]+$)")
+_AXIS = re.compile(r"\s*[\[(][^\[\]()]*[\])]$")
+
+
+@dataclass(frozen=True)
+class Roles:
+    """The columns of the signals, and what turns them into SI.
+
+    Attributes
+    ----------
+    names : dict of str to str
+        Column of ``time`` (missing where the rate stands for it), ``position`` and ``force``.
+    units : dict of str to str
+        Their units, as far as told.
+    sample_rate : float, optional
+        Samples a second where no time is read [Hz].
+    told : tuple of str
+        What was taken for what without being named, in phrases.
+    """
+
+    names: dict[str, str]
+    units: dict[str, str]
+    sample_rate: float | None
+    told: tuple[str, ...]
+
+    @property
+    def velocity(self) -> bool:
+        """Whether a velocity stands for the position."""
+        return self.units.get("position") in VELOCITY_UNITS
+
+    def size(self, role: str) -> float:
+        """Return how large one of a role's column is in SI."""
+        return unit_size(self.units[role], _UNITS[role])
+
+
+def roles(source: Columns, layout: Layout) -> Roles:
+    """Find the columns of the signals.
+
+    A column that is not named is the one that is called as this suite calls it, or else as testing
+    machines do; bare or with a unit.
+
+    Raises
+    ------
+    RecordingError
+        If a column is not told or two could be meant, or a unit or the polarity is not known.
+    """
+    wanted = {"time": layout.time, "position": layout.position, "force": layout.force}
+    rate = layout.sample_rate
+    if rate is not None:
+        del wanted["time"]
+    names = {
+        role: _named(source, role, name) if name else _found(source, role)
+        for role, name in wanted.items()
+    }
+    if names.get("time", "") is None and not layout.time:
+        periods = {source.periods[n] for n in names.values() if n in source.periods}
+        if len(periods) == 1:
+            rate = 1.0 / periods.pop()
+            del names["time"]
+    if missing := [role for role, name in names.items() if name is None]:
+        raise RecordingError(_what_is_not_told(source, missing))
+    found = {role: name for role, name in names.items() if name is not None}
+    told = [
+        f"{role} is {found[role]}"
+        for role in found
+        if wanted.get(role) is None and _stem(found[role], role) not in OWN[role]
+    ]
+    if rate != layout.sample_rate:
+        told.append(f"{rate:.6g} samples a second, as the file says")
+    units = _units(source, layout, found)
+    return Roles(found, units, rate, tuple(told))
+
+
+def _what_is_not_told(source: Columns, missing: list[str]) -> str:
+    options = " ".join(f"`{role}`" for role in missing)
+    rate = " (or `sample_rate` where there is none)" if "time" in missing else ""
+    if not source.named:
+        return (
+            f"{source.path} has no header line that names its columns: state which column is the "
+            f"{' and which the '.join(missing)} by their numbers, 1 to {len(source.names)}: give "
+            f"{options}{rate}"
+        )
+    return (
+        f"{source.path} does not say which column is the {' and which the '.join(missing)}: give "
+        f"{options}{rate}; {source.has()}"
+    )
+
+
+def _stem(name: str, role: str) -> str:
+    """Return a column's name without its unit and its place in a container."""
+    stem, _ = split_unit(name, _UNITS[role])
+    return _IN_CONTAINER.sub("", stem.strip())
+
+
+def _plain(name: str, role: str) -> str:
+    """Return the words of a name in lower case, without unit and axis."""
+    stem = _AXIS.sub("", _stem(name, role))
+    return " ".join(stem.replace("_", " ").casefold().split())
+
+
+def _named(source: Columns, role: str, name: str) -> str:
+    """Return the column that the user means: by its name, or by that without its unit."""
+    if name not in source.names:
+        meant = [each for each in source.names if name in (_stem(each, role), each.strip())]
+        if len(meant) == 1:
+            return meant[0]
+        if len(meant) > 1:
+            raise RecordingError(
+                f"{source.path} has several columns {name}: {', '.join(meant)}; give `{role}` in "
+                "full"
+            )
+        source.require([name])
+    return name
+
+
+def _found(source: Columns, role: str) -> str | None:
+    """Return the column that a role's usual names tell."""
+    own = OWN[role]
+    for found in (
+        [name for name in own if name in source.names],
+        [name for name in source.names if _stem(name, role) in own],
+        [name for name in source.names if _plain(name, role) in USUAL[role]],
+    ):
+        if len(found) > 1 and found != [name for name in own if name in source.names]:
+            raise RecordingError(
+                f"{source.path} has several columns that may be the {role}: {', '.join(found)}; "
+                f"give `{role}`"
+            )
+        if found:
+            return found[0]
+    return None
+
+
+def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, str]:
+    stated = {
+        "time": layout.time_unit,
+        "position": layout.position_unit,
+        "force": layout.force_unit,
+    }
+    units, missing = {}, []
+    for role, name in names.items():
+        unit = stated[role] or _unit(source, role, name)
+        if unit is not None:
+            units[role] = spelt(unit)
+            unit_size(unit, _UNITS[role])
+        elif role != "time":
+            known = POSITION_UNITS if role == "position" else FORCE_UNITS
+            missing.append(f"`{role}_unit` ({', '.join(known)} or a number)")
+    if layout.force_polarity is None and names["force"] not in OWN["force"]:
+        missing.append("`force_polarity` (compression or tension: which forces are positive)")
+    if missing:
+        raise RecordingError(
+            f"{source.path}: the names {names['position']} and {names['force']} do not tell "
+            f"everything; state {', '.join(missing)}"
+        )
+    return units
+
+
+def _unit(source: Columns, role: str, name: str) -> str | None:
+    """Return the unit that a file tells of a column."""
+    if (unit := spelt(source.units.get(name, ""))) in _UNITS[role]:
+        return unit
+    _, unit = split_unit(name, _UNITS[role])
+    if unit or role == "time":
+        return unit
+    return next(iter(_UNITS[role])) if name in OWN[role] else None

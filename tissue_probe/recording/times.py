@@ -1,0 +1,139 @@
+"""Times as files tell them, in seconds.
+
+What belongs here: dates, clocks, epochs in any unit, counters of time; what is ambiguous in them.
+What does not: whether they are even (``even_grid``).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tissue_probe.recording.counters import unwrapped
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.units import TIME_UNITS
+from tissue_probe.signals import NANOSECONDS, FloatArray
+
+EPOCH = 6e8, 4.2e9
+"""Seconds since 1970 of the dates that are taken for such, 1989 to 2103. In ms, us and ns they lie
+in other ranges, so that a number tells its unit."""
+
+LONGEST = 1e10
+"""More seconds than any date has: three centuries."""
+
+DAY = np.timedelta64(24, "h")
+_TELLING = ("s", "ms", "us", "ns")
+
+
+class Times(NamedTuple):
+    """Times [s] since ``origin`` [ns since the epoch, 0 where the file has a zero of its own].
+
+    NaN where not known. What was made of them is told in phrases.
+    """
+
+    origin: int
+    seconds: FloatArray
+    told: tuple[str, ...] = ()
+
+
+def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where: str) -> Times:
+    """Return a column of times in seconds.
+
+    Parameters
+    ----------
+    column : array, shape (n,)
+        Floats, whole numbers, ``datetime64`` or ``timedelta64``.
+    name : str
+        Of the column.
+    unit : str, optional
+        A name in ``TIME_UNITS``, where the name or the user tells one.
+    certain : bool
+        Whether the unit cannot be wrong: the user states it, or this suite wrote the file.
+    where : str
+        What to call the file.
+
+    Raises
+    ------
+    RecordingError
+        If the unit is ambiguous, or cannot be what the name says.
+    """
+    if column.dtype.kind == "M":
+        return _dates(column)
+    if column.dtype.kind == "m":
+        return _clock(column)
+    told = []
+    whole = column.dtype.kind in "iu"
+    if unit is None:
+        unit = _telling_epoch(column)
+        if unit:
+            told.append(f"{name} in {unit} since 1970")
+        elif whole and not certain:
+            raise RecordingError(
+                f"{where}: column {name} counts whole numbers and tells no unit: seconds, "
+                "milliseconds, samples? state `time_unit` "
+                f"({', '.join(TIME_UNITS)}), or `sample_rate`"
+            )
+    size = TIME_UNITS[unit or "s"]
+    latest = _latest(column)
+    if not certain and size * latest > LONGEST:
+        raise RecordingError(
+            f"{where}: column {name} would be in {unit or 's'}, but {latest:.6g} of these are "
+            f"{size * latest / 3.156e7:.3g} years; state `time_unit` ({', '.join(TIME_UNITS)})"
+        )
+    if not whole:
+        column, bits = unwrapped(column)
+    elif bool((np.diff(column) < 0).any()):
+        column, bits = unwrapped(column.astype(np.float64))
+    else:
+        bits = None
+    if bits:
+        told.append(f"{name} began again at 2^{bits} and is counted on")
+    return _since(column, size, tuple(told))
+
+
+def _since(column: np.ndarray, size: float, told: tuple[str, ...]) -> Times:
+    """Subtract the first of large times before they are scaled: digits would be lost."""
+    known = np.isfinite(column)
+    first = column[np.argmax(known)] if known.any() else 0
+    if abs(float(first)) * size < EPOCH[0]:
+        seconds = column.astype(np.float64, copy=False)
+        return Times(0, seconds if size == 1.0 else seconds * size, told)
+    origin = int(first) * round(size * NANOSECONDS)
+    seconds = (column - int(first)).astype(np.float64)
+    seconds *= size
+    return Times(origin, seconds, told)
+
+
+def _latest(column: np.ndarray) -> float:
+    """Return the largest time that is known; minus infinity where none is."""
+    return float(np.max(column, where=np.isfinite(column), initial=-(2.0**62)))
+
+
+def _telling_epoch(column: np.ndarray) -> str | None:
+    low = float(np.min(column, where=np.isfinite(column), initial=2.0**62))
+    high = _latest(column)
+    for unit in _TELLING:
+        if EPOCH[0] <= low * TIME_UNITS[unit] and high * TIME_UNITS[unit] <= EPOCH[1]:
+            return unit if high > 0.0 else None
+    return None
+
+
+def _dates(column: np.ndarray) -> Times:
+    known = np.flatnonzero(~np.isnat(column))
+    if not known.size:
+        return Times(0, np.full(column.size, np.nan))
+    first = column[known[0]].astype("datetime64[ns]")
+    seconds = (column.astype("datetime64[ns]") - first) / np.timedelta64(1, "s")
+    return Times(int(first.astype(np.int64)), seconds.astype(np.float64))
+
+
+def _clock(column: np.ndarray) -> Times:
+    seconds = (column / np.timedelta64(1, "s")).astype(np.float64)
+    known = np.isfinite(seconds)
+    day = DAY / np.timedelta64(1, "s")
+    turns = np.cumsum(np.diff(seconds[known]) < -day / 2.0)
+    if not turns.size or not turns[-1]:
+        return Times(0, seconds)
+    seconds[np.flatnonzero(known)[1:]] += day * turns
+    return Times(0, seconds, ("the clock passed midnight",))
