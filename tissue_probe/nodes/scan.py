@@ -20,7 +20,8 @@ from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.conversions import samples_from_message, site_to_message
+from tissue_probe.nodes.cdr import samples_from_cdr
+from tissue_probe.nodes.conversions import place_from_message, site_to_message
 from tissue_probe.nodes.crtk import ENABLED
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
@@ -85,6 +86,7 @@ class Scan(Node):
         self._state: OperatingState | None = None
         self._heard_samples = -np.inf
         self._sample_time = 0
+        self._malformed = 0
         self._busy = threading.Lock()
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", ANNOUNCEMENTS)
         self._setpoints = self.create_publisher(PoseStamped, f"{robot}/servo_cp", POSES)
@@ -93,7 +95,7 @@ class Scan(Node):
         self._inbox = Inbox(self)
         self._inbox.subscribe(PoseStamped, f"{robot}/measured_cp", LATEST, self._on_pose)
         self._inbox.subscribe(OperatingState, f"{robot}/operating_state", LATEST, self._on_state)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples)
+        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples, raw=True)
         self._server = ActionServer(
             self,
             ScanGrid,
@@ -112,16 +114,28 @@ class Scan(Node):
         super().destroy_node()
 
     def _on_pose(self, message: PoseStamped, info: dict) -> None:
-        position = message.pose.position
-        self._position = np.array([position.x, position.y, position.z])
+        try:
+            self._position = np.array(place_from_message(message))
+        except ValueError as error:
+            self._leave_out("a pose of the robot", error)
+            return
         self._orientation = message.pose.orientation
 
     def _on_state(self, message: OperatingState, info: dict) -> None:
         self._state = message
 
-    def _on_samples(self, message: msg.ProbeSamples, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict) -> None:
+        try:
+            block, _ = samples_from_cdr(message)
+        except ValueError as error:
+            self._leave_out("a block", error)
+            return
         self._heard_samples = time.monotonic()
-        self._sample_time = samples_from_message(message).end
+        self._sample_time = block.end
+
+    def _leave_out(self, what: str, why: ValueError) -> None:
+        self._malformed += 1
+        self.get_logger().error(f"{what} is left out: {why}", throttle_duration_sec=1.0)
 
     def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
         try:
@@ -276,7 +290,11 @@ class Scan(Node):
 
     def _examine(self) -> Health:
         doing = "scanning" if self._busy.locked() else "waiting for a goal"
-        return Health(OK, doing, {"subscribers": self._sites.get_subscription_count()})
+        values = {
+            "subscribers": self._sites.get_subscription_count(),
+            "messages malformed": self._malformed,
+        }
+        return Health(OK, doing, values)
 
     def _now(self) -> int:
         """Return the time as the samples' stamps tell it: no clock's step or offset matters."""
