@@ -20,6 +20,7 @@ from benchmarks import (
     machine,
     offline,
     report,
+    soak,
 )
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
@@ -40,6 +41,7 @@ class Part(str, Enum):
     speed = "speed"
     diagnosis = "diagnosis"
     daq = "daq"
+    soak = "soak"
     all = "all"
 
 
@@ -59,6 +61,7 @@ def main(
     seconds: Annotated[
         float, typer.Option(min=1.0, help="Time of each live measurement, and of `daq` [s].")
     ] = 60.0,
+    minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
     count: Annotated[
         int,
@@ -81,7 +84,8 @@ def main(
 ) -> None:
     """Measure the live suite, the filters, and how often a hidden effect is named.
 
-    `daq` counts the samples of the driver on a DAQ, which `all` leaves out.
+    `daq` counts the samples of the driver on a DAQ; `soak` holds the suite for long, to see what it
+    keeps of memory, files and threads. `all` leaves both out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -93,6 +97,10 @@ def main(
             bag = RESULTS / "daq.mcap"
             results["daq"] = daq.measure(RESULTS, seconds)
             print(daq.sentence(results["daq"]))
+        if part == Part.soak:
+            bag = RESULTS / "soak.mcap"
+            results["soak"] = soak.measure(RESULTS, minutes)
+            Console().print(soak.table(results["soak"]))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
@@ -110,7 +118,7 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part != Part.daq:
+    if part not in (Part.daq, Part.soak):
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)
