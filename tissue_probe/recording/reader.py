@@ -36,7 +36,7 @@ def read_recording(path: str | Path, samples_topic: str | None = None) -> Record
     """
     bag = open_bag(path)
     topic = _samples_topic(bag, path, samples_topic)
-    blocks = join(Decoder(topic).decode(bag.messages([topic.name]), decoding.samples))
+    blocks = join(Decoder(topic).decode_sound(bag.messages([topic.name]), decoding.samples))
     if not blocks:
         raise RecordingError(f"{path} has no samples: nothing was published on {topic.name}")
     return Recording(tuple(blocks), tuple(_sites(bag, topic)), bag.metadata)
@@ -136,7 +136,7 @@ def _sites(bag: Bag, samples: Topic) -> Iterator[PalpationSite]:
     topics = topics_of_type(bag, decoding.SITE)
     of_this_probe = [topic for topic in topics if _namespace(topic) == _namespace(samples)]
     for topic in of_this_probe or topics:
-        yield from Decoder(topic).decode(bag.messages([topic.name]), decoding.site)
+        yield from Decoder(topic).decode_sound(bag.messages([topic.name]), decoding.site)
 
 
 def _namespace(topic: Topic) -> str:
@@ -145,6 +145,6 @@ def _namespace(topic: Topic) -> str:
 
 def _estimates(bag: Bag, topic: Topic) -> dict[str, TissueEstimates]:
     rows: dict[str, list[tuple]] = {}
-    for row in Decoder(topic).decode(bag.messages([topic.name]), decoding.estimate_row):
+    for row in Decoder(topic).decode_sound(bag.messages([topic.name]), decoding.estimate_row):
         rows.setdefault(row[0], []).append(row)
     return {name: decoding.estimates(found) for name, found in rows.items()}
