@@ -27,6 +27,7 @@ from crtk_msgs.msg import OperatingState, StringStamped
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.reader import read_recording
+from tissue_probe.signals import MOST_SAMPLES
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, StiffnessMap, TissueEstimate
 
 LAST_SECOND = 2**31 - 1
@@ -59,7 +60,7 @@ def samples() -> Iterator[object]:
     yield from (block(sample_period=period) for period in (1e300, 1e9, 0.0, -1.0, math.nan, 5e-324))
     yield from (block(sequence=number) for number in (2**63, 2**63 - 5, 2**64 - 1))
     yield from (late(block()), block(force=[0.0] * 9), block(position=[]), ProbeSamples())
-    yield block(**dict.fromkeys(("position", "force", "command"), [0.0] * 30_000))
+    yield block(**dict.fromkeys(("position", "force", "command"), [0.0] * (MOST_SAMPLES + 1)))
     yield from damaged(block())
 
 
@@ -113,12 +114,16 @@ FLOOD = {
 }
 
 
+def as_bytes(message) -> bytes:
+    return message if isinstance(message, bytes) else bytes(serialize_message(message))
+
+
 class Flood:
     """Publishers of everything above."""
 
     def __init__(self, node) -> None:
         self._said = [
-            (node.create_publisher(kind, topic, qos), list(make()))
+            (node.create_publisher(kind, topic, qos), list(map(as_bytes, make())))
             for topic, (kind, qos, make) in FLOOD.items()
         ]
 
@@ -157,18 +162,18 @@ def test_a_flood_of_malformed_messages_ends_no_node_and_no_scan(session, bag):
     def counts(node: str, value: str, more_than: int) -> bool:
         return int(values_of(node).get(value, 0)) > more_than
 
-    scanning = Scanning(running, goal(dwell_time=1.0))
-    last = 0.0
+    scan = Scanning(running, goal(dwell_time=1.0)).handle.get_result_async()
+    last = 0
 
     def flooded() -> bool:
         nonlocal last
-        if len(blocks) > last + 20:  # ten times a second
+        if len(blocks) > last + 50:  # four times a second
             last = len(blocks)
             flood.go_on()
-        return any(feedback.sites_visited == 2 for feedback in scanning.feedback)
+        return scan.done()
 
     running.wait_until(flooded, "the scan to go through the flood")
-    result = scanning.result().result
+    result = scan.result().result
     assert result.sites_visited == 2, result.message
     for node, counted in {
         "/probe/driver": "stage poses malformed",
