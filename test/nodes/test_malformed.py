@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
+from lifecycle_msgs.msg import State
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool
@@ -22,6 +23,7 @@ from conftest import (
     estimator,
     goal,
     stage_on_tissue,
+    state_of,
 )
 from crtk_msgs.msg import OperatingState, StringStamped
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
@@ -35,10 +37,9 @@ NO_NUMBERS = (math.nan, math.inf, -1e300, 1e308)
 
 
 def damaged(message) -> Iterator[bytes]:
-    """Bytes that are no message of this type: cut off, of another encoding, senseless."""
+    """Bytes that are no message of this type: cut off, or senseless."""
     sound = bytes(serialize_message(message))
     yield from (b"", sound[:3], sound[:-2], sound[: len(sound) // 2])
-    yield b"\x00\x00" + sound[2:]
     yield sound[:4] + b"\xff" * (len(sound) - 4)
 
 
@@ -62,6 +63,7 @@ def samples() -> Iterator[object]:
     yield from (late(block()), block(force=[0.0] * 9), block(position=[]), ProbeSamples())
     yield block(**dict.fromkeys(("position", "force", "command"), [0.0] * (MOST_SAMPLES + 1)))
     yield from damaged(block())
+    yield b"\x00\x00" + bytes(serialize_message(block()))[2:]  # of the other byte order
 
 
 def sites() -> Iterator[object]:
@@ -175,6 +177,7 @@ def test_a_flood_of_malformed_messages_ends_no_node_and_no_scan(session, bag):
     running.wait_until(flooded, "the scan to go through the flood")
     result = scan.result().result
     assert result.sites_visited == 2, result.message
+    assert state_of(running) == State.PRIMARY_STATE_ACTIVE
     for node, counted in {
         "/probe/driver": "stage poses malformed",
         "/probe/scan": "messages malformed",
