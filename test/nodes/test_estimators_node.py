@@ -46,6 +46,8 @@ def test_estimators_that_share_a_process_say_bit_for_bit_what_they_say_alone(ses
     generator = np.random.default_rng(0)
     time = np.arange(4000) * 5e-4
     position = 1e-3 * np.sin(2 * np.pi * 10 * time) + 1e-6 * generator.normal(size=4000)
+    # The tip, behind the load cell, follows the coil as one with this tissue does at 10 Hz.
+    tissue = 460.0 * 9700.0 / (9700.0 - 460.0) + 0.04 * (2 * np.pi * 10) ** 2
     force = 460.0 * position + 5e-3 * generator.normal(size=4000)
     whole = SampleBlock(10**18, 0, 5e-4, position, force, np.zeros(4000))
     dwell = PalpationSite(10**18 + 10**9 + 123, 0, (0.0, 0.0, 0.0), Phase.DWELL)
@@ -57,7 +59,7 @@ def test_estimators_that_share_a_process_say_bit_for_bit_what_they_say_alone(ses
     running.wait_until(lambda: all(len(each) == 400 for each in found.values()), "all estimates")
     for name in TOGETHER:
         assert found["probe", name] == found["alone", name]
-        assert found["probe", name][-1].stiffness == pytest.approx(460.0, rel=0.05)
+        assert found["probe", name][-1].stiffness == pytest.approx(tissue, rel=0.02)
 
 
 def test_each_keeps_its_own_parameters(session, tmp_path):

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from conftest import activate, collect, driver
+from conftest import PATIENCE, activate, collect
 from tissue_probe.nodes.conversions import samples_from_message
+from tissue_probe.nodes.qos import PER_SAMPLE
+from tissue_probe.nodes.session import Session
 from tissue_probe.nodes.shedding import ENOUGH, MOST, Shedding
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
@@ -70,28 +79,39 @@ def test_what_would_just_fit_is_not_taken_up_again():
     assert shedding.active
 
 
-def test_the_driver_sheds_single_samples_tells_it_and_loses_no_block(session):
-    # More samples a second than can be published one by one, in twice as many messages.
-    running = session(driver(simulated__sample_rate=10000.0, limits__stale_limit=5.0))
-    told = collect(running.node, DiagnosticArray, "/diagnostics")
-    blocks = collect(running.node, ProbeSamples, "/probe/samples")
-    readers = [
-        collect(running.node, message_type, topic)
-        for message_type, topic in (
-            (PoseStamped, "/probe/measured_cp"),
-            (WrenchStamped, "/probe/measured_cf"),
-        )
-        for _ in range(4)
-    ]
-    activate(running)
+@pytest.fixture
+def costly(session) -> Iterator[Session]:
+    """A session beside a driver that needs all its time, and more, to publish one by one."""
+    running = session()
+    program = str(Path(__file__).with_name("costly_driver.py"))
+    process = subprocess.Popen(
+        [sys.executable, program, "--ros-args", "-r", "__ns:=/probe"],
+        env={**os.environ, "COSTS": "0.0006"},
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    yield running
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) == 0
 
-    def sheds() -> bool:
+
+def test_the_driver_sheds_single_samples_tells_it_and_loses_no_block(costly):
+    told = collect(costly.node, DiagnosticArray, "/diagnostics")
+    blocks = collect(costly.node, ProbeSamples, "/probe/samples")
+    singles: list[WrenchStamped] = []
+    reader = costly.node.create_subscription(
+        WrenchStamped, "/probe/measured_cf", singles.append, PER_SAMPLE
+    )
+
+    def says(words: str) -> bool:
         statuses = [s for m in told for s in m.status if s.name == "/probe/driver"]
-        return any("are not published" in status.message for status in statuses)
+        return bool(statuses) and words in statuses[-1].message
 
-    running.wait_until(sheds, "the driver to shed")
+    activate(costly)
+    costly.wait_until(lambda: says("are not published"), "the driver to shed")
     count = len(blocks)
-    running.wait_until(lambda: len(blocks) > count + 2000, "two seconds of samples")
-    run = join(samples_from_message(block) for block in blocks)
-    assert len(run) == 1
-    assert all(len(received) < 0.8 * len(run[0]) for received in readers)
+    costly.wait_until(lambda: len(blocks) > count + 400, "two seconds of samples")
+    (run,) = join(samples_from_message(block) for block in blocks)
+    assert len(singles) < 0.5 * len(run)
+    costly.node.destroy_subscription(reader)
+    costly.wait_until(lambda: not says("are not published"), "the driver to say that it is over")

@@ -6,8 +6,6 @@ does (``estimator``).
 
 from __future__ import annotations
 
-from typing import Literal
-
 from pydantic import BaseModel, model_validator
 from rclpy.node import Node
 
@@ -21,12 +19,16 @@ from tissue_probe.settings import setting
 class EstimatorsSettings(BaseModel):
     """Which estimators share the process."""
 
-    estimators: list[Literal[tuple(ESTIMATORS)]] = setting(
+    estimators: list[str] = setting(
         ["robust_ekf", "ekf", "ukf", "afekf"], "", "the filters to run, each as a node of its name"
     )
 
     @model_validator(mode="after")
     def _each_once(self) -> EstimatorsSettings:
+        if unknown := [name for name in self.estimators if name not in ESTIMATORS]:
+            raise ValueError(
+                f"no estimator {', '.join(unknown)}; there are {', '.join(ESTIMATORS)}"
+            )
         if not self.estimators or len(set(self.estimators)) < len(self.estimators):
             raise ValueError(f"{self.estimators}: name at least one filter, and each only once")
         return self
