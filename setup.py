@@ -5,7 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 ESTIMATORS = ["robust_ekf", "ekf", "ukf", "afekf", "afukf", "lock_in", "rls"]
-NODES = ["driver", "mapper", "recorder", "replay", "scan", "stage"]
+NODES = ["driver", "estimators", "mapper", "recorder", "replay", "scan", "stage"]
 
 setup(
     name="tissue_probe",

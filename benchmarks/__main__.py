@@ -19,9 +19,11 @@ from benchmarks import (
     live,
     machine,
     offline,
+    readers,
     reading,
     reading_bags,
     report,
+    soak,
 )
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
@@ -42,6 +44,8 @@ class Part(str, Enum):
     speed = "speed"
     diagnosis = "diagnosis"
     daq = "daq"
+    soak = "soak"
+    readers = "readers"
     reading = "reading"
     all = "all"
 
@@ -60,8 +64,10 @@ Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
 def main(
     part: Annotated[Part, typer.Argument(help="What to measure.")] = Part.all,
     seconds: Annotated[
-        float, typer.Option(min=1.0, help="Time of each live measurement, and of `daq` [s].")
+        float,
+        typer.Option(min=1.0, help="Time of each measurement of `live`, `daq` and `readers` [s]."),
     ] = 60.0,
+    minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
     count: Annotated[
         int,
@@ -84,8 +90,9 @@ def main(
 ) -> None:
     """Measure the live suite, the filters, and how often a hidden effect is named.
 
-    `daq` counts the samples of the driver on a DAQ, and `reading` how files of others are read,
-    which `all` leaves out.
+    `daq` counts the samples of the driver on a DAQ; `soak` holds the suite for long, to see what it
+    keeps of memory, files and threads; `readers` adds readers of single samples until the driver
+    sheds these; `reading` counts how files of others are read. `all` leaves the four out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -105,6 +112,13 @@ def main(
                 *reading_bags.tables(results["bags"]),
             ):
                 Console().print(table)
+        if part == Part.soak:
+            bag = RESULTS / "soak.mcap"
+            results["soak"] = soak.measure(RESULTS, minutes)
+            Console().print(soak.table(results["soak"]))
+        if part == Part.readers:
+            results["readers"] = readers.measure(RESULTS, seconds)
+            print(readers.sentence(results["readers"]))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
@@ -122,7 +136,7 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part not in (Part.daq, Part.reading):
+    if part not in (Part.daq, Part.soak, Part.readers, Part.reading):
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)

@@ -1,4 +1,4 @@
-"""The live suite, every node a process of its own, held for a while and measured.
+"""The live suite, as it runs and as it ran before, held for a while and measured.
 
 What belongs here: which runs are made and what is gathered of each. What does not: how a run is
 started (``suite``), or read (``recorded``).
@@ -23,7 +23,10 @@ Results = dict[str, object]
 
 
 def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) -> Results:
-    """Return what was measured alone, and with a subscriber of every single sample.
+    """Return what was measured apart, alone, and with a subscriber of every single sample.
+
+    The first two compare the suite with that of before, in which each estimator had a process of
+    its own, and every number that it published one by one was recorded: ``apart``.
 
     Parameters
     ----------
@@ -39,14 +42,16 @@ def measure(folder: Path, seconds: float, say: Callable[[str], None] = print) ->
     SessionError
         If the suite cannot be started or breaks down.
     """
-    say(f"live: the suite alone, {seconds:g} s")
-    alone = run(folder / "run.mcap", seconds, subscribed=False)
+    say(f"live: as before, each estimator in a process of its own, {seconds:g} s")
+    apart = run(folder / "run_apart.mcap", seconds, apart=True)
+    say(f"live: the suite alone, the estimators in one process, {seconds:g} s")
+    alone = run(folder / "run.mcap", seconds)
     say(f"live: with a subscriber of {suite.PER_SAMPLE_TOPIC}, {seconds:g} s")
     subscribed = run(folder / "run_with_subscriber.mcap", seconds, subscribed=True)
-    return {"seconds": seconds, "alone": alone, "with_subscriber": subscribed}
+    return {"seconds": seconds, "apart": apart, "alone": alone, "with_subscriber": subscribed}
 
 
-def run(bag: Path, seconds: float, *, subscribed: bool) -> Results:
+def run(bag: Path, seconds: float, *, subscribed: bool = False, apart: bool = False) -> Results:
     """Run the suite once into a recording and return what was measured of it.
 
     Raises
@@ -60,7 +65,8 @@ def run(bag: Path, seconds: float, *, subscribed: bool) -> Results:
         pids = {}
         if subscribed:
             pids["subscriber"] = stack.enter_context(suite.subscriber(received)).pid
-        session = stack.enter_context(suite.acquiring(bag, subscribed=subscribed))
+        chosen = suite.processes(bag.absolute(), apart=apart)
+        session = stack.enter_context(suite.acquiring(bag, chosen, subscribed=subscribed))
         pids |= {name: process.pid for name, process in session.processes.items()}
         usage = measure_usage(pids, partial(suite.spend, session), seconds)
     counts = recorded.counts(bag)

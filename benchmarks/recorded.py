@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -73,18 +74,18 @@ def published(bag: Path) -> int:
     return int(diagnostics(bag, "/probe/driver")[-1]["samples published"])
 
 
-def counts(bag: Path) -> list[dict[str, object]]:
+def counts(bag: Path, estimators: Sequence[str] = ESTIMATORS) -> list[dict[str, object]]:
     """Return for each node how many samples or estimates were published, received, and lost.
 
     The driver counts what it publishes; an estimate is due for each block. The estimators count
     samples by their sequence numbers, as the bag's are counted for the recorder.
     """
     samples = published(bag)
-    estimates = len(ESTIMATORS) * math.ceil(samples / _block(bag)[0])
+    estimates = len(estimators) * math.ceil(samples / _block(bag)[0])
     mapped = int(diagnostics(bag, "/probe/mapper")[-1]["estimates received"])
-    recorded = sum(len(delays(bag, f"/probe/{name}/estimate")) for name in ESTIMATORS)
+    recorded = sum(len(delays(bag, f"/probe/{name}/estimate")) for name in estimators)
     return [
-        *(count(name, "samples", samples, _received(bag, name)) for name in ESTIMATORS),
+        *(count(name, "samples", samples, _received(bag, name)) for name in estimators),
         count("mapper", "estimates", estimates, mapped),
         count("recorder", "samples", samples, len(read_recording(bag))),
         count("recorder", "estimates", estimates, recorded),

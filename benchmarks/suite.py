@@ -19,8 +19,8 @@ from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe_msgs.msg import PalpationSite
 
 ESTIMATORS = ("ekf", "ukf", "afekf")
-#: The processes that the targets are about.
-NODES = ("driver", *ESTIMATORS, "mapper", "recorder")
+#: Processes that are not of the suite: a robot's side, and whoever wants single samples.
+OTHERS = ("stage", "subscriber")
 #: The per-sample topic whose cost is measured.
 PER_SAMPLE_TOPIC = "/probe/measured_cf"
 #: Time after the last sample for what is still under way: DDS sends a lost message again within
@@ -34,25 +34,56 @@ _PARAMETERS = """
 """
 
 
-def processes(bag: Path) -> list[NodeProcess]:
-    """Return the suite's processes, in the order of their ending."""
+class ValueRecorder(NodeProcess):
+    """The recorder that records every number of an estimate once more."""
+
+    def command(self, parameter_file: Path) -> list[str]:
+        """Return the command line."""
+        python, flag, _, *rest = super().command(parameter_file)
+        return [python, flag, "benchmarks.value_recorder", *rest]
+
+
+def processes(bag: Path, *, apart: bool) -> list[NodeProcess]:
+    """Return the suite's processes, in the order of their ending.
+
+    ``apart``, each estimator has a process and sends all its numbers one by one, too, since a
+    recorder takes them, as the suite did before estimators could share a process.
+    """
+    together = NodeProcess("estimators", "estimators", parameters={"estimators": list(ESTIMATORS)})
+    each = [NodeProcess("estimator", name, parameters={"estimator": name}) for name in ESTIMATORS]
+    output = {"output": str(bag)}
     return [
         NodeProcess("driver", "driver"),
         NodeProcess("stage", "stage", "/stage"),
-        *(NodeProcess("estimator", name, parameters={"estimator": name}) for name in ESTIMATORS),
+        *(each if apart else [together]),
         NodeProcess("mapper", "mapper", parameters={"estimators": list(ESTIMATORS)}),
+        (ValueRecorder if apart else NodeProcess)("recorder", "recorder", parameters=output),
+    ]
+
+
+def with_one_estimator(bag: Path, name: str) -> list[NodeProcess]:
+    """Return the suite's processes with one estimator, in the order of their ending."""
+    return [
+        NodeProcess("driver", "driver"),
+        NodeProcess("stage", "stage", "/stage"),
+        NodeProcess("estimator", name, parameters={"estimator": name}),
+        NodeProcess("mapper", "mapper", parameters={"estimators": [name]}),
         NodeProcess("recorder", "recorder", parameters={"output": str(bag)}),
     ]
 
 
 @contextmanager
-def acquiring(bag: Path, *, subscribed: bool) -> Iterator[Session]:
+def acquiring(
+    bag: Path, chosen: list[NodeProcess], *, subscribed: bool = False
+) -> Iterator[Session]:
     """Start the suite, yield while it acquires and records, and leave the bag complete.
 
     Parameters
     ----------
     bag : path
-        The file to record to; must not exist.
+        The file that is recorded to; must not exist.
+    chosen : list of NodeProcess
+        The suite's processes.
     subscribed : bool
         Whether a subscriber must have joined ``PER_SAMPLE_TOPIC`` before acquisition starts.
 
@@ -63,11 +94,13 @@ def acquiring(bag: Path, *, subscribed: bool) -> Iterator[Session]:
     """
     parameters = bag.with_suffix(".yaml")
     parameters.write_text(_PARAMETERS)
+    hearing = [each for each in chosen if each.module in ("estimator", "estimators")]
+    names = next(each for each in chosen if each.module == "mapper").parameters["estimators"]
     subscribers = {
-        "/probe/driver": len(ESTIMATORS) + 1,  # and the recorder
-        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
+        "/probe/driver": len(hearing) + 1,  # and the recorder
+        **{f"/probe/{name}": 2 for name in names},  # the mapper and the recorder
     }
-    with Session(processes(bag.absolute()), parameters) as session:
+    with Session(chosen, parameters) as session:
         announce_dwell(session)
         if subscribed:
             session.wait_until(

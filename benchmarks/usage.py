@@ -1,4 +1,4 @@
-"""What processes use of the machine: processor time and memory."""
+"""What processes use of the machine: processor time, memory, file descriptors, threads."""
 
 from __future__ import annotations
 
@@ -19,4 +19,17 @@ def memory_megabytes(pids: Mapping[str, int]) -> dict[str, float]:
     """Return each process's memory [MB]; what several share is divided among them."""
     return {
         name: psutil.Process(pid).memory_full_info().pss / MEGABYTE for name, pid in pids.items()
+    }
+
+
+def holdings(pids: Mapping[str, int]) -> dict[str, dict[str, float]]:
+    """Return resident memory [MB], file descriptors and threads that each process has now."""
+    processes = {name: psutil.Process(pid) for name, pid in pids.items()}
+    return {
+        name: {
+            "resident_megabytes": process.memory_info().rss / MEGABYTE,
+            "file_descriptors": process.num_fds(),
+            "threads": process.num_threads(),
+        }
+        for name, process in processes.items()
     }

@@ -21,7 +21,7 @@ STOCK_PARAMETERS = str(
 
 
 def estimation_nodes(context: LaunchContext) -> list[Node]:
-    """Return a node for each estimator, named after it, and the mapper that hears them all."""
+    """Return the process of all estimators, and the mapper that hears them."""
     listed = LaunchConfiguration("estimators").perform(context)
     estimators = [name.strip() for name in listed.split(",") if name.strip()]
     # Before anything starts: launch leaves running what it has started when an error comes later.
@@ -34,15 +34,12 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
     }
     parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     return [
-        *(
-            Node(
-                executable=name,
-                name=name,
-                parameters=parameters,
-                ros_arguments=["--enclave", f"/probe/{name}"],
-                **common,
-            )
-            for name in estimators
+        # One process takes and decodes each block once. No name: it would go to every node in it.
+        Node(
+            executable="estimators",
+            parameters=[*parameters, {"estimators": estimators}],
+            ros_arguments=["--enclave", "/probe/estimators"],
+            **common,
         ),
         Node(
             executable="mapper",

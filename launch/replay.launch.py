@@ -2,7 +2,7 @@
 
     ros2 launch tissue_probe replay.launch.py bag:=run.mcap rate:=2.0 estimators:=ekf,robust_ekf
 
-It begins when every estimator listens. When the bag is over the map stays for viewers, until
+It begins when the estimators listen. When the bag is over the map stays for viewers, until
 Ctrl-C; ``paused:=true`` waits for the service ``replay/pause`` of the probe's namespace.
 """
 
@@ -44,24 +44,20 @@ def refuse_wrong_values(context: LaunchContext) -> None:
         value.evaluate(context)
 
 
-def replay_node(context: LaunchContext) -> list[Node]:
-    """Return the replay, which waits for as many subscribers as there are estimators."""
-    listed = LaunchConfiguration("estimators").perform(context).split(",")
-    subscribers = sum(1 for name in listed if name.strip())
-    return [
-        Node(
-            package="tissue_probe",
-            executable="replay",
-            name="replay",
-            namespace=LaunchConfiguration("namespace"),
-            parameters=[
-                LaunchConfiguration("params_file"),
-                {**replay_parameters(), "subscribers": subscribers},
-            ],
-            ros_arguments=["--enclave", "/probe/replay"],
-            output="screen",
-        )
-    ]
+def replay_node() -> Node:
+    """Return the replay, which waits for the one process of all estimators."""
+    return Node(
+        package="tissue_probe",
+        executable="replay",
+        name="replay",
+        namespace=LaunchConfiguration("namespace"),
+        parameters=[
+            LaunchConfiguration("params_file"),
+            {**replay_parameters(), "subscribers": 1},
+        ],
+        ros_arguments=["--enclave", "/probe/replay"],
+        output="screen",
+    )
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -82,6 +78,6 @@ def generate_launch_description() -> LaunchDescription:
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
             ),
-            OpaqueFunction(function=replay_node),
+            replay_node(),
         ]
     )

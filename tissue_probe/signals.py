@@ -116,6 +116,76 @@ class SampleBlock:
         )
 
 
+#: Bounds of what may come as a message, for whoever hears one: outside them it is refused, since
+#: no probe measures so, and a node that took it could hang, or fail at what it makes of it.
+
+#: Shortest sample period [s]: stamps are whole nanoseconds, and below it their rounding would be
+#: more than a thousandth of the period.
+SHORTEST_PERIOD = 1e-6
+#: Longest sample period [s]: twice that of the slowest device, whose clock may not divide exactly.
+LONGEST_PERIOD = 2.0
+#: Most samples of one message: ten times the longest block that the driver sends.
+MOST_SAMPLES = 20_000
+#: Last stamp [ns since the epoch]: a ROS time ends at 2^31 s; a day before that, whatever is made
+#: of it (the end of a dwell lies an hour ahead at the most) can still be said.
+LAST_STAMP = (2**31 - 86_400) * NANOSECONDS
+#: Last number of a sample: arrays of them hold 64 bits, with sign.
+LAST_SEQUENCE = 2**63 - 1
+#: Farthest place [m] from the origin, along each axis: no robot that carries a probe reaches it.
+REACH = 100.0
+
+
+def sound_block(block: SampleBlock) -> SampleBlock:
+    """Return a block that came as a message, if it lies within the bounds above.
+
+    Raises
+    ------
+    ValueError
+        If its period, length, numbers or stamps lie outside them; the message says which.
+    """
+    if not SHORTEST_PERIOD <= block.sample_period <= LONGEST_PERIOD:
+        raise ValueError(
+            f"sample_period is {block.sample_period:g} s; samples come every {SHORTEST_PERIOD:g} "
+            f"to {LONGEST_PERIOD:g} s"
+        )
+    if len(block) > MOST_SAMPLES:
+        raise ValueError(f"it has {len(block)} samples; one message holds up to {MOST_SAMPLES}")
+    if block.sequence + len(block) > LAST_SEQUENCE:
+        raise ValueError(f"sequence is {block.sequence}; samples are numbered up to 2^63 - 1")
+    sound_stamp(block.stamp)
+    sound_stamp(block.end)
+    return block
+
+
+def sound_stamp(stamp: int) -> int:
+    """Return a stamp [ns since the epoch] that came in a message.
+
+    Raises
+    ------
+    ValueError
+        If it lies before 1970 or within the last day that a ROS time can say, in 2038.
+    """
+    if not 0 <= stamp <= LAST_STAMP:
+        raise ValueError(
+            f"the stamp {stamp / NANOSECONDS:.0f} s is no time from 0 to "
+            f"{LAST_STAMP // NANOSECONDS} s since the epoch"
+        )
+    return stamp
+
+
+def sound_position(position: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return a place (x, y, z) [m] that came in a message.
+
+    Raises
+    ------
+    ValueError
+        If a coordinate is not finite, or farther away than ``REACH``.
+    """
+    if not all(abs(each) <= REACH for each in position):
+        raise ValueError(f"{position} m is no place within {REACH:g} m of the origin")
+    return position
+
+
 def sample_offsets(count: int, sample_period: float) -> IntArray:
     """Time of each of ``count`` samples after the first [ns], rounded one by one (no drift)."""
     return np.rint(np.arange(count) * (sample_period * NANOSECONDS)).astype(np.int64)

@@ -9,7 +9,10 @@ from domain_coordinator import domain_id
 from rich.console import Console
 
 from benchmarks import live, machine, offline, report
-from benchmarks.suite import ESTIMATORS, NODES
+from benchmarks.suite import ESTIMATORS
+from tissue_probe.recording.summary import summarize
+
+NODES = ("driver", "mapper", "recorder")
 
 pytestmark = pytest.mark.slow
 
@@ -37,13 +40,13 @@ def counted(run, node, what="samples"):
     return next(row for row in run["counts"] if (row["node"], row["what"]) == (node, what))
 
 
-@pytest.mark.parametrize("mode", report.MODES)
+@pytest.mark.parametrize("mode", ["apart", *report.MODES])
 def test_every_node_receives_every_message(results, mode):
     run = results["live"][mode]
     for row in run["counts"]:
         assert row["lost"] == 0, row
         assert row["received"] == row["published"] > 500, row
-    assert {row["node"] for row in run["counts"]} >= set(NODES) - {"driver"}
+    assert {row["node"] for row in run["counts"]} >= {*ESTIMATORS, "mapper", "recorder"}
 
 
 def test_the_subscriber_gets_every_sample_by_itself(results):
@@ -62,8 +65,22 @@ def test_latency_counts_from_the_last_and_from_the_first_sample_of_a_block(resul
 def test_cpu_and_memory_are_known_of_every_process(results):
     run = results["live"]["with_subscriber"]
     for unit in ("cpu_cores", "memory_megabytes"):
-        assert set(run[unit]) == {*NODES, "stage", "subscriber"}
+        assert set(run[unit]) == {*NODES, "estimators", "stage", "subscriber"}
         assert all(value > 0.0 for value in run[unit].values())
+    assert set(results["live"]["apart"]["cpu_cores"]) == {*NODES, *ESTIMATORS, "stage"}
+
+
+def test_apart_every_number_of_an_estimate_is_recorded_by_itself_and_else_none(results, folder):
+    def topics(bag):
+        return {topic.name for topic in summarize(folder / bag).topics}
+
+    numbers = {
+        f"/probe/{estimator}/{value}"
+        for estimator in ESTIMATORS
+        for value in ("stiffness", "damping", "covariance_trace")
+    }
+    assert numbers <= topics("run_apart.mcap")
+    assert not numbers & topics("run.mcap")
 
 
 def test_every_filter_is_timed_off_line(results):
@@ -79,7 +96,15 @@ def test_the_file_holds_the_results_and_the_tables_show_them(results, folder):
     console = Console(width=80, file=StringIO())
     report.show(results, console)
     shown = console.file.getvalue()
-    for title in ("Machine", "Messages", "latency in ms", "Processor", "Off line", "Targets"):
+    for title in (
+        "Machine",
+        "Messages",
+        "latency in ms",
+        "Processor",
+        "both ways",
+        "Off line",
+        "Targets",
+    ):
         assert title in shown
     assert str(counted(results["live"]["alone"], "ekf")["published"]) in shown
     assert "…" not in shown

@@ -10,6 +10,7 @@ from tissue_probe.devices import DEVICES, Limits
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
+from tissue_probe.nodes.estimators import EstimatorsSettings
 from tissue_probe.nodes.mapper import MapperSettings
 from tissue_probe.nodes.recorder import RecorderSettings
 from tissue_probe.nodes.replay import ReplaySettings
@@ -26,6 +27,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
         ("excitation.", ExcitationSettings),
         *((f"{name}.", device.Settings) for name, device in DEVICES.items()),
     ],
+    "estimators": [("", EstimatorsSettings)],
     "mapper": [("", MapperSettings)],
     "recorder": [("", RecorderSettings)],
     "replay": [("", ReplaySettings)],

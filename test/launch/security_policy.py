@@ -22,8 +22,8 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
 from tissue_probe.estimation import ESTIMATORS
+from tissue_probe.nodes import estimator, estimators
 from tissue_probe.nodes.driver import Driver
-from tissue_probe.nodes.estimator import EstimatorNode
 from tissue_probe.nodes.mapper import Mapper
 from tissue_probe.nodes.recorder import Recorder
 from tissue_probe.nodes.replay import Replay
@@ -52,9 +52,11 @@ PARAMETER_SERVICES = {
 
 def make_nodes() -> list[Node]:
     """Make every node of the suite; the driver is configured, since it opens the rest then."""
-    made = [Driver(), Stage(), Scan(), Mapper(), Recorder(), Replay()]
-    made += [EstimatorNode(name) for name in ESTIMATORS]
-    made[0].trigger_configure()
+    made = [Driver()]
+    made[0].trigger_configure()  # before there is a replay, beside which it would be refused
+    made += [Stage(), Scan(), Mapper(), Recorder(), Replay()]
+    made += [node for name in ESTIMATORS for node in estimator.make(name)]
+    made += estimators.make()
     return made
 
 
@@ -107,6 +109,12 @@ def read_graph(watcher: Node) -> Policy:
         for service in ("get_parameters", "list_parameters")
         if not name.startswith("_")
     }
+    # Estimators that share a process are in its enclave, what each may open as in its own.
+    for name in ESTIMATORS:
+        if alone := policy.get((f"/probe/{name}", "/probe", name)):
+            policy["/probe/estimators", "/probe", name] = alone
+    # The driver hears the samples' topic only while it finds another node there.
+    policy["/probe/driver", "/probe", "driver"]["topics", "subscribe"].add("/probe/samples")
     policy[OPERATOR] = operator_rules(policy)
     return {node: {rule: names for rule, names in r.items() if names} for node, r in policy.items()}
 

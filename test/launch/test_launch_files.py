@@ -42,6 +42,11 @@ STAND_INS = [
 each_file = pytest.mark.parametrize("path", LAUNCH_FILES, ids=lambda path: path.name)
 
 
+def name_in(node) -> str:
+    """What the node that a launch file starts is called; by default as its executable."""
+    return node.get("name", node["executable"])
+
+
 def name_of(path):
     return path.name.removesuffix(".launch.py")
 
@@ -81,7 +86,7 @@ def test_every_node_is_an_executable_of_this_package_under_its_own_name(
     for node in nodes:
         assert node["package"] == "tissue_probe"
         assert node["executable"] in executables
-        assert node["name"] == node["executable"]
+        assert name_in(node) == node["executable"]
 
 
 @each_file
@@ -105,7 +110,7 @@ def test_every_node_runs_in_an_enclave_of_the_security_policy(path, recorded):
     for node in nodes:
         option, enclave = node["ros_arguments"]
         assert option == "--enclave"
-        assert (enclave, node["name"]) in enclaves
+        assert (enclave, name_in(node)) in enclaves
 
 
 @each_file
@@ -132,8 +137,14 @@ def test_parameters_given_go_over_those_of_the_stock_file(name, recorded):
 
 def test_the_estimators_named_are_started_and_mapped(recorded):
     nodes, _ = recorded(ROOT / "launch" / "estimation.launch.py")
-    assert [node["executable"] for node in nodes] == ["ekf", "robust_ekf", "mapper"]
-    assert {"estimators": ["ekf", "robust_ekf"]} in nodes[-1]["parameters"]
+    assert [node["executable"] for node in nodes] == ["estimators", "mapper"]
+    for node in nodes:
+        assert {"estimators": ["ekf", "robust_ekf"]} in node["parameters"]
+
+
+def test_the_estimators_keep_their_names_in_their_process(recorded):
+    nodes, _ = recorded(ROOT / "launch" / "estimation.launch.py")
+    assert "name" not in nodes[0], "it would rename every node in the process"
 
 
 def test_the_simulation_starts_everything_that_is_not_an_estimator(recorded):

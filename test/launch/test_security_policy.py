@@ -7,6 +7,8 @@ from security_policy import OPERATOR, PARAMETER_SERVICES, Policy, live_policy, r
 
 from tissue_probe.estimation import ESTIMATORS
 
+#: Who works on the force beside a lone estimator; the driver looks whether another one drives.
+OTHERS = ("estimators", "scan", "recorder", "operator", "driver")
 #: What carries the force, and what moves or feeds the coil.
 FORCE = {"/probe/samples", "/probe/measured_cf"}
 
@@ -37,7 +39,7 @@ def test_only_the_driver_and_the_replay_publish_samples(allowed):
 
 
 def test_only_who_works_on_the_force_reads_it(allowed):
-    readers = {f"/probe/{name}" for name in (*ESTIMATORS, "scan", "recorder", "operator")}
+    readers = {f"/probe/{name}" for name in (*ESTIMATORS, *OTHERS)}
     assert who_may(allowed, "topics", "subscribe", FORCE) == readers
 
 

@@ -104,8 +104,8 @@ def session() -> Iterator[Callable[..., Session]]:
     """Start node processes; they are ended with the test."""
     opened: list[Session] = []
 
-    def start(*processes: NodeProcess) -> Session:
-        opened.append(Session(processes).__enter__())
+    def start(*processes: NodeProcess, parameter_file: Path | None = None) -> Session:
+        opened.append(Session(processes, parameter_file).__enter__())
         return opened[-1]
 
     yield start
@@ -257,12 +257,12 @@ def fails_with(process: NodeProcess) -> str:
     return str(failure.value)
 
 
-def site_publisher(node):
-    return node.create_publisher(PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+def site_publisher(node, namespace: str = "/probe"):
+    return node.create_publisher(PalpationSite, f"{namespace}/palpation_site", ANNOUNCEMENTS)
 
 
-def samples_publisher(node):
-    return node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
+def samples_publisher(node, namespace: str = "/probe"):
+    return node.create_publisher(ProbeSamples, f"{namespace}/samples", BLOCKS)
 
 
 #: Cyclone is to look for others on this host only, and without multicast, as our nodes do. Until a

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from geometry_msgs.msg import PoseStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
@@ -11,6 +14,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from tissue_probe.nodes import conversions
 from tissue_probe.signals import (
+    LAST_SEQUENCE,
+    LAST_STAMP,
+    REACH,
     FloatArray,
     PalpationSite,
     Phase,
@@ -21,7 +27,7 @@ from tissue_probe_msgs.msg import PalpationSite as PalpationSiteMessage
 from tissue_probe_msgs.msg import TissueEstimate
 
 any_float = st.floats(width=64)
-stamps = st.integers(0, 2**31 * 10**9 - 1)
+stamps = st.integers(0, LAST_STAMP - 10**9)
 
 
 def sent(message):
@@ -31,7 +37,7 @@ def sent(message):
 
 @given(
     stamp=stamps,
-    sequence=st.integers(0, 2**63 - 1),
+    sequence=st.integers(0, LAST_SEQUENCE - 40),
     samples=npst.arrays(float, st.tuples(st.just(3), st.integers(1, 40)), elements=any_float),
 )
 def test_samples_come_back_bit_for_bit(stamp, sequence, samples: FloatArray):
@@ -47,7 +53,7 @@ def test_samples_come_back_bit_for_bit(stamp, sequence, samples: FloatArray):
 @given(
     stamp=stamps,
     site=st.integers(0, 2**32 - 1),
-    position=st.tuples(*[st.floats(allow_nan=False)] * 3),
+    position=st.tuples(*[st.floats(-REACH, REACH)] * 3),
     phase=st.sampled_from(list(Phase)),
 )
 def test_a_site_comes_back(stamp, site, position, phase):
@@ -59,6 +65,26 @@ def test_a_site_comes_back(stamp, site, position, phase):
 def test_a_phase_that_does_not_exist_is_refused():
     with pytest.raises(ValueError, match="99"):
         conversions.site_from_message(PalpationSiteMessage(phase=99))
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -1e300, 2 * REACH])
+def test_a_place_that_no_robot_reaches_is_refused(wrong):
+    site, pose = PalpationSiteMessage(), PoseStamped()
+    site.position.y = pose.pose.position.y = wrong
+    for convert, message in (
+        (conversions.site_from_message, site),
+        (conversions.place_from_message, pose),
+    ):
+        with pytest.raises(ValueError, match="no place within"):
+            convert(message)
+
+
+@pytest.mark.parametrize("seconds", [-1, 2**31 - 1])
+def test_a_stamp_of_a_site_that_leaves_no_time_is_refused(seconds):
+    site = PalpationSiteMessage()
+    site.header.stamp.sec = seconds
+    with pytest.raises(ValueError, match="no time from 0"):
+        conversions.site_from_message(site)
 
 
 def test_the_messages_constants_are_those_of_the_package():

@@ -110,7 +110,8 @@ def processes() -> list[str]:
 
 
 def test_every_node_and_every_estimator_is_an_executable_of_ros2_run():
-    nodes = {"driver", "stage", "scan", "mapper", "recorder", "replay", "tissue_probe"}
+    nodes = {"driver", "stage", "scan", "estimators", "mapper", "recorder", "replay"}
+    nodes |= {"tissue_probe"}
     assert nodes | set(ESTIMATORS) <= {file.name for file in EXECUTABLES.iterdir()}
 
 

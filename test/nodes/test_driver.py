@@ -25,6 +25,7 @@ from conftest import (
     deactivate,
     driver,
     fails_with,
+    samples_publisher,
     set_parameter,
     stage_on_tissue,
     state_of,
@@ -255,27 +256,54 @@ def test_an_excitation_above_the_command_limit_is_refused(session):
     assert "command limit of 0.5 V" in running.log("driver")
 
 
-def test_two_drivers_on_the_same_topic_are_not_both_active(session):
+def test_a_second_driver_is_refused_and_the_first_goes_on(session):
     running = session(driver())
     activate(running)
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
     running.wait_until(lambda: bool(blocks), "samples")
     other = session(NodeProcess("driver", "second"))
-    answers = [
-        change_state(other, transition, "/probe/second")
-        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE)
-    ]
-    if answers == [True, False]:
+    other.wait_until(lambda: other.node.count_publishers("/probe/samples") == 1, "the first")
+    # Its own process may not have heard of the first: then it is configured, which must not matter.
+    configured = change_state(other, Transition.TRANSITION_CONFIGURE, "/probe/second")
+    if not configured:
         assert "/probe/driver publishes /probe/samples already" in other.log("second")
-    # On a slow machine the second may not have heard of the first in time: then they find out.
+    count = len(blocks)
+    running.wait_until(lambda: len(blocks) > count + 600, "the first to go on for three seconds")
+    assert state_of(running) == State.PRIMARY_STATE_ACTIVE
+    assert len(join(samples_from_message(block) for block in blocks)) == 1
+
+
+def test_a_driver_that_hears_another_ones_samples_gives_way(session):
+    running = session(driver())
+    activate(running)
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    running.wait_until(lambda: bool(blocks), "samples")
+    samples = samples_publisher(running.node)
+    # What can publish and does not is borne, however long; what it then says is not.
     running.wait_until(
-        lambda: (
-            not (
-                state_of(running) == state_of(other, "/probe/second") == State.PRIMARY_STATE_ACTIVE
-            )
-        ),
-        "one of them to give way",
+        lambda: any("could publish" in status.message for status in health_of(running)), "a warning"
     )
+    assert state_of(running) == State.PRIMARY_STATE_ACTIVE
+    running.wait_until(lambda: samples.get_subscription_count() == 2, "the driver to listen")
+
+    foreign = ProbeSamples(sample_period=5e-4, position=[0.0], force=[0.0], command=[0.0])
+
+    def gave_way() -> bool:
+        samples.publish(foreign)
+        return state_of(running) == State.PRIMARY_STATE_INACTIVE
+
+    running.wait_until(gave_way, "the driver to give way")
+    assert "began to publish /probe/samples too" in health_of(running)[-1].message
+
+
+def test_a_driver_is_not_activated_beside_another_one(session):
+    running = session(driver())
+    assert change_state(running, Transition.TRANSITION_CONFIGURE)
+    samples = samples_publisher(running.node)
+    running.wait_until(lambda: running.node.count_publishers("/probe/samples") == 2, "both")
+    assert not change_state(running, Transition.TRANSITION_ACTIVATE)
+    assert "publishes /probe/samples already" in running.log("driver")
+    running.node.destroy_publisher(samples)
 
 
 @pytest.mark.parametrize(

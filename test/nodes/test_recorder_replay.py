@@ -42,6 +42,9 @@ from tissue_probe.recording.summary import summarize
 from tissue_probe.signals import Phase, TissueEstimates
 from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 
+#: In one process; all others each in one of its own.
+TOGETHER = ["robust_ekf", "ekf", "ukf", "afekf"]
+APART = [name for name in ESTIMATORS if name not in TOGETHER]
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": list(ESTIMATORS)})
 
 
@@ -59,16 +62,17 @@ def recorded(tmp_path_factory) -> Path:
             SCAN,
             driver(),
             STAGE,
-            *(estimator(name) for name in ESTIMATORS),
+            NodeProcess("estimators", "estimators", parameters={"estimators": TOGETHER}),
+            *(estimator(name) for name in APART),
             MAPPER,
             recorder(bag),
         ]
         with Session(processes) as running:
             running.activate(
                 {
-                    "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
+                    "/probe/driver": 1 + len(APART) + 2,  # and the scan and the recorder
                     # And the driver, the mapper and the recorder.
-                    "/probe/scan": len(ESTIMATORS) + 3,
+                    "/probe/scan": 1 + len(APART) + 3,
                     **{f"/probe/{name}": 2 for name in ESTIMATORS},
                 },
                 publishers={
@@ -154,13 +158,13 @@ def test_a_node_that_cannot_be_asked_yet_is_asked_when_it_can(session, bag):
     late.destroy_node()
 
 
-def test_the_per_sample_repeats_are_left_out_unless_asked_for(recorded, session, bag):
+def test_what_repeats_other_messages_is_left_out_unless_asked_for(recorded, session, bag):
     topics = {topic.name for topic in summarize(recorded).topics}
-    assert "/probe/samples" in topics
-    assert "/stage/measured_cp" in topics
+    assert {"/probe/samples", "/probe/ekf/estimate", "/stage/measured_cp"} <= topics
     assert not {"/probe/measured_cp", "/probe/measured_cf"} & topics
-    running = session(driver(), recorder(bag, per_sample=True))
-    running.activate({"/probe/driver": 1})
+    assert not any(topic.startswith("/probe/ekf/") for topic in topics - {"/probe/ekf/estimate"})
+    running = session(driver(), estimator("ekf"), recorder(bag, per_sample=True))
+    running.activate({"/probe/driver": 2, "/probe/ekf": 1}, {"/probe/ekf": 1})
     blocks = collect(running.node, ProbeSamples, "/probe/samples")
     running.wait_until(lambda: len(blocks) > 100, "samples")
     deactivate(running)
@@ -171,6 +175,10 @@ def test_the_per_sample_repeats_are_left_out_unless_asked_for(recorded, session,
     assert samples > 1000
     # Each is sent from the moment that the driver notices the subscriber.
     assert samples - 200 <= counts["/probe/measured_cf"] <= samples
+    estimates = counts["/probe/ekf/estimate"]
+    assert estimates > 100
+    for value in ("stiffness", "damping", "covariance_trace"):
+        assert estimates - 20 <= counts[f"/probe/ekf/{value}"] <= estimates
 
 
 def test_plain_mcap_reads_it_with_schemas_that_name_the_units(recorded):

@@ -1,8 +1,10 @@
 """What was recorded is read back exactly, also from what a dead recorder left."""
 
 import logging
+import math
 import re
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import iterate_raw, read_estimates, read_map, read_recording
 from tissue_probe.recording.summary import SamplesSummary, TopicSummary, summarize
-from tissue_probe.signals import PalpationSite, Phase, SampleBlock, join
+from tissue_probe.signals import LAST_STAMP, PalpationSite, Phase, SampleBlock, join
 
 any_float = st.floats(width=64)
 
@@ -34,7 +36,7 @@ def same(block, other):
 @st.composite
 def sample_blocks(draw):
     """Blocks as a probe may send them: gaps, repeats and steps back, NaN and infinities."""
-    blocks, sequence, stamp = [], 0, draw(st.integers(0, (2**31 - 2) * 10**9))
+    blocks, sequence, stamp = [], 0, draw(st.integers(0, LAST_STAMP - 10**9))
     for _ in range(draw(st.integers(1, 6))):
         size = draw(st.integers(1, 5))
         columns = [draw(arrays(np.float64, size, elements=any_float)) for _ in range(3)]
@@ -450,6 +452,32 @@ def test_a_damaged_message_is_refused_with_where_it_is(tmp_path, messages, recor
         record(file, [("/samples", messages.SAMPLES, 17, wrong)])
         with pytest.raises(RecordingError, match="/samples logged at 17 ns"):
             read_recording(file)
+
+
+def test_malformed_messages_are_left_out_as_live_and_told(
+    tmp_path, messages, record, blocks, caplog
+):
+    endless = messages.cdr(
+        messages.SAMPLES,
+        *(messages.header(blocks[0].stamp), 0, 1e300),
+        *(blocks[0].position, blocks[0].force, blocks[0].command),
+    )
+    site = PalpationSite(blocks[0].stamp, 0, (0.0, 0.0, 0.0), Phase.DWELL)
+    nowhere = replace(site, position=(math.nan, 0.0, 0.0))
+    entries = [
+        ("/probe/samples", messages.SAMPLES, 1, messages.samples(blocks[0])),
+        ("/probe/samples", messages.SAMPLES, 2, endless),
+        ("/probe/samples", messages.SAMPLES, 3, messages.samples(blocks[1])[:-8]),
+        ("/probe/samples", messages.SAMPLES, 4, messages.samples(blocks[1])),
+        ("/probe/palpation_site", messages.SITE, 5, messages.site(nowhere)),
+        ("/probe/palpation_site", messages.SITE, 6, messages.site(site)),
+    ]
+    found = read_recording(record(tmp_path / "run.mcap", entries))
+    (block,) = found.blocks
+    same(block, join(blocks[:2])[0])
+    assert found.sites == (site,)
+    assert "2 malformed messages are left out" in caplog.text
+    assert "sample_period is 1e+300 s" in caplog.text
 
 
 def bags(folder):

@@ -41,7 +41,7 @@ def demo(
 ) -> None:
     """Palpate a simulated phantom, from probe to map.
 
-    Scans a 5 x 5 grid at real time, every node a process of its own.
+    Scans a 5 x 5 grid at real time, in the processes of a real probe.
 
     Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
     """
@@ -72,8 +72,8 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     bag.unlink(missing_ok=True)
     grid = Grid(*SITES)
     subscribers = {
-        "/probe/driver": len(ESTIMATORS) + 2,  # and the scan and the recorder
-        "/probe/scan": len(ESTIMATORS) + 3,  # and the driver, the mapper and the recorder
+        "/probe/driver": 3,  # the estimators, which share a process, the scan and the recorder
+        "/probe/scan": 4,  # the driver, the estimators, the mapper and the recorder
         **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
     }
     publishers = {

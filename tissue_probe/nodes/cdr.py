@@ -1,8 +1,9 @@
 """The messages that flow all the time, as the bytes that DDS carries.
 
-What belongs here: messages that come 200 times a second. rclpy makes Python objects of each of a
-message's parts, and asks each for its value again to send it, which takes longer than all that the
-suite does with the values. What does not: messages that come now and then (``conversions``).
+What belongs here: messages that come 200 times a second and more. rclpy makes Python objects of
+each of a message's parts, and asks each for its value again to send it, which takes longer than all
+that the suite does with the values. What does not: messages that come now and then
+(``conversions``).
 
 Plain CDR: little-endian numbers in the order of the message's definition, each aligned to its own
 size, counted from behind a header of four bytes (OMG DDS-XTypes, section 7.4.1).
@@ -17,7 +18,14 @@ import numpy as np
 
 from tissue_probe.mapping.fusion import Estimate
 from tissue_probe.nodes.conversions import ESTIMATE_VALUES
-from tissue_probe.signals import NANOSECONDS, FloatArray, SampleBlock, TissueEstimates
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    SampleBlock,
+    TissueEstimates,
+    sound_block,
+    sound_stamp,
+)
 
 LITTLE_ENDIAN = b"\x00\x01"
 _HEADER = f"<{len(LITTLE_ENDIAN)}s2x"
@@ -28,6 +36,16 @@ _FLOAT64 = struct.Struct(f"{_HEADER}d")
 def float64_to_cdr(value: float) -> bytes:
     """Return a ``std_msgs/Float64``."""
     return _FLOAT64.pack(LITTLE_ENDIAN, value)
+
+
+def pose_to_cdr(stamp: int, z: float, frame_id: str) -> bytes:
+    """Return a ``geometry_msgs/PoseStamped`` at ``z`` [m], not turned; the stamp in ns."""
+    return _single_to_cdr(stamp, frame_id, 0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0)
+
+
+def wrench_to_cdr(stamp: int, z: float, frame_id: str) -> bytes:
+    """Return a ``geometry_msgs/WrenchStamped`` of the force ``z`` [N] alone; the stamp in ns."""
+    return _single_to_cdr(stamp, frame_id, 0.0, 0.0, z, 0.0, 0.0, 0.0)
 
 
 def samples_to_cdr(block: SampleBlock, frame_id: str) -> bytes:
@@ -50,7 +68,7 @@ def samples_from_cdr(data: bytes) -> tuple[SampleBlock, str]:
     ------
     ValueError
         If the bytes are no little-endian CDR of a ``ProbeSamples``, its arrays differ in length, or
-        its period is not positive.
+        the block is not sound (``sound_block``).
     """
     if data[:2] != LITTLE_ENDIAN:
         raise ValueError("the samples are not encoded as little-endian CDR")
@@ -69,7 +87,7 @@ def samples_from_cdr(data: bytes) -> tuple[SampleBlock, str]:
     except (struct.error, ValueError) as error:
         raise ValueError(f"the samples are cut off: {error}") from None
     stamp = seconds * NANOSECONDS + nanoseconds
-    return SampleBlock(stamp, sequence, sample_period, *arrays), frame_id
+    return sound_block(SampleBlock(stamp, sequence, sample_period, *arrays)), frame_id
 
 
 def last_estimate_to_cdr(estimates: TissueEstimates, frame_id: str) -> bytes:
@@ -90,7 +108,7 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
     Raises
     ------
     ValueError
-        If the bytes are no little-endian CDR of a ``TissueEstimate``.
+        If the bytes are no little-endian CDR of a ``TissueEstimate``, or its stamp is not sound.
     """
     if data[:2] != LITTLE_ENDIAN:
         raise ValueError("the estimate is not encoded as little-endian CDR")
@@ -104,7 +122,19 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
         raise ValueError(f"the estimate is cut off: {error}") from None
     # The message's values begin with those of an Estimate, in the same order.
     mapped = values[: len(Estimate._fields) - 1]
-    return name, status, Estimate(seconds * NANOSECONDS + nanoseconds, *mapped)
+    return name, status, Estimate(sound_stamp(seconds * NANOSECONDS + nanoseconds), *mapped)
+
+
+def _single_to_cdr(stamp: int, frame_id: str, *values: float) -> bytes:
+    name = frame_id.encode()
+    return _single_layout(len(name) + 1, len(values)).pack(
+        LITTLE_ENDIAN, *divmod(stamp, NANOSECONDS), len(name) + 1, name, *values
+    )
+
+
+@lru_cache
+def _single_layout(frame_length: int, values: int) -> struct.Struct:
+    return struct.Struct(_padded(f"{_HEADER}iII{frame_length}s") + f"{values}d")
 
 
 @lru_cache

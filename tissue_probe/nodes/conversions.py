@@ -9,7 +9,7 @@ import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, PoseStamped
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -20,6 +20,9 @@ from tissue_probe.signals import (
     Phase,
     SampleBlock,
     TissueEstimates,
+    sound_block,
+    sound_position,
+    sound_stamp,
 )
 from tissue_probe_msgs import msg
 
@@ -52,15 +55,17 @@ def samples_from_message(message: msg.ProbeSamples) -> SampleBlock:
     Raises
     ------
     ValueError
-        If the message's arrays differ in length or its period is not positive.
+        If the message's arrays differ in length, or the block is not sound (``sound_block``).
     """
-    return SampleBlock(
-        stamp=from_time(message.header.stamp),
-        sequence=message.sequence,
-        sample_period=message.sample_period,
-        position=np.frombuffer(message.position),
-        force=np.frombuffer(message.force),
-        command=np.frombuffer(message.command),
+    return sound_block(
+        SampleBlock(
+            stamp=from_time(message.header.stamp),
+            sequence=message.sequence,
+            sample_period=message.sample_period,
+            position=np.frombuffer(message.position),
+            force=np.frombuffer(message.force),
+            command=np.frombuffer(message.command),
+        )
     )
 
 
@@ -107,14 +112,32 @@ def site_from_message(message: msg.PalpationSite) -> PalpationSite:
     Raises
     ------
     ValueError
-        If the phase is none of the message's constants.
+        If the phase is none of the message's constants, or stamp or position are not sound.
     """
     return PalpationSite(
-        stamp=from_time(message.header.stamp),
+        stamp=sound_stamp(from_time(message.header.stamp)),
         site=message.site,
-        position=(message.position.x, message.position.y, message.position.z),
+        position=sound_position(_xyz(message.position)),
         phase=Phase(message.phase),
     )
+
+
+def place_from_message(message: PoseStamped) -> tuple[float, float, float]:
+    """Return where a stage or robot says that it is, or is told to go: (x, y, z) [m].
+
+    Raises
+    ------
+    ValueError
+        If the position is not sound (``sound_position``), or the orientation not finite.
+    """
+    turned = message.pose.orientation
+    if not np.isfinite([turned.x, turned.y, turned.z, turned.w]).all():
+        raise ValueError("its orientation is not finite")
+    return sound_position(_xyz(message.pose.position))
+
+
+def _xyz(point: Point) -> tuple[float, float, float]:
+    return point.x, point.y, point.z
 
 
 def cloud_message(header: Header, points: FloatArray, names: list[str]) -> PointCloud2:

@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel, model_validator
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 
 from tissue_probe.configuration import stock_configuration
@@ -27,6 +28,8 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.simulated import SimulatedProbe
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.identification.free_air import Refused
+from tissue_probe.nodes.cdr import samples_from_cdr
+from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.emergency_stop import EmergencyStop
@@ -34,11 +37,13 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import POSES
+from tissue_probe.nodes.qos import BLOCKS, POSES
+from tissue_probe.nodes.real_time import ask_for_locked_memory, ask_for_priority
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.nodes.scan_watch import ScanWatch
 from tissue_probe.nodes.tare import Tare
 from tissue_probe.settings import SettingsError, setting
+from tissue_probe_msgs.msg import ProbeSamples
 
 #: Most samples that are read, and checked against the limits, at once.
 LONGEST_READ = 10
@@ -138,6 +143,10 @@ class Driver(SturdyLifecycleNode):
         self._stopping = threading.Event()
         self._interlock = Interlock()
         self._tare: Tare | None = None
+        self._real_time: dict[str, object] = {}
+        self._shed_told = False
+        self._malformed_poses = 0
+        self._foreign_samples: Subscription | None = None
         self.create_service(Trigger, "tare", self._on_tare)
         self._crtk = OperatingStateInterface(self, self._operating_state, self._on_command)
         self._emergency_stop = EmergencyStop(
@@ -150,8 +159,13 @@ class Driver(SturdyLifecycleNode):
         self.create_timer(0.05, self._deactivate_after_fault)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Make the device; fails, with one sentence in the log, if that cannot be done."""
+        """Make the device; fails, with one sentence in the log, if that cannot be done.
+
+        It fails, too, if another node publishes samples: this one would then look like a second
+        source of them to everyone, and might take the device from the first.
+        """
         try:
+            self._refuse_second_driver()
             settings = read(self, DriverSettings)
             calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
             calibration = Calibration.load(calibration_file)
@@ -169,9 +183,7 @@ class Driver(SturdyLifecycleNode):
         if isinstance(device, SimulatedProbe):
             self._simulated = device
             self._stage = Inbox(self)
-            self._stage.subscribe(
-                PoseStamped, settings.stage_pose, POSES, lambda pose, info: _place(device, pose)
-            )
+            self._stage.subscribe(PoseStamped, settings.stage_pose, POSES, self._on_stage_pose)
         self._tell("device_description", device.description)
         self._tell("calibration", self._tare.calibration.text)
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
@@ -206,6 +218,7 @@ class Driver(SturdyLifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Put the coil at zero and end the samples."""
         self._stop()
+        self._hear_foreign_samples(False)
         self._crtk.publish()
         # Whoever deactivates may end this process next.
         self._publisher.deliver()
@@ -235,6 +248,12 @@ class Driver(SturdyLifecycleNode):
     def _acquire(self) -> None:
         """Fetch and publish samples until told to stop; in its own thread."""
         device, publisher = self._device, self._publisher
+        self._real_time = {
+            "real-time priority": ask_for_priority(),
+            "memory locked": ask_for_locked_memory(),
+        }
+        told = ", ".join(f"{what}: {came}" for what, came in self._real_time.items())
+        self.get_logger().info(told)
         try:
             while not self._stopping.is_set():
                 samples = self._tare.apply(device.read(self._samples_to_read()))
@@ -299,13 +318,22 @@ class Driver(SturdyLifecycleNode):
         Waking up costs far more than reading, so it is done only as often as it is of use; and so
         often that limits are checked in time.
         """
-        if self._publisher.wanted_singly:
+        if self._publisher.goes_singly:
             return self._device.samples_per_read
         return min(self._publisher.missing, LONGEST_READ)
 
     def _hear_stage(self) -> None:
         if self._stage is not None:
             self._stage.empty()
+
+    def _on_stage_pose(self, pose: PoseStamped, info: dict) -> None:
+        try:
+            self._simulated.place(*place_from_message(pose))
+        except ValueError as error:
+            self._malformed_poses += 1
+            self.get_logger().error(
+                f"a pose of the stage is left out: {error}", throttle_duration_sec=1.0
+            )
 
     def _stop(self) -> None:
         self._stopping.set()
@@ -318,6 +346,7 @@ class Driver(SturdyLifecycleNode):
     def _release(self) -> None:
         """Stop, and let go of what there is: configuring may have ended half-way."""
         self._stop()
+        self._hear_foreign_samples(False)
         if self._device is not None:
             self._device.close()
         for each in (self._publisher, self._stage):
@@ -381,12 +410,33 @@ class Driver(SturdyLifecycleNode):
     def _other_drivers(self) -> list[str]:
         me = (self.get_namespace(), self.get_name())
         publishers = self.get_publishers_info_by_topic(self._samples_topic())
-        if len(publishers) == 1:
-            return []  # ourselves, even where the graph has not learnt our name yet
         names = [(info.node_namespace, info.node_name) for info in publishers]
-        if me in names:
-            names.remove(me)
+        if self._publisher is not None:
+            if len(names) == 1:
+                return []  # ourselves, even where the graph has not learnt our name yet
+            if me in names:
+                names.remove(me)
         return [f"{namespace.rstrip('/')}/{name}" for namespace, name in names]
+
+    def _hear_foreign_samples(self, wanted: bool) -> None:
+        """Hear what is on the topic of samples, or cease to: it costs as much as an estimator."""
+        if wanted and self._foreign_samples is None:
+            self._foreign_samples = self.create_subscription(
+                ProbeSamples, "samples", self._on_any_samples, BLOCKS, raw=True
+            )
+        elif not wanted and self._foreign_samples is not None:
+            self.destroy_subscription(self._foreign_samples)
+            self._foreign_samples = None
+
+    def _on_any_samples(self, data: bytes) -> None:
+        """Give way to another driver that came unseen: who only can publish disturbs nobody."""
+        try:
+            block, _ = samples_from_cdr(data)
+        except ValueError:
+            return  # which everyone leaves out
+        if self._thread is not None and not self._publisher.is_own(block):
+            others = ", ".join(self._other_drivers()) or "another node"
+            self._trip(f"{others} began to publish {self._samples_topic()} too")
 
     def _samples_topic(self) -> str:
         return self.resolve_topic_name("samples")
@@ -403,19 +453,39 @@ class Driver(SturdyLifecycleNode):
         rate, due = self._rate(self._publisher.published), 1.0 / self._device.sample_period
         values["achieved rate [samples/s]"] = f"{rate:.0f}"
         others = self._other_drivers()
-        if others:
-            self._trip(f"{', '.join(others)} began to publish {self._samples_topic()} too")
+        self._hear_foreign_samples(bool(others))
         lateness = self._device.worst_lateness
         values["worst lateness in the last second [ms]"] = f"{1e3 * lateness:.3f}"
         values["command [V]"] = f"{self._device.commanded_voltage:.4f}"
+        values |= self._real_time
+        values["stage poses malformed"] = self._malformed_poses
+        shed = self._told_of_shedding(values)
         if self._simulated is not None and (recent := self._simulated.recent_lateness).size:
             median, high = np.percentile(recent, (50, 99))
             values["median lateness in the last second [ms]"] = f"{1e3 * median:.3f}"
             values["99th percentile of lateness in the last second [ms]"] = f"{1e3 * high:.3f}"
         # The first second of an activation is not a whole one.
         whole = time.monotonic() - self._began > 2.0
-        slow = slowness(lateness, rate if whole else due, due)
-        return Health(WARN if slow else OK, slow or "acquiring", values)
+        trouble = slowness(lateness, rate if whole else due, due) or shed
+        if others and not trouble:
+            trouble = f"{', '.join(others)} could publish {self._samples_topic()} too"
+        return Health(WARN if trouble else OK, trouble or "acquiring", values)
+
+    def _told_of_shedding(self, values: dict[str, object]) -> str:
+        """Add how single samples go to ``values``; say, here and in the log, if they do not."""
+        publisher = self._publisher
+        values["samples not published singly"] = publisher.shed
+        values["part of the time that publishing takes"] = f"{publisher.shedding.share:.2f}"
+        told = (
+            "measured_cp and measured_cf are not published: they would take "
+            f"{publisher.shedding.share:.0%} of the time that acquisition has; fewer subscribers "
+            "of them, or a faster machine, and they come back"
+        )
+        if publisher.shedding.active != self._shed_told:
+            self._shed_told = publisher.shedding.active
+            tell = self.get_logger().warning if self._shed_told else self.get_logger().info
+            tell(told if self._shed_told else "measured_cp and measured_cf are published again")
+        return told if self._shed_told else ""
 
 
 def slowness(lateness: float, rate: float, due: float) -> str:
@@ -429,11 +499,6 @@ def slowness(lateness: float, rate: float, due: float) -> str:
     if rate < SLOW * due:
         return f"{rate:.0f} samples a second come, not {due:g}"
     return ""
-
-
-def _place(device: SimulatedProbe, pose: PoseStamped) -> None:
-    position = pose.pose.position
-    device.place(position.x, position.y, position.z)
 
 
 def main() -> int:

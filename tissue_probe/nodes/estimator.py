@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from functools import partial
+from collections.abc import Sequence
 from typing import Literal
 
 from pydantic import BaseModel
@@ -12,20 +12,17 @@ from rclpy.node import Node
 from std_msgs.msg import Float64
 
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
-from tissue_probe.nodes.cdr import float64_to_cdr, last_estimate_to_cdr, samples_from_cdr
-from tissue_probe.nodes.conversions import site_from_message
+from tissue_probe.nodes.cdr import float64_to_cdr, last_estimate_to_cdr
 from tissue_probe.nodes.diagnostics import ERROR, OK, STALE, WARN, Diagnostics, Health, Rate
-from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
-from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.nodes.process import run_together
+from tissue_probe.nodes.qos import BLOCKS
+from tissue_probe.nodes.repeats import SINGLE_VALUES
+from tissue_probe.nodes.sample_stream import SampleStream
 from tissue_probe.settings import setting
-from tissue_probe.signals import Phase, Status, TissueEstimates
-from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, TissueEstimate
+from tissue_probe.signals import PalpationSite, Phase, SampleBlock, Status, TissueEstimates
+from tissue_probe_msgs.msg import TissueEstimate
 
-SITES = "palpation_site"
-#: How long the estimation waits before it looks whether it is to end [s].
-PATIENCE = 0.1
 #: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
 SILENCE = 3.0
 COMPILING = (
@@ -45,7 +42,10 @@ class EstimatorNode(Node):
     """Runs one filter on every sample and publishes an estimate for each block.
 
     At a dwell's announced begin the filter restarts, if so set: at the first sample stamped at or
-    after the announcement's stamp, so a bag gives the same estimates again.
+    after the announcement's stamp, so a bag gives the same estimates again. The values in
+    ``SINGLE_VALUES`` go out one by one, too, while someone subscribes to them.
+
+    It hears nothing before ``hear`` is called.
     """
 
     def __init__(self, estimator: str) -> None:
@@ -58,28 +58,23 @@ class EstimatorNode(Node):
         self._name = settings.estimator
         self._restart_at_site = settings.restart_at_site
         self._estimator = self._made(read(self, EstimatorSettings))
+        self._stream: SampleStream | None = None
         self._expected: int | None = None
         self.received = 0
         self.lost = 0
-        self._malformed = 0
         self._missed = Rate()
         self._rate = Rate()
         self._latest: TissueEstimates | None = None
         publish = self.create_publisher
         self._estimates = publish(TissueEstimate, f"{self._name}/estimate", BLOCKS)
         self._values = {
-            name: publish(Float64, f"{self._name}/{name}", BLOCKS)
-            for name in ("stiffness", "damping", "covariance_trace")
+            name: publish(Float64, f"{self._name}/{name}", BLOCKS) for name in SINGLE_VALUES
         }
-        self._inbox = Inbox(self)
-        self._inbox.subscribe(PalpationSite, SITES, ANNOUNCEMENTS, self._on_site)
-        self._inbox.subscribe(ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
+
+    def hear(self, stream: SampleStream) -> None:
+        """Say how it goes with a stream of which this node is a listener."""
+        self._stream = stream
         Diagnostics(self, self._examine)
-        self._failure: Exception | None = None
-        self._stopping = threading.Event()
-        # A daemon: if it hangs, the process still ends.
-        self._thread = threading.Thread(target=self._estimate, name="estimation", daemon=True)
-        self._thread.start()
 
     def _made(self, settings: EstimatorSettings) -> Estimator:
         """Make the filter; where that takes long, say why."""
@@ -92,36 +87,18 @@ class EstimatorNode(Node):
             told.cancel()
 
     def destroy_node(self) -> None:
-        """End the estimation, then the node."""
-        self._stopping.set()
-        self._thread.join(10 * PATIENCE)
-        self._inbox.destroy()
+        """End the stream, then the node."""
+        if self._stream is not None:
+            self._stream.end()
         super().destroy_node()
 
-    def _estimate(self) -> None:
-        """Take samples as they come; in its own thread, without the executor's expense."""
-        try:
-            while not self._stopping.is_set():
-                self._inbox.wait(PATIENCE)
-                self._inbox.empty()
-        except Exception as error:  # told by the main thread, which ends the process
-            if self.context.ok():
-                self._failure = error
-
-    def _on_site(self, message: PalpationSite, info: dict) -> None:
-        site = site_from_message(message)
+    def on_site(self, site: PalpationSite) -> None:
+        """Note when the filter is to restart."""
         if self._restart_at_site and site.phase == Phase.DWELL:
             self._estimator.restart_at(site.stamp)
 
-    def _on_samples(self, message: bytes, info: dict) -> None:
-        # A restart must be known before the samples that it is for, however many wait here.
-        self._inbox.empty(SITES)
-        try:
-            block, frame_id = samples_from_cdr(message)
-        except ValueError as error:
-            self._malformed += 1
-            self.get_logger().error(f"a block is left out: {error}", throttle_duration_sec=1.0)
-            return
+    def on_samples(self, block: SampleBlock, frame_id: str) -> None:
+        """Filter the next samples, and publish what is known after the last of them."""
         self._count(block.sequence, len(block))
         estimates = self._estimator.process(block)
         if len(estimates) == 0:
@@ -129,7 +106,8 @@ class EstimatorNode(Node):
         self._latest = estimates
         self._estimates.publish(last_estimate_to_cdr(estimates, frame_id))
         for name, publisher in self._values.items():
-            publisher.publish(float64_to_cdr(getattr(estimates, name)[-1]))
+            if publisher.get_subscription_count():
+                publisher.publish(float64_to_cdr(getattr(estimates, name)[-1]))
 
     def _count(self, sequence: int, count: int) -> None:
         """Count samples received, and lost by their sequence numbers."""
@@ -139,16 +117,16 @@ class EstimatorNode(Node):
         self.received += count
 
     def _examine(self) -> Health:
-        if self._failure is not None:
-            raise self._failure
+        if self._stream.failure is not None:
+            raise self._stream.failure
         rate = self._rate(self.received)
-        missed = self._missed(self.lost + self._malformed)
+        missed = self._missed(self.lost + self._stream.malformed)
         values = {
             "subscribers": self._estimates.get_subscription_count(),
-            "publishers": self._inbox.publishers(),
+            "publishers": self._stream.publishers(),
             "samples received": self.received,
             "samples lost": self.lost,
-            "blocks malformed": self._malformed,
+            "messages malformed": self._stream.malformed,
             "achieved rate [samples/s]": f"{rate:.0f}",
             **_convergence(self._latest),
         }
@@ -177,10 +155,24 @@ def _convergence(estimates: TissueEstimates | None) -> dict[str, object]:
     }
 
 
+def listening(owner: Node, nodes: Sequence[EstimatorNode]) -> None:
+    """Let estimators hear one stream of samples, whose topics are relative to ``owner``."""
+    stream = SampleStream(owner, nodes)
+    for node in nodes:
+        node.hear(stream)
+
+
+def make(name: str) -> list[Node]:
+    """Return an estimator that hears samples, alone in its process."""
+    node = EstimatorNode(name)
+    listening(node, [node])
+    return [node]
+
+
 def main() -> int:
     """Run an estimator node; the executable's name is the filter's name."""
     name = sys.argv[0].rsplit("/", 1)[-1]
-    return run(partial(EstimatorNode, name if name in ESTIMATORS else "ekf"))
+    return run_together(lambda: make(name if name in ESTIMATORS else "ekf"))
 
 
 if __name__ == "__main__":

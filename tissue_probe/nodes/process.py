@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import rclpy
@@ -35,15 +35,24 @@ def run(
     spun by its executor: it may have to bring something to an end. Words on the command line that
     are not for ROS are answered with help instead.
     """
+    return run_together(lambda: [make_node()], executor)
+
+
+def run_together(
+    make_nodes: Callable[[], Sequence[Node]],
+    executor: Callable[[], Executor] = SingleThreadedExecutor,
+) -> int:
+    """Do as ``run`` does, with several nodes in one process; they end in the order given."""
     if arguments := rclpy.utilities.remove_ros_args(sys.argv)[1:]:
         return _explain(arguments)
     rclpy.init()
-    node = None
+    nodes: Sequence[Node] = []
     try:
-        node = make_node()
-        _tell_unknown_parameters(node)
+        nodes = make_nodes()
+        _tell_unknown_parameters(nodes)
         spinner = executor()
-        spinner.add_node(node)
+        for node in nodes:
+            spinner.add_node(node)
         _spin(spinner)
     except (KeyboardInterrupt, ExternalShutdownException, Finished):
         pass
@@ -57,7 +66,7 @@ def run(
     finally:
         # Ctrl-C under ros2 launch comes twice, from the terminal and from launch: end in order.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
@@ -94,17 +103,21 @@ def _spin(executor: Executor) -> None:
         os.close(receiver)
 
 
-def _tell_unknown_parameters(node: Node) -> None:
-    """Warn of parameters that the node has not declared, most likely misspelt: ROS ignores them."""
-    given = node._parameter_overrides  # rclpy has no public name for it
+def _tell_unknown_parameters(nodes: Sequence[Node]) -> None:
+    """Warn of parameters that no node has declared, most likely misspelt: ROS ignores them."""
+    # rclpy has no public name for what is given. What one node does not know is another's.
+    given = {name for node in nodes for name in node._parameter_overrides}
     unknown = sorted(
         name
         for name in given
-        if not node.has_parameter(name) and not name.startswith(("qos_overrides.", "use_sim_time"))
+        if not any(node.has_parameter(name) for node in nodes)
+        and not name.startswith(("qos_overrides.", "use_sim_time"))
     )
     if unknown:
-        known = ", ".join(sorted(node.get_parameters_by_prefix("")))
-        node.get_logger().warning(f"no parameter {', '.join(unknown)}; there are {known}")
+        known = {name for node in nodes for name in node.get_parameters_by_prefix("")}
+        nodes[0].get_logger().warning(
+            f"no parameter {', '.join(unknown)}; there are {', '.join(sorted(known))}"
+        )
 
 
 def _explain(arguments: list[str]) -> int:

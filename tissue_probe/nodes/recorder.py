@@ -12,6 +12,8 @@ from pathlib import Path
 import yaml
 from pydantic import BaseModel
 from rcl_interfaces.msg import ParameterEvent
+from rclpy._rclpy_pybind11 import RCLError
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
@@ -21,6 +23,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.remote_parameters import RemoteParameters
+from tissue_probe.nodes.repeats import repeats
 from tissue_probe.recording.definitions import message_definition, share_folders
 from tissue_probe.recording.writer import McapWriter
 from tissue_probe.settings import setting
@@ -33,22 +36,28 @@ INTERVAL = 0.1
 DISCOVERY_INTERVAL = 0.5
 #: Messages kept of each topic between two looks.
 DEPTH = 4000
+#: What a topic raises whose type is not installed, or whose name or type is none of ROS's.
+UNUSABLE = (
+    *(ImportError, AttributeError, FileNotFoundError, ValueError),
+    *(NameValidationException, RCLError),
+)
 #: Below this the disk is called nearly full [bytes].
 LITTLE_SPACE = 500_000_000
 #: Below this time left at the present rate, too [s].
 LITTLE_TIME = 600.0
-#: Topics, in the recorder's namespace, that repeat the blocks of samples one by one.
-PER_SAMPLE = ("measured_cp", "measured_cf")
 
 
 class RecorderSettings(BaseModel):
-    """Where to record, and whether to record again what the blocks hold already."""
+    """Where to record, and whether to record again what is recorded already."""
 
     output: str = setting(
         "", "", "file to write, never overwritten; empty for tissue_probe_<time>.mcap"
     )
     per_sample: bool = setting(
-        False, "", "also record the per-sample messages measured_cp and measured_cf"
+        False,
+        "",
+        "also record what repeats blocks and estimates value by value: measured_cp, measured_cf, "
+        "and the stiffness, damping and covariance_trace of each estimator",
     )
 
 
@@ -64,9 +73,7 @@ class Recorder(Node):
         declare(self, RecorderSettings)
         settings = read(self, RecorderSettings)
         self._path = Path(settings.output or time.strftime("tissue_probe_%Y%m%d_%H%M%S.mcap"))
-        self._left_out = (
-            set() if settings.per_sample else {self.resolve_topic_name(name) for name in PER_SAMPLE}
-        )
+        self._per_sample = settings.per_sample
         self._known_topics: set[str] = set()
         self.messages = 0
         self._rate = Rate()
@@ -101,9 +108,10 @@ class Recorder(Node):
             raise
 
     def _discover(self) -> None:
-        for topic, types in self.get_topic_names_and_types():
-            if topic not in self._known_topics and topic not in self._left_out:
-                self._add(topic, types)
+        topics = dict(self.get_topic_names_and_types())
+        left_out = set() if self._per_sample else repeats(topics)
+        for topic in sorted(topics.keys() - self._known_topics - left_out):
+            self._add(topic, topics[topic])
         self._remote_parameters.follow(
             {
                 f"{namespace.rstrip('/')}/{name}"
@@ -118,20 +126,19 @@ class Recorder(Node):
         if "/_" in topic or not publishers:
             return
         self._known_topics.add(topic)
-        try:
-            message_type = _message_type(types[0])
-            definition = message_definition(types[0], share_folders())
-        except (ImportError, AttributeError, FileNotFoundError) as error:
-            self.get_logger().warning(f"{topic} is not recorded: {error}")
-            return
         qos = yaml.safe_dump([_as_written(publisher.qos_profile) for publisher in publishers])
-        channel = self._writer.add_topic(topic, types[0], definition, qos)
-        self._inbox.subscribe(
-            message_type, topic, _matching(publishers), partial(self._write, channel), raw=True
-        )
+        try:
+            # The definition first: a name from the network imports nothing but what has one.
+            definition = message_definition(types[0], share_folders())
+            message_type = _message_type(types[0])
+            write = partial(self._write, self._writer.add_topic(topic, types[0], definition, qos))
+            self._inbox.subscribe(message_type, topic, _matching(publishers), write, raw=True)
+        except UNUSABLE as error:
+            self.get_logger().warning(f"{topic} is not recorded: {error}")
 
     def _write(self, channel: int, data: bytes, info: dict) -> None:
-        sent, received = info["source_timestamp"], info["received_timestamp"]
+        # A foreign sender may give no time, which is negative here, and no time of a recording.
+        sent, received = (max(0, info[f"{end}_timestamp"]) for end in ("source", "received"))
         self._writer.write(channel, received or sent, sent, data)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:

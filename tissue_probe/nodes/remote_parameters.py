@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 
+from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.client import Client
 from rclpy.node import Node
@@ -91,7 +92,13 @@ class _Question:
         values.add_done_callback(lambda answer: self._on_values_of(names, answer.result().values))
 
     def _on_values_of(self, names: list[str], values) -> None:
-        if not self._ended:
+        # Another number of values is the answer of a node that has changed meanwhile, and a type
+        # that is none of ROS's that of a stranger: it is asked again.
+        if not self._ended and len(values) == len(names) and all(map(_is_known, values)):
             self.end()
             values = map(parameter_value_to_python, values)
             self._on_values(self._target, dict(zip(names, values, strict=True)))
+
+
+def _is_known(value: ParameterValue) -> bool:
+    return value.type <= ParameterType.PARAMETER_STRING_ARRAY

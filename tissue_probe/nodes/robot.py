@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState
+from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.qos import LATEST, POSES
@@ -65,6 +66,8 @@ class Robot:
     ----------
     settings : RobotSettings
         How it is moved from the next motion on.
+    malformed : int
+        How many poses were left out.
     """
 
     def __init__(
@@ -81,6 +84,7 @@ class Robot:
         inbox.subscribe(PoseStamped, f"{self.name}/measured_cp", LATEST, self._on_pose)
         inbox.subscribe(OperatingState, f"{self.name}/operating_state", LATEST, self._on_state)
         self._state: OperatingState | None = None
+        self.malformed = 0
         self.forget()
 
     def forget(self) -> None:
@@ -224,12 +228,12 @@ class Robot:
         self._on_step()
 
     def _on_pose(self, message: PoseStamped, info: dict) -> None:
-        point = message.pose.position
-        position = np.array([point.x, point.y, point.z])
-        if not np.isfinite(position).all():
+        try:
+            position = np.array(place_from_message(message))
+        except ValueError as error:
+            self.malformed += 1
             self._node.get_logger().error(
-                f"a pose of the robot {self.name} is left out: its position is not finite",
-                throttle_duration_sec=1.0,
+                f"a pose of the robot {self.name} is left out: {error}", throttle_duration_sec=1.0
             )
             return
         self._position, self._heard = position, time.monotonic()

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from rclpy.duration import Duration
 from rclpy.node import Node
 
 from tissue_probe.devices.device import Samples
-from tissue_probe.nodes.cdr import samples_to_cdr
+from tissue_probe.nodes.cdr import pose_to_cdr, samples_to_cdr, wrench_to_cdr
 from tissue_probe.nodes.qos import BLOCKS, PER_SAMPLE
+from tissue_probe.nodes.shedding import Shedding
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 
@@ -26,7 +29,16 @@ class SamplePublisher:
 
     ``measured_cp`` carries the coil's displacement u [m] as position.z, ``measured_cf`` the
     load-cell force F [N] (positive in compression) as force.z, in the probe's frame. They are sent
-    only while someone subscribes to them.
+    only while someone subscribes to them, and while that leaves acquisition its time.
+
+    Attributes
+    ----------
+    published : int
+        Samples published in blocks since ``begin``.
+    shed : int
+        Samples since ``begin`` that should have gone out singly, too, and did not.
+    shedding : Shedding
+        Whether, and why.
     """
 
     def __init__(self, node: Node, frame_id: str, block_size: int) -> None:
@@ -36,11 +48,8 @@ class SamplePublisher:
         self._blocks = node.create_publisher(ProbeSamples, "samples", BLOCKS)
         self._poses = node.create_publisher(PoseStamped, "measured_cp", PER_SAMPLE)
         self._wrenches = node.create_publisher(WrenchStamped, "measured_cf", PER_SAMPLE)
-        self._pose = PoseStamped()
-        self._pose.header.frame_id = frame_id
-        self._wrench = WrenchStamped()
-        self._wrench.header.frame_id = frame_id
-        self.published = 0
+        self.published = self.shed = 0
+        self.shedding = Shedding()
 
     @property
     def subscribers(self) -> int:
@@ -53,8 +62,12 @@ class SamplePublisher:
         return self._block_size - self._pending_count
 
     @property
-    def wanted_singly(self) -> bool:
-        """Whether anyone subscribes to single samples."""
+    def goes_singly(self) -> bool:
+        """Whether the next sample goes out by itself: it is wanted, and there is time for it."""
+        return self._wanted_singly and self.shedding.allows
+
+    @property
+    def _wanted_singly(self) -> bool:
         return self._pose_wanted or self._wrench_wanted
 
     def begin(self, start: int, sample_period: float) -> None:
@@ -63,15 +76,31 @@ class SamplePublisher:
         self._period = sample_period
         self._pending: list[Samples] = []
         self._pending_count = 0
-        self.published = 0
+        self.published = self.shed = 0
+        self.shedding = Shedding()
         self._look_for_subscribers()
 
     def add(self, samples: Samples) -> bool:
         """Publish samples one by one now, and the block if they complete it; return if they did."""
-        first = self.published + self._pending_count
-        if self.wanted_singly:
-            for i in range(samples.position.size):
+        if not self._wanted_singly:
+            return self._add_to_block(samples)
+        began = time.perf_counter()
+        first, count, singly = self.published + self._pending_count, len(samples.position), True
+        if self.shedding.allows:
+            for i in range(count):
                 self._publish_one(first + i, samples.position[i], samples.force[i])
+        else:
+            self.shed += count
+            singly = False
+        complete = self._add_to_block(samples)
+        self.shedding.note(time.perf_counter() - began, count * self._period, singly=singly)
+        return complete
+
+    def is_own(self, block: SampleBlock) -> bool:
+        """Whether a block is one of this activation: no other has its stamps."""
+        return block.stamp == self._stamp(block.sequence)
+
+    def _add_to_block(self, samples: Samples) -> bool:
         self._pending.append(samples)
         self._pending_count += samples.position.size
         complete = self._pending_count >= self._block_size
@@ -111,17 +140,12 @@ class SamplePublisher:
     def _look_for_subscribers(self) -> None:
         self._pose_wanted = self._poses.get_subscription_count() > 0
         self._wrench_wanted = self._wrenches.get_subscription_count() > 0
+        if self.shedding.active and not self._wanted_singly:
+            self.shedding = Shedding()  # whoever comes next finds it as it is then
 
     def _publish_one(self, number: int, position: float, force: float) -> None:
+        stamp = self._stamp(number)
         if self._pose_wanted:
-            self._set_stamp(self._pose, number)
-            self._pose.pose.position.z = float(position)
-            self._poses.publish(self._pose)
+            self._poses.publish(pose_to_cdr(stamp, position, self._frame_id))
         if self._wrench_wanted:
-            self._set_stamp(self._wrench, number)
-            self._wrench.wrench.force.z = float(force)
-            self._wrenches.publish(self._wrench)
-
-    def _set_stamp(self, message: PoseStamped | WrenchStamped, number: int) -> None:
-        stamp = message.header.stamp
-        stamp.sec, stamp.nanosec = divmod(self._stamp(number), NANOSECONDS)
+            self._wrenches.publish(wrench_to_cdr(stamp, force, self._frame_id))

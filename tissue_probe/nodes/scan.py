@@ -19,7 +19,8 @@ from rclpy.node import Node
 
 from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.conversions import samples_from_message, site_to_message
+from tissue_probe.nodes.cdr import samples_from_cdr
+from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, follow_changes, read
@@ -92,13 +93,14 @@ class Scan(Node):
         self._heard_samples = -np.inf
         self._sample_time = 0
         self._dwell_began = 0
+        self._malformed = 0
         self._busy = threading.Lock()
         self._told_to_end = threading.Event()
         self._last_sign = -np.inf
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", SCAN_ANNOUNCEMENTS)
         # Emptied by the scan itself at each step: only the latest counts, and when it came.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples)
+        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples, raw=True)
         self._robot = Robot(self, self._inbox, self._settings, self._show_alive)
         self._verdicts = SiteVerdicts(self, self._inbox)
         self._server = ActionServer(
@@ -131,9 +133,18 @@ class Scan(Node):
             while time.monotonic() < deadline:  # the result is sent by the executor
                 self.executor.spin_once(timeout_sec=INTERVAL)
 
-    def _on_samples(self, message: msg.ProbeSamples, info: dict) -> None:
+    def _on_samples(self, message: bytes, info: dict) -> None:
+        try:
+            block, _ = samples_from_cdr(message)
+        except ValueError as error:
+            self._leave_out("a block", error)
+            return
         self._heard_samples = time.monotonic()
-        self._sample_time = samples_from_message(message).end
+        self._sample_time = block.end
+
+    def _leave_out(self, what: str, why: ValueError) -> None:
+        self._malformed += 1
+        self.get_logger().error(f"{what} is left out: {why}", throttle_duration_sec=1.0)
 
     def _judge(self, goal: ScanGrid.Goal) -> GoalResponse:
         try:
@@ -340,7 +351,11 @@ class Scan(Node):
 
     def _examine(self) -> Health:
         doing = "scanning" if self._busy.locked() else "waiting for a goal"
-        return Health(OK, doing, {"subscribers": self._sites.get_subscription_count()})
+        values = {
+            "subscribers": self._sites.get_subscription_count(),
+            "messages malformed": self._malformed + self._robot.malformed,
+        }
+        return Health(OK, doing, values)
 
     def _now(self) -> int:
         """Return the time as the samples' stamps tell it: no clock's step or offset matters."""

@@ -1,4 +1,4 @@
-"""A whole suite on this machine: every node a process of its own, run through a scan, and ended.
+"""A whole suite on this machine: its processes, run through a scan, and ended.
 
 The PyPI wheels bring no ``launch``; on a full ROS 2 install the files in ``launch/`` do the same.
 """
@@ -54,9 +54,11 @@ class NodeProcess:
     def command(self, parameter_file: Path) -> list[str]:
         """Return the command line."""
         settings = [f"{key}:={_yaml(value)}" for key, value in self.parameters.items()]
+        # Nodes are named after their modules; a new name would go to every node in a process.
+        rename = [] if self.name == self.module else ["-r", f"__node:={self.name}"]
         return [
             *(sys.executable, "-m", f"tissue_probe.nodes.{self.module}", "--ros-args"),
-            *("-r", f"__node:={self.name}", "-r", f"__ns:={self.namespace}"),
+            *(*rename, "-r", f"__ns:={self.namespace}"),
             *("--params-file", str(parameter_file)),
             *(word for setting in settings for word in ("-p", setting)),
         ]
@@ -65,13 +67,16 @@ class NodeProcess:
 def simulation(
     estimators: Sequence[str], recording: Path, phantom: Path | None = None
 ) -> list[NodeProcess]:
-    """Return the processes of the suite on the simulated probe; the recorder ends last."""
+    """Return the processes of the suite on the simulated probe; the recorder ends last.
+
+    The estimators share a process, which takes and decodes each block of samples once.
+    """
     chosen = {"simulated.phantom": str(phantom)} if phantom else {}
     return [
         NodeProcess("scan", "scan"),
         NodeProcess("driver", "driver", parameters=chosen),
         NodeProcess("stage", "stage", "/stage"),
-        *(NodeProcess("estimator", name, parameters={"estimator": name}) for name in estimators),
+        NodeProcess("estimators", "estimators", parameters={"estimators": list(estimators)}),
         NodeProcess("mapper", "mapper", parameters={"estimators": list(estimators)}),
         NodeProcess("recorder", "recorder", parameters={"output": str(recording)}),
     ]

@@ -6,6 +6,7 @@ What does not: finding them in a bag (``reader``).
 
 from __future__ import annotations
 
+import logging
 import struct
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -21,13 +22,19 @@ from rosbags.typesys.store import Typestore
 from tissue_probe.recording.bag import RawMessage, Topic
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
+    LAST_SEQUENCE,
     NANOSECONDS,
     FloatArray,
     PalpationSite,
     Phase,
     SampleBlock,
     TissueEstimates,
+    sound_block,
+    sound_position,
+    sound_stamp,
 )
+
+_log = logging.getLogger(__name__)
 
 SAMPLES = "tissue_probe_msgs/msg/ProbeSamples"
 SITE = "tissue_probe_msgs/msg/PalpationSite"
@@ -95,6 +102,34 @@ class Decoder:
         """
         return (self._decode(message, convert) for message in messages)
 
+    def decode_sound(
+        self, messages: Iterable[RawMessage], convert: Callable[[Any], Content]
+    ) -> Iterator[Content]:
+        """Yield messages as ``decode`` does; leave out, with a warning, those that are malformed.
+
+        The live nodes leave these out, too, so that what is computed again is what they computed.
+
+        Raises
+        ------
+        RecordingError
+            If a message has other fields than this suite's, or every one is malformed.
+        """
+        sound, malformed, first = 0, 0, None
+        for message in messages:
+            try:
+                content = self._decode(message, convert)
+            except RecordingError as error:
+                if isinstance(error.__cause__, AttributeError):
+                    raise
+                malformed, first = malformed + 1, first or error
+                continue
+            sound += 1
+            yield content
+        if first is not None:
+            if not sound:
+                raise first
+            _log.warning("%d malformed messages are left out; of the first: %s", malformed, first)
+
     def _decode(self, message: RawMessage, convert: Callable[[Any], Content]) -> Content:
         if (decode := self._decoders.get(message.channel)) is None:
             decode = self._decoders[message.channel] = self._deserializer(message.channel)
@@ -160,23 +195,25 @@ def _types(topic: Topic) -> tuple[Typestore, str]:
 
 
 def samples(message: Any) -> SampleBlock:
-    """Convert a ``ProbeSamples`` message."""
-    return SampleBlock(
-        stamp=_stamp(message),
-        sequence=message.sequence,
-        sample_period=message.sample_period,
-        position=message.position,
-        force=message.force,
-        command=message.command,
+    """Convert a ``ProbeSamples`` message; ValueError if the block is not sound."""
+    return sound_block(
+        SampleBlock(
+            stamp=_stamp(message),
+            sequence=message.sequence,
+            sample_period=message.sample_period,
+            position=message.position,
+            force=message.force,
+            command=message.command,
+        )
     )
 
 
 def site(message: Any) -> PalpationSite:
-    """Convert a ``PalpationSite`` message."""
+    """Convert a ``PalpationSite`` message; ValueError if it is not sound."""
     return PalpationSite(
-        stamp=_stamp(message),
+        stamp=sound_stamp(_stamp(message)),
         site=message.site,
-        position=_point(message.position),
+        position=sound_position(_point(message.position)),
         phase=Phase(message.phase),
     )
 
@@ -197,10 +234,15 @@ def stiffness_map(message: Any) -> RecordedMap:
 
 
 def estimate_row(message: Any) -> tuple:
-    """Convert a ``TissueEstimate`` message to the fields of ``TissueEstimates``, in their order."""
+    """Convert a ``TissueEstimate`` message to the fields of ``TissueEstimates``, in their order.
+
+    ValueError if its stamp or number is not sound.
+    """
+    if message.sequence > LAST_SEQUENCE:
+        raise ValueError(f"sequence is {message.sequence}; samples are numbered up to 2^63 - 1")
     return (
         message.estimator,
-        _stamp(message),
+        sound_stamp(_stamp(message)),
         message.sequence,
         message.stiffness,
         message.damping,

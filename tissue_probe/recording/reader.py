@@ -40,7 +40,9 @@ def read_recording(path: str | Path, samples_topic: str | None = None) -> Record
 def recording_of(bag: Bag, path: str | Path, samples_topic: str | None = None) -> Recording:
     """Read what ``read_recording`` does of a bag that is open; ``path`` is its name in messages."""
     topic = _samples_topic(bag, path, samples_topic)
-    blocks = join(Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.samples))
+    blocks = join(
+        Decoder(topic, path).decode_sound(by_log_time(bag, [topic.name]), decoding.samples)
+    )
     if not blocks:
         raise RecordingError(f"{path} has no samples: nothing was published on {topic.name}")
     return Recording(tuple(blocks), tuple(_sites(bag, path, topic)), bag.metadata)
@@ -139,7 +141,7 @@ def _sites(bag: Bag, path: object, samples: Topic) -> Iterator[PalpationSite]:
     topics = topics_of_type(bag, decoding.SITE)
     of_this_probe = [topic for topic in topics if _namespace(topic) == _namespace(samples)]
     for topic in of_this_probe or topics:
-        yield from Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.site)
+        yield from Decoder(topic, path).decode_sound(by_log_time(bag, [topic.name]), decoding.site)
 
 
 def _namespace(topic: Topic) -> str:
@@ -148,6 +150,7 @@ def _namespace(topic: Topic) -> str:
 
 def _estimates(bag: Bag, path: object, topic: Topic) -> dict[str, TissueEstimates]:
     rows: dict[str, list[tuple]] = {}
-    for row in Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.estimate_row):
+    messages = by_log_time(bag, [topic.name])
+    for row in Decoder(topic, path).decode_sound(messages, decoding.estimate_row):
         rows.setdefault(row[0], []).append(row)
     return {name: decoding.estimates(found) for name, found in rows.items()}

@@ -93,7 +93,9 @@ def summarize(path: str | Path) -> BagSummary:
 
 def _samples(bag: Bag, path: object) -> Iterator[SamplesSummary]:
     for topic in topics_of_type(bag, decoding.SAMPLES):
-        blocks = join(Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.samples))
+        blocks = join(
+            Decoder(topic, path).decode_sound(by_log_time(bag, [topic.name]), decoding.samples)
+        )
         recorded = sum(len(block) for block in blocks)
         first = blocks[0].sequence if blocks else 0
         yield SamplesSummary(topic.name, recorded, sum(_gaps(blocks)), first)
@@ -106,6 +108,8 @@ def _gaps(blocks: list[SampleBlock]) -> Iterator[int]:
 
 def _sites(bag: Bag, path: object) -> Iterator[int]:
     for topic in topics_of_type(bag, decoding.SITE):
-        for site in Decoder(topic, path).decode(by_log_time(bag, [topic.name]), decoding.site):
+        for site in Decoder(topic, path).decode_sound(
+            by_log_time(bag, [topic.name]), decoding.site
+        ):
             if site.phase == Phase.DWELL:
                 yield site.site
