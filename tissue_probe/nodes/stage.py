@@ -7,6 +7,7 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import BaseModel, model_validator
 from rclpy.node import Node
 
+from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
@@ -83,10 +84,10 @@ class Stage(Node):
         return not np.array_equal(self._setpoint, self._position)
 
     def _on_setpoint(self, message: PoseStamped) -> None:
-        position = message.pose.position
-        setpoint = np.array([position.x, position.y, position.z])
-        if not np.isfinite(setpoint).all():
-            self.get_logger().error("a setpoint that is not finite is ignored")
+        try:
+            setpoint = np.array(place_from_message(message))
+        except ValueError as error:
+            self.get_logger().error(f"a setpoint is left out: {error}", throttle_duration_sec=1.0)
             return
         if setpoint[2] < self._lowest:
             self._refused += 1
