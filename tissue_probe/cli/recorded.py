@@ -7,9 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
-import yaml
 from pydantic import ValidationError
 
+from tissue_probe import bounded_yaml
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
@@ -52,8 +52,8 @@ def node_parameters(recording: Recording, key: str, value: object) -> dict[str, 
 def metadata_value(text: object) -> Any:
     """Return what a text means in YAML, or the text: metadata of other recorders may be any."""
     try:
-        return yaml.safe_load(text) if isinstance(text, str) else text
-    except yaml.YAMLError:
+        return bounded_yaml.parse(text) if isinstance(text, str) else text
+    except bounded_yaml.YamlError:
         return text
 
 

@@ -27,6 +27,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict
 
+from tissue_probe import bounded_yaml
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
@@ -239,7 +240,7 @@ class SimulatedProbe:
         """The phantom, and the model where there is one, in YAML."""
         told: dict[str, object] = {"phantom": self._phantom.model_dump(mode="json")}
         if self._settings.model:
-            told["model"] = yaml.safe_load(Path(self._settings.model).read_text(encoding="utf-8"))
+            told["model"] = bounded_yaml.read(self._settings.model)
         return yaml.safe_dump(told)
 
     @property

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe import bounded_yaml
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.library import EffectError, effects, load_effects
@@ -242,11 +243,9 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
 def _content(path: Path) -> dict[str, Any]:
     """Read the fields of a file; what else it may hold is not quoted."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f" (line {mark.line + 1}: {error.problem})" if mark else ""
-        raise ModelFileError(f"{path} is not a model.yaml: it is not YAML{line}") from None
+        content = bounded_yaml.read(path)
+    except bounded_yaml.YamlError as error:
+        raise ModelFileError(f"{path} is not a model.yaml: it {error}") from None
     if not isinstance(content, dict) or not content.keys() & ModelFile.model_fields.keys():
         raise ModelFileError(
             f"{path} is not a model.yaml: it has no rig, tissue and parameters; give a file that "
