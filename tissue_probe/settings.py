@@ -23,6 +23,22 @@ class SettingsError(ValueError):
     """A value has the wrong type or lies out of its range; the message says what it takes."""
 
 
+class ParameterWanted(SettingsError):
+    """An error that a parameter settles, by whatever name the user gives it.
+
+    Parameters
+    ----------
+    told : str
+        The sentence up to the parameter.
+    parameter : str
+        Its name; the command line has an option in its place.
+    """
+
+    def __init__(self, told: str, parameter: str) -> None:
+        super().__init__(f"{told} the parameter {parameter}")
+        self.told, self.parameter = told, parameter
+
+
 def setting(default: typing.Any, unit: str, description: str, **bounds: float) -> typing.Any:
     """Return a pydantic field with a unit ("" for none) and bounds (gt, ge, lt, le)."""
     extra = {"unit": unit} if unit else None

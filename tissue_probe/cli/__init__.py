@@ -25,7 +25,10 @@ from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.reproduce import reproduce
-from tissue_probe.settings import sentence
+from tissue_probe.settings import ParameterWanted, sentence
+
+#: Options in place of parameters that an error may ask for.
+OPTIONS = {"effects": "--effects FILE"}
 
 app = typer.Typer(
     name="tissue_probe",
@@ -72,4 +75,11 @@ def main() -> None:
         app(prog_name="tissue_probe")
     except (ValueError, OSError) as error:
         # RecordingError and SettingsError are ValueErrors; each message is a sentence for the user.
-        sys.exit(f"tissue_probe: {sentence(error)}")
+        sys.exit(f"tissue_probe: {sentence(_with_option(error))}")
+
+
+def _with_option(error: ValueError | OSError) -> ValueError | OSError:
+    """Name the option by which this program takes what is a parameter below it."""
+    if isinstance(error, ParameterWanted):
+        return ValueError(f"{error.told} {OPTIONS[error.parameter]}")
+    return error

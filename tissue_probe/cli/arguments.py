@@ -63,3 +63,13 @@ Topic = Annotated[
     str | None,
     typer.Option(metavar="TOPIC", help="Topic of the samples, where the recording has several."),
 ]
+
+EffectFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--effects",
+        metavar="FILE",
+        help="Python file with effects of your own, such as a model file needs; it is run. May be "
+        "given several times.",
+    ),
+]

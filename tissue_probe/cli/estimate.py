@@ -12,7 +12,7 @@ import typer
 if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
 
-from tissue_probe.cli.arguments import Samples, Table, Topic
+from tissue_probe.cli.arguments import EffectFiles, Samples, Table, Topic
 
 
 class Polarity(str, Enum):
@@ -48,6 +48,7 @@ def estimate(
             show_default="the recording's own, else Kelvin-Voigt tissue",
         ),
     ] = None,
+    effects: EffectFiles = None,
     restart_at_site: Annotated[
         bool | None,
         typer.Option(
@@ -90,7 +91,7 @@ def estimate(
     columns = {"time": time, "position": position, "force": force}
     recording, origin = read_samples(samples, topic, columns, force_polarity.value)
     changes = [*(settings or []), *([f"model={model}"] if model else [])]
-    filter_settings = estimator_settings(recording, estimator, changes)
+    filter_settings = estimator_settings(recording, estimator, changes, effects or [])
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     estimates = run_estimator(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli.arguments import Bag
+from tissue_probe.cli.arguments import Bag, EffectFiles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +35,7 @@ def map_command(
             "[default: the recorded estimates]",
         ),
     ] = None,
+    effects: EffectFiles = None,
 ) -> None:
     """Draw the map of a recorded scan, and list the stiff regions.
 
@@ -45,7 +46,7 @@ def map_command(
 
     recording = read_recording(bag)
     if estimator:
-        estimates = [estimate_again(recording, name) for name in estimator]
+        estimates = [estimate_again(recording, name, effects or []) for name in estimator]
     else:
         estimates = list(read_estimates(bag).values())
         if not estimates:

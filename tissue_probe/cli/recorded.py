@@ -58,9 +58,14 @@ def metadata_value(text: object) -> Any:
 
 
 def estimator_settings(
-    recording: Recording, estimator: str, changes: Sequence[str]
+    recording: Recording,
+    estimator: str,
+    changes: Sequence[str],
+    effect_files: Sequence[Path] = (),
 ) -> EstimatorSettings:
     """Return the settings an estimator had when recorded, else the defaults, with changes.
+
+    Python files that a recording names are not among them: only the user says which code runs.
 
     Parameters
     ----------
@@ -70,6 +75,8 @@ def estimator_settings(
         The estimator's name.
     changes : sequence of str
         Each ``name=value``.
+    effect_files : sequence of path
+        Python files with effects of the user's own.
 
     Raises
     ------
@@ -86,7 +93,10 @@ def estimator_settings(
         name, equals, value = change.partition("=")
         if not equals:
             raise SettingsError(f"--set {change}: write NAME=VALUE, such as force_noise=0.01")
+        if name.strip() == "effects":
+            raise SettingsError(f"--set {change}: name the Python file by --effects FILE")
         values[name.strip()] = value.strip()
+    values["effects"] = list(map(str, effect_files))
     return build(EstimatorSettings, values)
 
 
@@ -95,12 +105,17 @@ def restarts_at_sites(recording: Recording, estimator: str) -> bool:
     return node_parameters(recording, "estimator", estimator).get("restart_at_site", True)
 
 
-def estimate_again(recording: Recording, estimator: str) -> TissueEstimates:
-    """Run an estimator on a recording as it ran when recorded, one estimate a sample."""
+def estimate_again(
+    recording: Recording, estimator: str, effect_files: Sequence[Path] = ()
+) -> TissueEstimates:
+    """Run an estimator on a recording as it ran when recorded, one estimate a sample.
+
+    ``effect_files`` are Python files with the effects of the user's own that its model needs.
+    """
     return estimate(
         recording,
         estimator,
-        estimator_settings(recording, estimator, []),
+        estimator_settings(recording, estimator, [], effect_files),
         restart_at_site=restarts_at_sites(recording, estimator),
     )
 

@@ -98,6 +98,9 @@ class SimulatedProbeSettings(BaseModel):
         "model file (model.yaml) of tool and tissue; the phantom then tells only how much stiffer "
         "a place is than the background; empty for Kelvin-Voigt tissue",
     )
+    effects: list[str] = setting(
+        [], "", "Python files with the effects of your own that the model file needs; they are run"
+    )
 
 
 class SimulatedProbe:
@@ -232,7 +235,7 @@ class SimulatedProbe:
         stiffest = self._stiffest()
         return ComposedProbe(
             self._settings.model, coil, STAGE_TIME_CONSTANT, SUCTION_REACH, self.sample_period,
-            stiffest,
+            stiffest, self._settings.effects,
         )  # fmt: skip
 
     @property

@@ -23,11 +23,33 @@ from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.library import EffectError, effects, load_effects
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.physics.tissues import TISSUES
-from tissue_probe.settings import SettingsError, rule, setting
+from tissue_probe.settings import ParameterWanted, SettingsError, rule, setting
 
 
 class ModelFileError(SettingsError):
     """A model file that cannot be used; the message says where, why, and what to do."""
+
+
+class UnnamedEffectError(ModelFileError, ParameterWanted):
+    """A model file needs an effect of the user's own, and the user has not named its Python file.
+
+    Parameters
+    ----------
+    path : path
+        The model file.
+    effect : str
+        The effect.
+    made_with : str
+        The Python file that the effect was in, as the model file tells it.
+    """
+
+    def __init__(self, path: Path, effect: str, made_with: str) -> None:
+        super().__init__(
+            f"{path} needs the effect {effect!r}, which is not in the library but in the Python "
+            f"file {made_with!r}: a model file runs no code by itself, so, if you trust that file, "
+            "name it by",
+            "effects",
+        )
 
 
 class _Entry(BaseModel):
@@ -47,7 +69,9 @@ class EffectEntry(_Entry):
 
     name: str = setting(..., "", "as `tissue_probe.physics.effects` or the file has it")
     form: int = setting(0, "", "0 for the effect itself, n for its n-th other form", ge=0)
-    file: str = setting("", "", "Python file that defines it, from the model file's folder")
+    file: str = setting(
+        "", "", "Python file that defined it, from the model file's folder; told, never run"
+    )
 
 
 class DataFile(_Entry):
@@ -131,7 +155,7 @@ class FittedModel:
     data : Data or None
         What they came from, where that is told.
     effect_files : tuple of Path
-        Python files with effects of the user's own: those that it needs, and those given beside it.
+        Python files with effects of the user's own, as the user named them.
     """
 
     composition: Composition
@@ -201,17 +225,19 @@ def save(
 def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedModel:
     """Read a model file.
 
-    Files of effects that it names are run, as Python.
+    The Python files that it names are not run: a model file may come from anywhere.
 
     Parameters
     ----------
     path : path
         The file.
     effect_files : sequence of path
-        Further Python files of effects that it may name.
+        Python files with the effects of the user's own that it needs, and others; they are run.
 
     Raises
     ------
+    UnnamedEffectError
+        If it needs an effect that is neither in the library nor in those files.
     ModelFileError
         If it is no model file, or what it says does not go together.
     OSError
@@ -219,10 +245,8 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
     """
     path = Path(path)
     file = _validated(path, _content(path))
-    own = [path.parent / entry.file for entry in file.effects if entry.file]
-    # One file may be named in both places, by different ways to it.
-    given = {Path(each).resolve(): Path(each) for each in (*effect_files, *own)}
-    own_files = tuple(given.values())
+    # One file may be named twice, by different ways to it.
+    own_files = tuple({Path(each).resolve(): Path(each) for each in effect_files}.values())
     try:
         library = effects(own_files)
     except EffectError as error:
@@ -293,6 +317,8 @@ def _form_of(effect: Effect, known: Effect) -> int | None:
 
 
 def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Effect:
+    if entry.name not in library and entry.file:
+        raise UnnamedEffectError(path, entry.name, str(path.parent / entry.file))
     if entry.name not in library:
         raise ModelFileError(
             f"{path}: there is no effect {entry.name!r}; there are {', '.join(library)}"
