@@ -37,6 +37,7 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.nodes.tare import Tare
+from tissue_probe.nodes.timers import every
 from tissue_probe.settings import SettingsError, setting
 
 #: Most samples that are read, and checked against the limits, at once.
@@ -144,7 +145,7 @@ class Driver(SturdyLifecycleNode):
         )
         self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
-        self.create_timer(0.05, self._deactivate_after_fault)
+        every(0.05, self, self._deactivate_after_fault)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the device; fails, with one sentence in the log, if that cannot be done."""
