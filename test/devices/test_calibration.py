@@ -83,7 +83,7 @@ def test_a_wrong_value_is_told_in_one_sentence(change, said):
         (b"", "no calibration: give one 'name: value' a line"),
         (b"date: [", "not YAML"),
         (b"date: 2026-11-20\n", "force_per_volt is missing: give a number above 0 [N/V]"),
-        (b"\xff", "can't decode"),
+        (b"\xff", "no UTF-8"),
     ],
 )
 def test_a_file_that_is_no_calibration_is_told_by_name(content, said, tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -11,11 +13,13 @@ from tissue_probe.devices import DeviceError, SimulatedProbe, SimulatedProbeSett
 from tissue_probe.excitation import Multisine, Sine
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.library import load_effects
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.response import course, respond
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError
 
+EXAMPLE = Path(__file__).parents[2] / "docs" / "my_effect.py"
 PERIOD = 5e-4
 SINES = Multisine(amplitude=1.0, start=5.0, stop=30.0, spacing=5.0)
 
@@ -149,6 +153,17 @@ def test_a_recording_tells_the_model(probe, tmp_path):
     told = yaml.safe_load(probe(model=path).description)
     assert told["model"]["parameters"]["stiffness"]["value"] == 450.0
     assert told["phantom"]["background_stiffness"] == 450.0
+
+
+def test_an_effect_of_ones_own_is_simulated_where_its_file_is_named(probe, tmp_path):
+    composition = Composition(effects=load_effects(EXAMPLE))
+    values = {entry.name: entry.default for entry in composition.values}
+    save(tmp_path / "model.yaml", composition, values, {}, effect_files=[EXAMPLE])
+    path = str(tmp_path / "model.yaml")
+    with pytest.raises(SettingsError, match=r"quadratic_drag.*name it by `effects`"):
+        probe(model=path)
+    _, force = run(probe(exact=True, model=path, effects=[str(EXAMPLE)]), SINES, (0.0, 200))
+    assert np.ptp(force) > 0.1
 
 
 def test_what_cannot_be_simulated_is_refused_in_one_sentence(probe, tmp_path):

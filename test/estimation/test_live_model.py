@@ -1,5 +1,7 @@
 """The filters on a model file: innovations fall to the noise, and what cannot run is refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from tissue_probe.signals import SampleBlock, Status, TissueEstimates
 # A kernel is compiled for each model.
 pytestmark = pytest.mark.timeout(600)
 
+EXAMPLE = Path(__file__).parents[2] / "docs" / "my_effect.py"
 PERIOD, NOISE = 5e-4, 0.005
 START = 1_700_000_000_000_000_000
 
@@ -272,9 +275,20 @@ def test_what_cannot_run_live_is_refused_in_one_sentence(name, tmp_path):
     composition, path = Composition(effects=(effects([file])[name],)), tmp_path / "model.yaml"
     save(path, composition, default_values(composition), {}, effect_files=[file])
     with pytest.raises(SettingsError, match=f"{name} cannot run live: {why}") as failure:
-        Estimator("robust_ekf", EstimatorSettings(model=str(path)))
+        Estimator("robust_ekf", EstimatorSettings(model=str(path), effects=[str(file)]))
     assert str(failure.value).startswith(str(path))
     assert "\n" not in str(failure.value)
+
+
+def test_an_effect_of_ones_own_runs_live_where_its_file_is_named(tmp_path):
+    composition = Composition(effects=(effects([EXAMPLE])["quadratic_drag"],))
+    path = tmp_path / "model.yaml"
+    save(path, composition, default_values(composition), {}, effect_files=[EXAMPLE])
+    with pytest.raises(SettingsError, match=r"quadratic_drag.*name it by `effects`"):
+        Estimator("robust_ekf", EstimatorSettings(model=str(path)))
+    named = EstimatorSettings(model=str(path), effects=[str(EXAMPLE)])
+    estimates = Estimator("robust_ekf", named).process(measured(composition))
+    assert rms(last_half(estimates).innovation) < 1.05 * NOISE
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
 import subprocess
 import sys
@@ -82,20 +83,58 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
         assert_array_equal(getattr(live, layer), getattr(off_line, layer))
 
 
-@pytest.mark.crowded
-def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(demo, tmp_path):
-    running = demo()
-    bag = tmp_path / "run.mcap"
+def is_recording(running: subprocess.Popen, bag: Path) -> None:
+    """Wait until two thousand samples of the demo are stored."""
     deadline = time.monotonic() + PATIENCE
     while recorded_samples(bag) < 2000:
         assert time.monotonic() < deadline, "nothing is recorded"
         assert running.poll() is None, running.communicate()[1]
         time.sleep(0.1)
+
+
+@pytest.mark.crowded
+def test_ctrl_c_in_the_demo_ends_every_process_and_keeps_the_recording(demo, domain, tmp_path):
+    running, bag = demo(), tmp_path / "run.mcap"
+    is_recording(running, bag)
+    assert len(processes_in(domain)) == 10
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=PATIENCE)
+    _, said = running.communicate(timeout=PATIENCE)
+    assert "Traceback" not in said
+    assert running.returncode == 0, said  # what was palpated until then is drawn
+    assert processes_in(domain) == []
     assert recorded_samples(bag) >= 2000
     assert not summarize(bag).truncated
-    assert not any(str(tmp_path) in line for line in processes())
+
+
+@pytest.mark.crowded
+@pytest.mark.parametrize(
+    ("signals", "status"),
+    [((signal.SIGINT,) * 3, None), ((signal.SIGTERM,), 128 + signal.SIGTERM)],
+    ids=["Ctrl-C thrice", "SIGTERM"],
+)
+def test_no_process_is_left_behind_however_the_demo_is_ended(
+    demo, domain, tmp_path, signals, status
+):
+    running, bag = demo(), tmp_path / "run.mcap"
+    is_recording(running, bag)
+    for number in signals:
+        running.send_signal(number)
+        time.sleep(0.1)  # as fast as a hand is
+    _, said = running.communicate(timeout=PATIENCE)
+    assert status is None or running.returncode == status, said
+    assert "Traceback" not in said
+    assert processes_in(domain) == []
+    assert not summarize(bag).truncated
+
+
+def processes_in(domain: int) -> list[str]:
+    """Return the command lines of the processes that were started in a test's domain."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):  # it has just ended, or is another user's
+            if f"ROS_DOMAIN_ID={domain}" in (folder / "environ").read_text().split("\0"):
+                found.append((folder / "cmdline").read_text().replace("\0", " "))
+    return found
 
 
 def recorded_samples(bag: Path) -> int:
@@ -103,10 +142,6 @@ def recorded_samples(bag: Path) -> int:
         return len(read_recording(bag))
     except (RecordingError, OSError):
         return 0
-
-
-def processes() -> list[str]:
-    return subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True).stdout.split("\n")
 
 
 def test_every_node_and_every_estimator_is_an_executable_of_ros2_run():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from conftest import collect, estimator, fails_with, samples_publisher
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.library import load_effects
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.response import course, respond
 from tissue_probe.signals import SampleBlock
@@ -20,6 +22,7 @@ from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 # The node's kernel is compiled first, here, so that the node only loads it.
 pytestmark = pytest.mark.timeout(600)
 
+EXAMPLE = Path(__file__).parents[2] / "docs" / "my_effect.py"
 PERIOD, SAMPLES, BLOCK = 5e-4, 3000, 10
 
 
@@ -76,6 +79,23 @@ def test_a_model_file_with_a_mistake_ends_the_node_with_one_sentence(tmp_path):
     said = fails_with(estimator("robust_ekf", model=str(path)))
     assert "constants.tip_mass.unit is 'g': convert to 'kg'" in said
     assert "Traceback" not in said
+
+
+def test_a_node_runs_no_code_but_that_of_the_files_in_its_parameter(tmp_path):
+    own, ran = tmp_path / "own.py", tmp_path / "ran"
+    own.write_text(EXAMPLE.read_text())
+    composition = Composition(effects=load_effects(own))
+    values = {entry.name: entry.default for entry in composition.values}
+    save(tmp_path / "model.yaml", composition, values, {}, effect_files=[own])
+    own.write_text(f"open({str(ran)!r}, 'w')\nraise SystemExit(0)\n")
+    model = str(tmp_path / "model.yaml")
+    said = fails_with(estimator("robust_ekf", model=model))
+    assert "needs the effect 'quadratic_drag'" in said
+    assert said.endswith("name it by `effects`")
+    assert not ran.exists()
+    said = fails_with(estimator("robust_ekf", model=model, effects=[str(own)]))
+    assert f"{own} cannot be run: SystemExit: 0" in said
+    assert ran.exists()
 
 
 def test_a_node_whose_filter_has_to_be_compiled_first_says_so(session, tmp_path, monkeypatch):

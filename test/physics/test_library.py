@@ -1,5 +1,8 @@
 """Effects of a user's own: found, checked, and refused in one sentence."""
 
+import signal
+import subprocess
+import sys
 from dataclasses import replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -67,6 +70,22 @@ MISTAKES = {
     "no effect": (("QUADRATIC_DRAG =", "_HIDDEN ="), "defines no effect"),
     "no Python": (("drag=DRAG", "drag=)DRAG"), "cannot be run: SyntaxError"),
     "an import that fails": (("import sympy", "import nosuchmodule, sympy"), "nosuchmodule"),
+    "an exit": (("import sympy", "exit(0)\nimport sympy"), "cannot be run: SystemExit: 0"),
+    "an interrupt of its own": (
+        ("import sympy", "raise KeyboardInterrupt\nimport sympy"), "be run: KeyboardInterrupt"
+    ),
+    "what is no Exception": (
+        ("import sympy", "raise GeneratorExit\nimport sympy"), "cannot be run: GeneratorExit"
+    ),
+    "starts that exit": (
+        ("    drag=", "    starts=lambda extent: exit(0),\n    drag="), "cannot propose: SystemExit"
+    ),
+    "starts that are none": (
+        ("    drag=", "    starts=lambda extent: [3],\n    drag="), "cannot propose: AttributeError"
+    ),
+    "bounds that are no numbers": (("upper=1e4", "upper=None"), "cannot be used: TypeError"),
+    "a force that is a text": (("    drag=", "    force='k x',\n    drag="), "cannot be used: "),
+    "forms that are none": (("    drag=", "    forms=(3,),\n    drag="), "cannot be used: "),
 }  # fmt: skip
 
 
@@ -86,6 +105,35 @@ def test_a_file_that_is_not_there_or_no_python_is_told(tmp_path):
     (tmp_path / "effect.txt").write_text("")
     with pytest.raises(EffectError, match=r"ends in \.py"):
         load_effects(tmp_path / "effect.txt")
+
+
+def test_what_an_effect_raises_in_a_search_is_told_with_its_file(tmp_path):
+    once = "    starts=lambda extent: [{}] if extent.force == 0.3 else [1 / 0],\n    drag="
+    path = written(tmp_path, change=("    drag=", once))
+    effect = effects([path])["quadratic_drag"]
+    assert effect.starts(library.USUAL) == [{}]
+    with pytest.raises(EffectError, match=r"'quadratic_drag' cannot propose: ZeroDivisionError"):
+        effect.starts(replace(library.USUAL, force=0.1))
+
+
+def test_ctrl_c_ends_the_program_whatever_file_of_effects_runs(tmp_path):
+    path = tmp_path / "slow.py"
+    path.write_text("import time\nprint('here', flush=True)\nwhile True:\n    time.sleep(0.01)\n")
+    program = f"from tissue_probe.physics.library import load_effects; load_effects({str(path)!r})"
+    running = subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    with running:
+        assert running.stdout.readline() == "here\n"
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    assert running.returncode == -signal.SIGINT
+    assert said.splitlines()[-1] == "KeyboardInterrupt"
+    assert "EffectError" not in said
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.library import load_effects
-from tissue_probe.physics.model_file import Data, ModelFileError, load, save
+from tissue_probe.physics.model_file import Data, ModelFileError, UnnamedEffectError, load, save
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "my_effect.py"
 CUBIC = Composition(effects=(EFFECTS["cubic_stiffening"],))
@@ -92,7 +92,7 @@ def test_a_fit_that_did_not_settle_is_known_by_its_file_and_an_old_file_settled(
         load(path)
 
 
-def test_an_effect_of_a_users_own_is_found_again_beside_the_file(tmp_path):
+def test_an_effect_of_a_users_own_is_read_again_from_the_file_that_the_user_names(tmp_path):
     own = tmp_path / "effects" / "drag.py"
     own.parent.mkdir()
     own.write_text(EXAMPLE.read_text())
@@ -102,11 +102,31 @@ def test_an_effect_of_a_users_own_is_found_again_beside_the_file(tmp_path):
     save(tmp_path / "model.yaml", composition, {**VALUES, "drag_coefficient": 2.0}, {}, None, [own])
     content = yaml.safe_load((tmp_path / "model.yaml").read_text())
     assert content["effects"][1] == {"name": "quadratic_drag", "file": "effects/drag.py"}
-    loaded = load(tmp_path / "model.yaml")
+    moved = own.rename(tmp_path / "moved.py")  # the file told is where it was
+    loaded = load(tmp_path / "model.yaml", [moved])
     assert loaded.composition.model.motion == composition.model.motion
-    own.unlink()
+    assert loaded.effect_files == (moved,)
     with pytest.raises(ModelFileError, match=r"drag\.py: there is no such file of effects"):
-        load(tmp_path / "model.yaml")
+        load(tmp_path / "model.yaml", [own])
+
+
+def test_a_model_file_runs_no_code_that_the_user_has_not_named(tmp_path):
+    own, ran = tmp_path / "own.py", tmp_path / "ran"
+    own.write_text(EXAMPLE.read_text())
+    path = tmp_path / "model.yaml"
+    composition = CUBIC.plus(load_effects(own)[0])
+    save(path, composition, {**VALUES, "drag_coefficient": 2.0}, {}, None, [own])
+    own.write_text(f"open({str(ran)!r}, 'w')\n{own.read_text()}")
+    with pytest.raises(UnnamedEffectError) as failure:
+        load(path)
+    assert not ran.exists()
+    assert str(failure.value) == (
+        f"{path} needs the effect 'quadratic_drag', which is not in the library but in the Python "
+        f"file '{own}': a model file runs no code by itself, so, if you trust that file, name it "
+        "by `effects`"
+    )
+    load(path, [own])
+    assert ran.exists()
 
 
 def test_nothing_is_written_where_a_value_is_missing(tmp_path):

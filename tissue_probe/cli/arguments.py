@@ -50,3 +50,13 @@ Table = Annotated[
         help="Table to write: .csv or .parquet; replaced if there.",
     ),
 ]
+
+EffectFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--effects",
+        metavar="FILE",
+        help="Python file with effects of your own, such as a model file needs; it is run. May be "
+        "given several times.",
+    ),
+]

@@ -11,7 +11,7 @@ import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import fit_shown, measured
-from tissue_probe.cli.arguments import picture
+from tissue_probe.cli.arguments import EffectFiles, picture
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.fitting.fit import Fit
@@ -41,7 +41,7 @@ def compare(
         Path | None,
         typer.Option(metavar="FILE", help="Compare this model.yaml, its values held."),
     ] = None,
-    effects: asked.EffectFiles = None,
+    effects: EffectFiles = None,
     json: asked.Json = None,
     output: Annotated[
         Path,

@@ -10,6 +10,7 @@ from rich.table import Table
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
 from tissue_probe.cli import verdict_in_words as words
+from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.answer import Answer
@@ -45,7 +46,7 @@ def diagnose(
     model: asked.ModelOption = None,
     known_rig: asked.KnownRig = False,
     constant: asked.Constants = None,
-    effects: asked.EffectFiles = None,
+    effects: EffectFiles = None,
     validate: asked.Validate = None,
     json: asked.Json = None,
 ) -> None:

@@ -84,10 +84,6 @@ Constants = Annotated[
         "such as stiffness=0; may be given several times.",
     ),
 ]
-EffectFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--effects", metavar="FILE", help="Python file with effects of your own."),
-]
 Validate = Annotated[
     list[Path] | None,
     typer.Option(

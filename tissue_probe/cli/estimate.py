@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tissue_probe.signals import Recording, TissueEstimates
 
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import Table
+from tissue_probe.cli.arguments import EffectFiles, Table
 
 #: Findings that are told of a recording of this suite too: its driver checks all others.
 TOLD_OF_OWN = ("wrong_polarity", "suspicious_units")
@@ -48,6 +48,7 @@ def estimate(
             show_default="the recording's own, else Kelvin-Voigt tissue",
         ),
     ] = None,
+    effects: EffectFiles = None,
     restart_at_site: Annotated[
         bool | None,
         typer.Option(
@@ -95,7 +96,7 @@ def estimate(
     for note in (*notes, *_doubts(samples, recording, is_own(samples, layout))):
         print(f"note: {note}")
     changes = [*(settings or []), *([f"model={model}"] if model else [])]
-    filter_settings = estimator_settings(recording, estimator, changes)
+    filter_settings = estimator_settings(recording, estimator, changes, effects or [])
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     estimates = run_estimator(

@@ -13,6 +13,7 @@ from rich.table import Table
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import fit_shown, measured
 from tissue_probe.cli import verdict_in_words as words
+from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
@@ -44,7 +45,7 @@ def improve(
     model: asked.ModelOption = None,
     known_rig: asked.KnownRig = False,
     constant: asked.Constants = None,
-    effects: asked.EffectFiles = None,
+    effects: EffectFiles = None,
     validate: asked.Validate = None,
     json: asked.Json = None,
     output: Annotated[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tissue_probe.cli import measured
+from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,6 +47,7 @@ def map_command(
     position_polarity: measured.PositionPolarity = measured.Direction.into,
     topic: measured.SamplesTopic = None,
     clock: measured.ClockOption = None,
+    effects: EffectFiles = None,
 ) -> None:
     """Draw the map of a recorded scan, and list the stiff regions.
 
@@ -63,7 +65,7 @@ def map_command(
     for note in notes:
         print(f"note: {note}")
     if estimator:
-        estimates = [estimate_again(recording, name) for name in estimator]
+        estimates = [estimate_again(recording, name, effects or []) for name in estimator]
     else:
         own = is_own(samples, layout)
         estimates = list(read_estimates(samples).values()) if own else []

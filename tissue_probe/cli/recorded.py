@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import ValidationError
 
+from tissue_probe import bounded_yaml
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
@@ -29,15 +30,20 @@ def node_parameters(recording: Recording, key: str, value: object) -> dict[str, 
 def metadata_value(text: object) -> Any:
     """Return what a text means in YAML, or the text: metadata of other recorders may be any."""
     try:
-        return yaml.safe_load(text) if isinstance(text, str) else text
-    except yaml.YAMLError:
+        return bounded_yaml.parse(text) if isinstance(text, str) else text
+    except bounded_yaml.YamlError:
         return text
 
 
 def estimator_settings(
-    recording: Recording, estimator: str, changes: Sequence[str]
+    recording: Recording,
+    estimator: str,
+    changes: Sequence[str],
+    effect_files: Sequence[Path] = (),
 ) -> EstimatorSettings:
     """Return the settings an estimator had when recorded, else the defaults, with changes.
+
+    Python files that a recording names are not among them: only the user says which code runs.
 
     Parameters
     ----------
@@ -47,6 +53,8 @@ def estimator_settings(
         The estimator's name.
     changes : sequence of str
         Each ``name=value``.
+    effect_files : sequence of path
+        Python files with effects of the user's own.
 
     Raises
     ------
@@ -63,7 +71,10 @@ def estimator_settings(
         name, equals, value = change.partition("=")
         if not equals:
             raise SettingsError(f"--set {change}: write NAME=VALUE, such as force_noise=0.01")
+        if name.strip() == "effects":
+            raise SettingsError(f"--set {change}: name the Python file by --effects FILE")
         values[name.strip()] = value.strip()
+    values["effects"] = list(map(str, effect_files))
     return build(EstimatorSettings, values)
 
 
@@ -72,12 +83,17 @@ def restarts_at_sites(recording: Recording, estimator: str) -> bool:
     return node_parameters(recording, "estimator", estimator).get("restart_at_site", True)
 
 
-def estimate_again(recording: Recording, estimator: str) -> TissueEstimates:
-    """Run an estimator on a recording as it ran when recorded, one estimate a sample."""
+def estimate_again(
+    recording: Recording, estimator: str, effect_files: Sequence[Path] = ()
+) -> TissueEstimates:
+    """Run an estimator on a recording as it ran when recorded, one estimate a sample.
+
+    ``effect_files`` are Python files with the effects of the user's own that its model needs.
+    """
     return estimate(
         recording,
         estimator,
-        estimator_settings(recording, estimator, []),
+        estimator_settings(recording, estimator, [], effect_files),
         restart_at_site=restarts_at_sites(recording, estimator),
     )
 

@@ -15,6 +15,7 @@ import yaml
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from tissue_probe import bounded_yaml
 from tissue_probe.settings import SettingsError, build, setting
 from tissue_probe.signals import FloatArray
 
@@ -93,8 +94,10 @@ class Calibration(BaseModel):
             If it is no calibration; says file, field, and what it takes.
         """
         try:
-            return Calibration.parse(Path(path).read_text(encoding="utf-8"))
-        except (SettingsError, UnicodeDecodeError) as error:
+            return _calibration(bounded_yaml.read(path))
+        except bounded_yaml.YamlError as error:
+            raise ValueError(f"{path} {error}") from None
+        except SettingsError as error:
             raise ValueError(f"{path}: {error}") from None
 
     @staticmethod
@@ -107,12 +110,9 @@ class Calibration(BaseModel):
             If it is no calibration.
         """
         try:
-            values = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise SettingsError(f"not YAML: {' '.join(str(error).split())}") from None
-        if not isinstance(values, dict):
-            raise SettingsError("no calibration: give one 'name: value' a line")
-        return build(Calibration, values)
+            return _calibration(bounded_yaml.parse(text))
+        except bounded_yaml.YamlError as error:
+            raise SettingsError(f"it {error}") from None
 
     def save(self, path: str | Path) -> None:
         """Write a calibration file, in place of one that is there."""
@@ -160,3 +160,9 @@ class Calibration(BaseModel):
         forces = np.array([0.0, *(tare.force for tare in self.tares)])
         begins = [tare.stamp for tare in self.tares]
         return forces[np.searchsorted(begins, np.asarray(stamps), side="right")]
+
+
+def _calibration(values: object) -> Calibration:
+    if not isinstance(values, dict):
+        raise SettingsError("no calibration: give one 'name: value' a line")
+    return build(Calibration, values)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,8 @@ class ComposedProbe:
         Time between two samples [s].
     stiffest : float
         Largest stiffness anywhere, over the file's.
+    effect_files : sequence of path
+        Python files with the effects of the user's own that the model file needs.
 
     Raises
     ------
@@ -83,8 +86,9 @@ class ComposedProbe:
         reach: float,
         sample_period: float,
         stiffest: float,
+        effect_files: Sequence[str] = (),
     ) -> None:
-        fitted = load(path)
+        fitted = load(path, effect_files)
         composition = fitted.composition
         if composition.rig != "compliant_probe":
             raise DeviceError(

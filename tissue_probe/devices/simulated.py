@@ -27,6 +27,7 @@ import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict
 
+from tissue_probe import bounded_yaml
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
@@ -96,6 +97,9 @@ class SimulatedProbeSettings(BaseModel):
         "",
         "model file (model.yaml) of tool and tissue; the phantom then tells only how much stiffer "
         "a place is than the background; empty for Kelvin-Voigt tissue",
+    )
+    effects: list[str] = setting(
+        [], "", "Python files with the effects of your own that the model file needs; they are run"
     )
 
 
@@ -231,7 +235,7 @@ class SimulatedProbe:
         stiffest = self._stiffest()
         return ComposedProbe(
             self._settings.model, coil, STAGE_TIME_CONSTANT, SUCTION_REACH, self.sample_period,
-            stiffest,
+            stiffest, self._settings.effects,
         )  # fmt: skip
 
     @property
@@ -239,7 +243,7 @@ class SimulatedProbe:
         """The phantom, and the model where there is one, in YAML."""
         told: dict[str, object] = {"phantom": self._phantom.model_dump(mode="json")}
         if self._settings.model:
-            told["model"] = yaml.safe_load(Path(self._settings.model).read_text(encoding="utf-8"))
+            told["model"] = bounded_yaml.read(self._settings.model)
         return yaml.safe_dump(told)
 
     @property

@@ -110,7 +110,7 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     Parameters
     ----------
     settings : EstimatorSettings
-        ``model`` names the file.
+        ``model`` names the file, ``effects`` the Python files of effects that it needs.
     force_offset : bool
         Whether a constant force is estimated.
 
@@ -120,7 +120,7 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         If the file cannot be used, or holds something that cannot run live.
     """
     path = Path(settings.model)
-    fitted = load(path)
+    fitted = load(path, settings.effects)
     composition = fitted.composition
     for reason in _refusals(fitted):
         raise SettingsError(f"{path}: {reason}")

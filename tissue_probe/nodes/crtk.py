@@ -11,6 +11,7 @@ from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState, StringStamped
 from tissue_probe.nodes.qos import LATCHED, POSES
+from tissue_probe.nodes.timers import every
 
 DISABLED, ENABLED, PAUSED, FAULT = "DISABLED", "ENABLED", "PAUSED", "FAULT"
 
@@ -54,7 +55,7 @@ class OperatingStateInterface:
         self._on_command = on_command
         self._publisher = node.create_publisher(OperatingState, "operating_state", LATCHED)
         node.create_subscription(StringStamped, "state_command", self._hear, POSES)
-        node.create_timer(1.0, self.publish)
+        every(1.0, node, self.publish)
         self.publish()
 
     def publish(self) -> None:

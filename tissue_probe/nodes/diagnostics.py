@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
+from tissue_probe.nodes.timers import every
+
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 STALE = DiagnosticStatus.STALE
 
@@ -47,7 +49,7 @@ class Diagnostics:
         self._node = node
         self._examine = examine
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(1.0, self.publish)
+        every(1.0, node, self.publish)
 
     def publish(self) -> None:
         """Examine and publish now."""

@@ -42,6 +42,7 @@ from tissue_probe.nodes.real_time import ask_for_locked_memory, ask_for_priority
 from tissue_probe.nodes.sample_publisher import SamplePublisher
 from tissue_probe.nodes.scan_watch import ScanWatch
 from tissue_probe.nodes.tare import Tare
+from tissue_probe.nodes.timers import every
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe_msgs.msg import ProbeSamples
 
@@ -156,7 +157,7 @@ class Driver(SturdyLifecycleNode):
         self._scan_watch = ScanWatch(self, patience, self._on_silent_scan)
         self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
-        self.create_timer(0.05, self._deactivate_after_fault)
+        every(0.05, self, self._deactivate_after_fault)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the device; fails, with one sentence in the log, if that cannot be done.

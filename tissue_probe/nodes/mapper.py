@@ -22,6 +22,7 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
+from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
 from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
 
@@ -72,7 +73,7 @@ class Mapper(Node):
         for name in settings.estimators:
             topic = f"{name}/estimate"
             self._inbox.subscribe(TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
-        self.create_timer(INTERVAL, self._update)
+        every(INTERVAL, self, self._update)
         Diagnostics(self, self._examine)
 
     def _stock_results_file(self) -> Path:

@@ -39,6 +39,8 @@ def declare(
             read_only=name not in live,
         )
         _set_range(descriptor, field)
+        # rclpy takes an empty list for one of bytes; of which type it is, ``read`` checks.
+        descriptor.dynamic_typing = field.default == []
         try:
             node.declare_parameter(prefix + name, field.get_default(), descriptor)
         except (ParameterException, TypeError, ValueError) as error:

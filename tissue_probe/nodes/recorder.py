@@ -20,10 +20,12 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tissue_probe.nodes.diagnostics import OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.log_time import LogTime
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.remote_parameters import RemoteParameters
 from tissue_probe.nodes.repeats import repeats
+from tissue_probe.nodes.timers import every
 from tissue_probe.recording.definitions import message_definition, share_folders
 from tissue_probe.recording.writer import McapWriter
 from tissue_probe.settings import setting
@@ -81,12 +83,13 @@ class Recorder(Node):
         self._failed = False
         self._writer = McapWriter(self._path, {})
         self._inbox = Inbox(self)
+        self._log_time = LogTime()
         self._remote_parameters = RemoteParameters(self, self._write_parameters)
         self.create_subscription(
             ParameterEvent, "/parameter_events", self._on_parameter_event, QoSProfile(depth=100)
         )
-        self.create_timer(INTERVAL, self._record)
-        self.create_timer(DISCOVERY_INTERVAL, self._discover)
+        every(INTERVAL, self, self._record)
+        every(DISCOVERY_INTERVAL, self, self._discover)
         Diagnostics(self, self._examine)
         self.get_logger().info(f"recording to {self._path}")
 
@@ -102,6 +105,7 @@ class Recorder(Node):
 
     def _record(self) -> None:
         try:
+            self._log_time.look()
             self.messages += self._inbox.empty()
         except OSError:
             self._failed = True
@@ -139,7 +143,7 @@ class Recorder(Node):
     def _write(self, channel: int, data: bytes, info: dict) -> None:
         # A foreign sender may give no time, which is negative here, and no time of a recording.
         sent, received = (max(0, info[f"{end}_timestamp"]) for end in ("source", "received"))
-        self._writer.write(channel, received or sent, sent, data)
+        self._writer.write(channel, self._log_time.of(received or sent), sent, data)
 
     def _on_parameter_event(self, event: ParameterEvent) -> None:
         self._remote_parameters.ask_again(event.node)

@@ -11,6 +11,8 @@ from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
+from tissue_probe.nodes.timers import every
+
 #: Time between two looks whether those that are to be asked can be [s].
 INTERVAL = 0.1
 #: Time without an answer after which a node is asked once more [s].
@@ -30,7 +32,7 @@ class RemoteParameters:
     def __init__(self, node: Node, on_values: Told) -> None:
         self._node, self._on_values = node, on_values
         self._questions: dict[str, _Question] = {}
-        node.create_timer(INTERVAL, self._pursue)
+        every(INTERVAL, node, self._pursue)
 
     def follow(self, nodes: Collection[str]) -> None:
         """Ask those of ``nodes``, by full name, that were not there before; forget all others."""

@@ -14,6 +14,7 @@ from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import Finished, run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
+from tissue_probe.nodes.timers import every
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import iterate_raw
 from tissue_probe.recording.summary import summarize
@@ -66,7 +67,7 @@ class Replay(Node):
         self._waiting = True
         follow_changes(self, {"": ReplaySettings}, self._on_change)
         self.create_service(SetBool, "~/pause", self._on_pause)
-        self.create_timer(INTERVAL, self._publish_due)
+        every(INTERVAL, self, self._publish_due)
         Diagnostics(self, self._examine)
 
     def _make_publishers(self) -> dict:

@@ -10,10 +10,12 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -114,6 +116,7 @@ class Session:
         self._context = rclpy.Context()
         self.processes: dict[str, subprocess.Popen] = {}
         self.health: dict[str, dict[str, str]] = {}
+        self._before: Any = None
 
     def __enter__(self) -> Session:
         # Nobody outside this machine is to hear of a demonstration, nor to command its coil.
@@ -124,16 +127,25 @@ class Session:
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_health, 100)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
-        for description in self._descriptions:
-            self._start(description)
+        try:
+            self._before = _heard(signal.SIGTERM, _leave)
+            for description in self._descriptions:
+                self._start(description)
+        except BaseException:  # Ctrl-C between two starts, too
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
+        # A second Ctrl-C is not heard: it would leave behind what has not ended yet.
+        before = _heard(signal.SIGINT, signal.SIG_IGN)
         self._end()
         self._executor.shutdown()
         self.node.destroy_node()
         self._context.try_shutdown()
         self._logs.cleanup()
+        _heard(signal.SIGINT, before)
+        _heard(signal.SIGTERM, self._before)
 
     def activate(
         self, subscribers: dict[str, int], publishers: dict[str, int] | None = None
@@ -302,6 +314,18 @@ class Session:
                 process.send_signal(signal.SIGINT)
             for process in together:
                 _wait_or_kill(process)
+
+
+def _heard(number: signal.Signals, handler: Any) -> Any:
+    """Hear a signal by another handler, where this thread may; return the one before."""
+    if threading.current_thread() is not threading.main_thread():
+        return None
+    return signal.signal(number, handler) if handler is not None else None
+
+
+def _leave(number: int, frame: object) -> None:
+    """End this process as an error would: what it has started ends with it."""
+    raise SystemExit(128 + number)
 
 
 def _wait_or_kill(process: subprocess.Popen) -> None:

@@ -13,6 +13,7 @@ from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
+from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
 
 #: z to which the stock stage may press the tip [m]. The tip touches at z = 0, and the tissue pushes
@@ -69,7 +70,7 @@ class Stage(Node):
         )
         self._publisher = self.create_publisher(PoseStamped, "measured_cp", POSES)
         self.create_subscription(PoseStamped, "servo_cp", self._on_setpoint, POSES)
-        self.create_timer(1.0 / settings.rate, self._move)
+        every(1.0 / settings.rate, self, self._move)
         Diagnostics(self, self._examine)
 
     def _on_command(self, command: str) -> None:

@@ -1,15 +1,21 @@
 """The library of effects: the suite's own, those of installed packages, and a user's own files.
 
-What belongs here: finding effects, and saying in one sentence what is wrong with one.
+What belongs here: finding effects, and saying in one sentence what is wrong with one. Code runs
+only where the user has named its file, or has installed its package.
 What does not: the effects (``effects``), the contract that they follow (``effects.effect``).
 """
 
 from __future__ import annotations
 
+import dis
 import importlib.util
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -55,7 +61,7 @@ def effects(extra_files: Iterable[str | Path] = ()) -> dict[str, Effect]:
     Parameters
     ----------
     extra_files : iterable of path
-        Python files that each define one or more ``Effect``. They are run.
+        Python files that the user named, each with one or more ``Effect``. They are run.
 
     Raises
     ------
@@ -90,17 +96,15 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
     if spec is None:
         raise EffectError(f"{path} is no Python file: give it a name that ends in .py")
     module = importlib.util.module_from_spec(spec)
-    try:
+    with _told(f"{path} cannot be run"):
         spec.loader.exec_module(module)
-    except Exception as error:  # whatever a user's file may raise
-        told = " ".join(f"{type(error).__name__}: {error}".split())
-        raise EffectError(f"{path} cannot be run: {told}") from error
     ours = {id(effect) for effect in EFFECTS.values()}
-    found = tuple(
-        value
-        for name, value in vars(module).items()
-        if isinstance(value, Effect) and not name.startswith("_") and id(value) not in ours
-    )
+    with _told(f"{path} cannot be used"):
+        found = tuple(
+            _guarded(value, str(path))
+            for name, value in vars(module).items()
+            if isinstance(value, Effect) and not name.startswith("_") and id(value) not in ours
+        )
     if not found:
         raise EffectError(
             f"{path} defines no effect: write MY_EFFECT = Effect(name=..., ...) in it"
@@ -112,19 +116,65 @@ def _installed() -> Iterator[tuple[str, Sequence[Effect]]]:
     """Go through the effects that installed packages offer, each with what it came from."""
     for entry in entry_points(group=GROUP):
         origin = f"entry point {entry.name} = {entry.value}"
-        try:
+        with _told(f"{origin} cannot be loaded"):
             effect = entry.load()
-        except Exception as error:  # whatever another package may raise
-            raise EffectError(f"{origin} cannot be loaded: {error}") from error
         if not isinstance(effect, Effect):
             raise EffectError(f"{origin} is no Effect: let it name one")
-        yield origin, (effect,)
+        with _told(f"{origin} cannot be used"):
+            guarded = _guarded(effect, origin)
+        yield origin, (guarded,)
+
+
+@contextmanager
+def _told(what: str) -> Iterator[None]:
+    """Make one sentence of whatever another's code raises, an exit too; but let Ctrl-C through.
+
+    Raises
+    ------
+    EffectError
+        If anything is raised: ``what``, and that.
+    """
+    try:
+        yield
+    except EffectError:
+        raise
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) and not _is_raised_by_hand(error):
+            raise
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        raise EffectError(f"{what}: {told}") from error
+
+
+def _is_raised_by_hand(error: BaseException) -> bool:
+    """Whether the innermost code stood at a ``raise``; Ctrl-C comes between any other two steps."""
+    trace = error.__traceback__
+    while trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace.tb_frame.f_code.co_code[trace.tb_lasti] == dis.opmap["RAISE_VARARGS"]
+
+
+def _guarded(effect: Effect, origin: str) -> Effect:
+    """Return an effect whose own functions are told of by name, when they fail in a search."""
+    default = Effect("", "", "")
+    said = f"{origin}: effect {effect.name!r} cannot propose"
+    own = {
+        name: partial(_proposed, getattr(effect, name), said)
+        for name in ("starts", "near")
+        if getattr(effect, name) is not getattr(default, name)
+    }
+    return replace(effect, **own, forms=tuple(_guarded(form, origin) for form in effect.forms))
+
+
+def _proposed(propose: Callable[..., Any], said: str, *known: object) -> list[dict[str, float]]:
+    with _told(said):
+        return [{name: float(value) for name, value in each.items()} for each in propose(*known)]
 
 
 def _check(effect: Effect, origin: str, library: Mapping[str, Effect]) -> None:
     """Raise an ``EffectError`` for the first thing by which an effect breaks its contract."""
-    for complaint in _complaints(effect, library):
-        raise EffectError(f"{origin}: effect {effect.name!r} {complaint}")
+    with _told(f"{origin}: effect {effect.name!r} cannot be used"):
+        for complaint in _complaints(effect, library):
+            raise EffectError(f"{origin}: effect {effect.name!r} {complaint}")
 
 
 def _complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[str]:

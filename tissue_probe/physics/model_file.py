@@ -17,6 +17,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe import bounded_yaml
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.library import EffectError, effects, load_effects
@@ -27,6 +28,27 @@ from tissue_probe.settings import SettingsError, rule, setting
 
 class ModelFileError(SettingsError):
     """A model file that cannot be used; the message says where, why, and what to do."""
+
+
+class UnnamedEffectError(ModelFileError):
+    """A model file needs an effect of the user's own, and the user has not named its Python file.
+
+    Parameters
+    ----------
+    path : path
+        The model file.
+    effect : str
+        The effect.
+    made_with : str
+        The Python file that the effect was in, as the model file tells it.
+    """
+
+    def __init__(self, path: Path, effect: str, made_with: str) -> None:
+        super().__init__(
+            f"{path} needs the effect {effect!r}, which is not in the library but in the Python "
+            f"file {made_with!r}: a model file runs no code by itself, so, if you trust that file, "
+            "name it by `effects`"
+        )
 
 
 class _Entry(BaseModel):
@@ -46,7 +68,9 @@ class EffectEntry(_Entry):
 
     name: str = setting(..., "", "as `tissue_probe.physics.effects` or the file has it")
     form: int = setting(0, "", "0 for the effect itself, n for its n-th other form", ge=0)
-    file: str = setting("", "", "Python file that defines it, from the model file's folder")
+    file: str = setting(
+        "", "", "Python file that defined it, from the model file's folder; told, never run"
+    )
 
 
 class DataFile(_Entry):
@@ -130,7 +154,7 @@ class FittedModel:
     data : Data or None
         What they came from, where that is told.
     effect_files : tuple of Path
-        Python files with effects of the user's own: those that it needs, and those given beside it.
+        Python files with effects of the user's own, as the user named them.
     """
 
     composition: Composition
@@ -200,17 +224,19 @@ def save(
 def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedModel:
     """Read a model file.
 
-    Files of effects that it names are run, as Python.
+    The Python files that it names are not run: a model file may come from anywhere.
 
     Parameters
     ----------
     path : path
         The file.
     effect_files : sequence of path
-        Further Python files of effects that it may name.
+        Python files with the effects of the user's own that it needs, and others; they are run.
 
     Raises
     ------
+    UnnamedEffectError
+        If it needs an effect that is neither in the library nor in those files.
     ModelFileError
         If it is no model file, or what it says does not go together.
     OSError
@@ -218,10 +244,8 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
     """
     path = Path(path)
     file = _validated(path, _content(path))
-    own = [path.parent / entry.file for entry in file.effects if entry.file]
-    # One file may be named in both places, by different ways to it.
-    given = {Path(each).resolve(): Path(each) for each in (*effect_files, *own)}
-    own_files = tuple(given.values())
+    # One file may be named twice, by different ways to it.
+    own_files = tuple({Path(each).resolve(): Path(each) for each in effect_files}.values())
     try:
         library = effects(own_files)
     except EffectError as error:
@@ -242,11 +266,9 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
 def _content(path: Path) -> dict[str, Any]:
     """Read the fields of a file; what else it may hold is not quoted."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f" (line {mark.line + 1}: {error.problem})" if mark else ""
-        raise ModelFileError(f"{path} is not a model.yaml: it is not YAML{line}") from None
+        content = bounded_yaml.read(path)
+    except bounded_yaml.YamlError as error:
+        raise ModelFileError(f"{path} is not a model.yaml: it {error}") from None
     if not isinstance(content, dict) or not content.keys() & ModelFile.model_fields.keys():
         raise ModelFileError(
             f"{path} is not a model.yaml: it has no rig, tissue and parameters; give a file that "
@@ -294,6 +316,8 @@ def _form_of(effect: Effect, known: Effect) -> int | None:
 
 
 def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Effect:
+    if entry.name not in library and entry.file:
+        raise UnnamedEffectError(path, entry.name, str(path.parent / entry.file))
     if entry.name not in library:
         raise ModelFileError(
             f"{path}: there is no effect {entry.name!r}; there are {', '.join(library)}"

@@ -20,10 +20,10 @@ import reprlib
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe import bounded_yaml
 from tissue_probe.settings import rule, setting
 from tissue_probe.signals import FloatArray
 
@@ -79,11 +79,11 @@ class Phantom(BaseModel):
             If it is no phantom; says file, field and, for a number, range and unit.
         """
         try:
-            return Phantom.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+            return Phantom.model_validate(bounded_yaml.read(path))
         except ValidationError as error:
             raise ValueError(f"{path}: {_first_complaint(error)}") from None
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
+        except bounded_yaml.YamlError as error:
+            raise ValueError(f"{path} {error}") from None
 
     def stiffness(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         """Return the stiffness k felt at (x, y) [m], in N/m and of their common shape."""

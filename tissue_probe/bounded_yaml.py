@@ -1,0 +1,166 @@
+"""YAML of files and recordings, which may come from anywhere, read within bounds.
+
+What belongs here: how large, how deep and how much repeated a document may be, and what is said of
+one that cannot be read. What does not: the fields of any document.
+
+Every reader of YAML in the package is this one. libyaml scans: PyYAML's own scanner takes minutes
+for a hundred thousand brackets.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+#: Longest document [characters], as it stands and with its aliases written out: four times a
+#: calibration with a thousand tares, the longest that the suite writes. It is read in a second.
+SIZE = 250_000
+#: Deepest nesting: the suite's deepest document has five levels, and what reads or prints one goes
+#: down by a few of the interpreter's 1000 calls a level.
+DEPTH = 50
+#: Longest whole number [characters]: a stamp in ns has 19, and the time that longer ones take grows
+#: with the square.
+DIGITS = 100
+
+
+class YamlError(ValueError):
+    """A text that is not read; the message goes on after "it", and has no name of a file."""
+
+
+def read(path: str | Path) -> Any:
+    """Return what a file in YAML holds, of plain types: dict, list, str, numbers, dates, None.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    YamlError
+        If it is not YAML, or beyond a bound.
+    """
+    with Path(path).open("rb") as file:
+        content = file.read(4 * SIZE + 1)  # no more bytes than that many characters may take
+    try:
+        return parse(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        if len(content) > 4 * SIZE:  # the cut fell into a character
+            raise _too_long() from None
+        raise YamlError(f"is not YAML (byte {error.start} is no UTF-8)") from None
+
+
+def parse(text: str) -> Any:
+    """Return what a text in YAML holds, as ``read`` does of a file.
+
+    Raises
+    ------
+    YamlError
+        If it is not YAML, or beyond a bound.
+    """
+    if len(text) > SIZE:
+        raise _too_long()
+    try:
+        _measure(text)
+        return yaml.load(text, _Loader)
+    except yaml.YAMLError as error:
+        raise YamlError(f"is not YAML{_where(error)}") from None
+    except YamlError:
+        raise
+    except ValueError as error:  # of a value, such as the day 2026-13-45
+        raise YamlError(f"is not YAML ({' '.join(str(error).split())})") from None
+    except Exception:  # PyYAML lets pass whatever a tagged value, such as !!bool x, raises
+        raise YamlError("is not YAML (a value is not of the type in its tag)") from None
+
+
+def _too_long() -> YamlError:
+    return YamlError(f"has more than {SIZE} characters, so it is none of this suite's files")
+
+
+def _where(error: yaml.YAMLError) -> str:
+    mark = getattr(error, "problem_mark", None)
+    return f" (line {mark.line + 1}: {error.problem})" if mark else ""
+
+
+class _Level:
+    """A list or a mapping that is being measured."""
+
+    def __init__(self, anchor: str | None, is_mapping: bool) -> None:
+        self.anchor = anchor
+        self.length = 1
+        self._keys: set[object] | None = set() if is_mapping else None
+        self._is_key = True
+
+    def take(self, key: object) -> bool:
+        """Take one more node; return whether it is a key that is there already."""
+        if self._keys is None:
+            return False
+        is_key, self._is_key = self._is_key, not self._is_key
+        if not is_key or key is None:
+            return False
+        twice = key in self._keys
+        self._keys.add(key)
+        return twice
+
+
+def _measure(text: str) -> None:
+    """Raise a YamlError for a document that is too deep, repeats too much, or names a key twice.
+
+    It is scanned, not built: what an alias stands for is counted each time that it stands there.
+    """
+    lengths: dict[str, int | None] = {}  # of what an anchor names; None while it is not at its end
+    levels = [_Level(None, is_mapping=False)]
+    for event in yaml.parse(text, _Loader):
+        line = event.start_mark.line + 1
+        if isinstance(event, yaml.NodeEvent):
+            key = _key(event)
+            if levels[-1].take(key):
+                raise YamlError(f"has the key {key[0]!r:.60} twice (line {line}): leave one out")
+        if isinstance(event, yaml.CollectionStartEvent):
+            levels.append(_Level(event.anchor, isinstance(event, yaml.MappingStartEvent)))
+            lengths[event.anchor] = None
+            if len(levels) > DEPTH + 1:
+                raise YamlError(f"is nested more than {DEPTH} levels deep (line {line})")
+        elif isinstance(event, yaml.CollectionEndEvent):
+            level = levels.pop()
+            lengths[level.anchor] = level.length
+            levels[-1].length += level.length
+        elif isinstance(event, yaml.ScalarEvent):
+            lengths[event.anchor] = 1 + len(event.value)
+            levels[-1].length += 1 + len(event.value)
+        elif isinstance(event, yaml.AliasEvent):
+            length = lengths.get(event.anchor, 0)  # that there is none, the loader tells
+            if length is None:
+                raise YamlError(f"holds itself: *{event.anchor} (line {line}) stands within it")
+            levels[-1].length += length
+        if sum(level.length for level in levels) > SIZE:
+            raise YamlError(
+                f"has more than {SIZE} characters with its aliases written out (line {line})"
+            )
+
+
+def _key(event: yaml.NodeEvent) -> tuple[str, str | None, bool] | None:
+    """Return by what a key is told from others; None for one that is not a mere word."""
+    if not isinstance(event, yaml.ScalarEvent):
+        return None
+    return event.value, event.tag, event.implicit[0]
+
+
+class _Loader(yaml.CSafeLoader):
+    """PyYAML's loader of plain types, with whole numbers of a sensible length."""
+
+    def whole_number(self, node: yaml.ScalarNode) -> int:
+        """Return a whole number.
+
+        Raises
+        ------
+        yaml.constructor.ConstructorError
+            If it is too long.
+        """
+        if len(node.value) > DIGITS:
+            raise yaml.constructor.ConstructorError(
+                None, None, f"a number has more than {DIGITS} digits", node.start_mark
+            )
+        return self.construct_yaml_int(node)
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.whole_number)
