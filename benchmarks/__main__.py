@@ -16,6 +16,7 @@ from benchmarks import (
     diagnosis_report,
     estimators,
     estimators_speed,
+    filters,
     live,
     machine,
     offline,
@@ -38,6 +39,7 @@ class Part(str, Enum):
     offline = "offline"
     estimators = "estimators"
     speed = "speed"
+    filters = "filters"
     diagnosis = "diagnosis"
     daq = "daq"
     all = "all"
@@ -60,6 +62,12 @@ def main(
         float, typer.Option(min=1.0, help="Time of each live measurement, and of `daq` [s].")
     ] = 60.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
+    sequences: Annotated[
+        int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
+    ] = 5000,
+    sequence_seed: Annotated[
+        int, typer.Option(min=0, help="`filters`: seed of the first sequence.")
+    ] = 0,
     count: Annotated[
         int,
         typer.Option(
@@ -81,7 +89,8 @@ def main(
 ) -> None:
     """Measure the live suite, the filters, and how often a hidden effect is named.
 
-    `daq` counts the samples of the driver on a DAQ, which `all` leaves out.
+    `daq` counts the samples of the driver on a DAQ, `filters` whether any settings and any samples
+    make a filter lose its numbers; `all` leaves both out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -101,6 +110,8 @@ def main(
             results["estimators"] = estimators.measure(range(FIRST_SEED, FIRST_SEED + seeds))
         if part in (Part.speed, Part.all):
             results["speed"] = estimators_speed.measure()
+        if part == Part.filters:
+            results["filters"] = filters.measure(sequences, sequence_seed)
         if part in (Part.diagnosis, Part.all):
             cells = (rig or Rig, excitations or Excitation, hide or Hidden)
             named = ([each.value for each in some] for some in cells)
