@@ -1,9 +1,10 @@
 """The test of the model that all filters share: what it rejects, what it must not, how long."""
 
+import math
+
 import numpy as np
 import pytest
 from measured import START
-from scipy.integrate import solve_ivp
 
 from benchmarks.estimators_simulator import Experiment, HardeningTissue, simulate_ramp
 from tissue_probe.estimation import ESTIMATORS, Estimator, EstimatorSettings
@@ -37,31 +38,40 @@ def stiffening(x, v):
 
 
 def exponential(x, v):
-    return 0.6 * np.expm1(x / 2e-3) + 5.0 * v
+    return 0.6 * math.expm1(x / 2e-3) + 5.0 * v
 
 
 def simulated(law, excitation, duration=1.0, mean=0.0, seed=0, extra=None, before=0.3):
-    """Position and force of a probe that has moved for a while."""
-    times = np.arange(round((duration + before) / PERIOD)) * PERIOD
+    """Position and force of a probe that has moved for a while (Runge and Kutta, in Python)."""
+    count, parts = round((duration + before) / PERIOD), 4
+    fine = np.arange(2 * parts * count + 1) * PERIOD / (2 * parts)
+    coil = mean + 1e-3 * excitation(fine)
+    coil, speed = coil.tolist(), np.gradient(coil, fine).tolist()
+    h = PERIOD / parts
 
-    def coil(time):
-        return mean + 1e-3 * float(excitation(np.array([time]))[0])
+    def rate(i, x, v):
+        cell = CELL_STIFFNESS * (coil[i] - x) + CELL_DAMPING * (speed[i] - v)
+        return (cell - law(x, v)) / MASS
 
-    def rate(time, state):
-        x, v = state
-        u, du = coil(time), (coil(time + 1e-6) - coil(time - 1e-6)) / 2e-6
-        cell = CELL_STIFFNESS * (u - x) + CELL_DAMPING * (du - v)
-        return [v, (cell - law(x, v)) / MASS]
-
-    begin = [coil(0.0), 0.0]
-    tip = solve_ivp(rate, (0, times[-1]), begin, "RK45", times, rtol=1e-6, atol=1e-9, max_step=1e-3)
-    position = mean + 1e-3 * excitation(times)
-    force = CELL_STIFFNESS * (position - tip.y[0])
-    force += NOISE * np.random.default_rng(seed).standard_normal(force.size)
+    x, v, tip = coil[0], 0.0, []
+    for i in range(0, 2 * parts * count, 2):
+        if i % (2 * parts) == 0:
+            tip.append(x)
+        a1 = rate(i, x, v)
+        v2 = v + h / 2 * a1
+        a2 = rate(i + 1, x + h / 2 * v, v2)
+        v3 = v + h / 2 * a2
+        a3 = rate(i + 1, x + h / 2 * v2, v3)
+        v4 = v + h * a3
+        a4 = rate(i + 2, x + h * v3, v4)
+        x, v = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    times, position = fine[: -1 : 2 * parts], np.array(coil[: -1 : 2 * parts])
+    force = CELL_STIFFNESS * (position - np.array(tip))
+    force += NOISE * np.random.default_rng(seed).standard_normal(count)
     if extra is not None:
         force += extra(times)
-    late = times >= before - 1e-9
-    return position[late], force[late]
+    late = round(before / PERIOD)
+    return position[late:], force[late:]
 
 
 def block_of(position, force, first=0):
