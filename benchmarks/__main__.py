@@ -16,6 +16,7 @@ from benchmarks import (
     diagnosis_report,
     estimators,
     estimators_speed,
+    filters,
     live,
     machine,
     offline,
@@ -42,6 +43,7 @@ class Part(str, Enum):
     offline = "offline"
     estimators = "estimators"
     speed = "speed"
+    filters = "filters"
     diagnosis = "diagnosis"
     daq = "daq"
     soak = "soak"
@@ -69,6 +71,12 @@ def main(
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
+    sequences: Annotated[
+        int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
+    ] = 5000,
+    sequence_seed: Annotated[
+        int, typer.Option(min=0, help="`filters`: seed of the first sequence.")
+    ] = 0,
     count: Annotated[
         int,
         typer.Option(
@@ -92,7 +100,8 @@ def main(
 
     `daq` counts the samples of the driver on a DAQ; `soak` holds the suite for long, to see what it
     keeps of memory, files and threads; `readers` adds readers of single samples until the driver
-    sheds these; `reading` counts how files of others are read. `all` leaves the four out.
+    sheds these; `reading` counts how files of others are read; `filters` whether any settings and
+    any samples make a filter lose its numbers. `all` leaves the five out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -127,6 +136,8 @@ def main(
             results["estimators"] = estimators.measure(range(FIRST_SEED, FIRST_SEED + seeds))
         if part in (Part.speed, Part.all):
             results["speed"] = estimators_speed.measure()
+        if part == Part.filters:
+            results["filters"] = filters.measure(sequences, sequence_seed)
         if part in (Part.diagnosis, Part.all):
             cells = (rig or Rig, excitations or Excitation, hide or Hidden)
             named = ([each.value for each in some] for some in cells)

@@ -50,8 +50,21 @@ def show(results: dict[str, object], console: Console) -> None:
         console.print(table)
     if "speed" in results:
         console.print(speed_table(results["speed"]))
+    if "filters" in results:
+        console.print(filters_table(results["filters"]))
     if "live" in results or "offline" in results:
         console.print(targets_table(results))
+
+
+def filters_table(found: dict[str, dict[str, float]]) -> Table:
+    """Return how many random sequences showed which fault, of each filter."""
+    faults = list(next(iter(found.values())))
+    table = Table(title="Random settings and samples", title_justify="left")
+    for column in ("filter", *faults):
+        table.add_column(column, justify="left" if column == "filter" else "right")
+    for name, counts in found.items():
+        table.add_row(name, *(f"{counts[each]:.4g}" for each in faults))
+    return table
 
 
 def machine_table(machine: dict[str, object]) -> Table:

@@ -292,7 +292,27 @@ class Recording:
 
 
 class Status(IntEnum):
-    """What an estimate is worth (the constants of ``TissueEstimate.msg``)."""
+    """What an estimate is worth (the constants of ``TissueEstimate.msg``).
+
+    Stiffness and damping are those at the drive's frequency, and all of this holds if the model is
+    right as far as innovations can tell: a delay under a steady sine, for one, shifts the damping
+    and leaves them white.
+
+    Attributes
+    ----------
+    CONVERGING
+        Not yet known to 5 %.
+    CONVERGED
+        Two standard deviations of stiffness and of damping are within 5 %.
+    NO_CONTACT
+        No tissue under the tip.
+    MODEL_REJECTED
+        Harmonics of the drive in the innovations contradict the model of the tissue: stiffness and
+        damping are not to be used. It holds until the filter starts anew.
+    DISTURBED
+        As CONVERGED, but a force away from the drive's frequency (hum, more noise than was set) is
+        in the innovations: stiffness and damping are usable.
+    """
 
     CONVERGING = 0
     CONVERGED = 1

@@ -114,7 +114,7 @@ def test_a_setting_changes_what_the_filter_works_with(run, csv):
         (["--set", "mass=1"], "there is no mass; there are tip_mass, load_cell_stiffness, "),
         (["--set", "tip_mass=heavy"], "tip_mass is 'heavy': give a number above 0 to 10 [kg]"),
         (["--set", "tip_mass=11"], "tip_mass is '11': give a number above 0 to 10 [kg]"),
-        (["--set", "force_noise=nan"], "force_noise is 'nan': give a number above 0 to 100 [N]"),
+        (["--set", "force_noise=nan"], "force_noise is 'nan': give a number from 1e-09 to 100 [N]"),
         (["--set", "discretisation=best"], "discretisation is 'best': give one of exact, euler"),
         (["--output", "estimates.xlsx"], "estimates.xlsx ends in '.xlsx'; tables are .csv or "),
         (["--output", "none/estimates.csv"], "none/estimates.csv"),

@@ -98,12 +98,13 @@ def test_a_wrong_model_is_rejected_and_the_estimate_stays_calm():
 
 
 def test_a_model_is_accepted_again_when_it_fits_again():
-    wrong, right = (
-        HardeningTissue(duration=1.0, hardening=0.5), Experiment(duration=3.0, encoder_resolution=0)
-    )  # fmt: skip
+    """Not at once: after so long that a wrong one would have been contradicted again."""
+    wrong = HardeningTissue(duration=1.0, hardening=0.5)
+    right = Experiment(duration=12.0, encoder_resolution=0)
     estimator = Estimator("robust_ekf", EstimatorSettings())
     assert estimator.process(block_of(wrong)).status[-1] == Status.MODEL_REJECTED
     after = estimator.process(block_of(right, first=2000))
+    assert np.all(after.status[: 9 * 2000] == Status.MODEL_REJECTED)
     assert after.status[-1] == Status.CONVERGED
     assert after.stiffness[-1] == pytest.approx(450, rel=0.01)
 

@@ -72,7 +72,7 @@ def test_estimates_are_read_back_exactly(ending, estimates):
     for name in ESTIMATE_COLUMNS[1:-1]:
         values = table[name].to_numpy().astype(np.float64)  # whole numbers in CSV look like int
         assert_array_equal(values, getattr(estimates, name))
-    names = ["converging", "converged", "no_contact", "model_rejected"]
+    names = ["converging", "converged", "no_contact", "model_rejected", "disturbed"]
     assert table["status"].to_pylist() == [names[status] for status in estimates.status]
 
 

@@ -1,8 +1,8 @@
 """Adaptive fading extended Kalman filter (paper, section III-B), in the reading that works."""
 
-from tissue_probe.estimation.ekf import EXTRA, update, weigh
+from tissue_probe.estimation.ekf import EXTRA, FOLLOWS, update, weigh
 
-__all__ = ["EXTRA", "predict", "update", "weigh"]
+__all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 
 def predict(filter):

@@ -11,10 +11,10 @@ With alpha = 1 the noise of C_t itself drives lambda up to 5 in calm; 1/2 keeps 
 apart.
 """
 
-from tissue_probe.estimation.ekf import update
+from tissue_probe.estimation.ekf import FOLLOWS, update
 from tissue_probe.estimation.few_points import spread
 
-__all__ = ["EXTRA", "predict", "update", "weigh"]
+__all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 EXTRA = {"RECENT_NIS": 1.0}
 

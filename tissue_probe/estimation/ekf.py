@@ -3,6 +3,9 @@
 
 # What a filter carries along besides mean and covariance: names and values at the start.
 EXTRA = {}
+# Whether a change of stiffness and damping is followed, so that a first harmonic in the innovations
+# is no contradiction.
+FOLLOWS = False
 
 
 def predict(filter):

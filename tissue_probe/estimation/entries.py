@@ -16,7 +16,9 @@ def start_on(arrays):
 @cfunc("void(CPointer(CPointer(float64)))", error_model="numpy")
 def reopen_on(arrays):
     """Keep what is known of the tissue."""
-    reopen(carray(arrays[0], CONSTANTS), carray(arrays[1], MEMORY))
+    memory = carray(arrays[1], MEMORY)
+    reopen(carray(arrays[0], CONSTANTS), memory)
+    interrupt(memory)
 
 
 @cfunc("int64(CPointer(CPointer(float64)), int64, int64, int64)", error_model="numpy")

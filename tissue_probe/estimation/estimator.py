@@ -98,6 +98,17 @@ class Estimator:
         self.missing += self._run.filter(begin, count)
         return self._estimates(stamps, block.sequence, estimates)
 
+    @property
+    def covariance(self) -> np.ndarray | None:
+        """Covariance of a Kalman filter's whole state after the last sample, shape (n, n)."""
+        layout = self._kernel.layout
+        if layout is None or self._run is None:
+            return None
+        size = len(layout.states)
+        matrix = np.zeros((size, size))
+        matrix[np.triu_indices(size)] = self._run.memory[size : layout.history]
+        return matrix + np.triu(matrix, 1).T
+
     def restart(self) -> None:
         """Forget everything learnt."""
         self.restarts += 1

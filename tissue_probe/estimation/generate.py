@@ -14,7 +14,13 @@ from types import ModuleType
 import sympy as sp
 
 from tissue_probe.estimation.equations import Filter
-from tissue_probe.estimation.layout import DERIVED, PER_STATE, SETTINGS, Layout
+from tissue_probe.estimation.layout import (
+    DERIVED,
+    PER_STATE,
+    SETTINGS,
+    VERDICT_SIZE,
+    Layout,
+)
 from tissue_probe.physics.effects.effect import POSITION_BEFORE
 from tissue_probe.physics.model import Model
 
@@ -27,6 +33,10 @@ ENTRIES = Path(__file__).with_name("entries.py")
 
 # What exceeds this is no measurement [m, N]: it counts as missing, as a NaN does.
 LARGEST = 1e4
+# Stands for a pivot of 0, which divides nothing but 0 where a matrix is semidefinite.
+TINY = sp.Float(1e-300)
+# How many numbers an estimator written by hand may carry along for itself: the first in ``memory``.
+OWN = 32
 
 HEADER = '''"""Generated from the symbols of model and filter; do not edit."""
 import math
@@ -60,6 +70,7 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         function("reopen(constants, memory)", _reopen),
         function("forget(constants, memory)", _forget),
         function("cap(constants, memory)", _cap),
+        function("is_definite(constants, memory)", _is_definite),
         function("output(constants, memory)", _output),
         function(f"step(constants, memory, {states})", _step, given=True),
         function("true_position(constants, memory, position)", _true_position, given=True),
@@ -72,16 +83,17 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         LOOP.read_text(),
         ENTRIES.read_text(),
     ]
-    return HEADER + _places(layout, size) + "\n\n".join(functions)
+    places = _places(layout, size, layout.verdict, equations.FOLLOWS)
+    return HEADER + places + "\n\n".join(functions)
 
 
 def source_by_hand(layout: Layout, path: Path) -> str:
     """Return the source of a kernel module whose ``start``, ``reopen``, ``run`` are in a file."""
     texts = [text.read_text() for text in (VERDICT, BY_HAND, path, ENTRIES)]
-    return HEADER + _places(layout, layout.size) + "\n\n".join(texts)
+    return HEADER + _places(layout, OWN + VERDICT_SIZE, OWN, False) + "\n\n".join(texts)
 
 
-def _places(layout: Layout, memory: int) -> str:
+def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
     """Return the names in capitals that the texts written by hand use."""
     states = layout.states
     names = {name.upper(): layout.constant(name) for name in SETTINGS}
@@ -98,8 +110,8 @@ def _places(layout: Layout, memory: int) -> str:
         "HISTORY": layout.history,
         "PRIMED": layout.primed,
         "PREDICTED": layout.predicted,
-        "MEAN_NIS": layout.mean_nis,
-        "REJECTED": layout.rejected,
+        "VERDICT": verdict,
+        "FOLLOWS": follows,
         "CONSTANTS": layout.constant_count,
         "MEMORY": memory,
         "FLOOR": 1e-24,
@@ -120,8 +132,8 @@ def _start(filter: Filter) -> None:
     layout = filter.layout
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("prior_variance")))
     filter.program.store("memory", layout.history, [0.0] * 6)
-    filter.program.store("memory", layout.mean_nis, [1.0, 0.0])
-    filter.program.store("memory", layout.rejected + 1, list(layout.extra.values()))
+    filter.program.store("memory", layout.verdict, [1.0] + (VERDICT_SIZE - 1) * [0.0])
+    filter.program.store("memory", layout.verdict + VERDICT_SIZE, list(layout.extra.values()))
 
 
 def _reopen(filter: Filter) -> None:
@@ -133,6 +145,22 @@ def _reopen(filter: Filter) -> None:
     P = sp.Matrix(*prior.shape, lambda i, j: filter.P[i, j] if kept[i] and kept[j] else prior[i, j])
     filter.assign(filter.X, P)
     filter.program.store("memory", filter.layout.primed, [0.0])
+
+
+def _is_definite(filter: Filter) -> list[sp.Expr]:
+    """Whether P is one that numbers can have: no pivot of P = L D L^T is below 0."""
+    P, size = filter.P, len(filter.layout.states)
+    definite = sp.Symbol("definite")
+    filter.program.line(f"{definite} = True")
+    for j in range(size):
+        filter.program.line(f"{definite} &= {P[j, j]} >= 0.0")
+        pivot = filter.program.let("pivot", sp.Max(P[j, j], TINY))
+        P = P.copy()
+        for i in range(j + 1, size):
+            ratio = filter.program.let("ratio", P[i, j] / pivot)
+            for k in range(j + 1, i + 1):
+                P[i, k] = filter.program.let("rest", P[i, k] - ratio * P[k, j])
+    return [definite]
 
 
 def _cap(filter: Filter) -> None:

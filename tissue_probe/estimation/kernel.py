@@ -34,12 +34,15 @@ class Kernel:
         (settings, sample period [s]) -> ``constants``.
     code : MachineCode
         Has the entries ``start_on``, ``reopen_on`` and ``run_on`` (see ``entries``).
+    layout : Layout
+        Where the numbers of a Kalman filter live; None for an estimator by hand.
     delay : float
         Time by which the force is late against the position [s]; negative where the position is.
     """
 
     constants: Callable[[EstimatorSettings, float], FloatArray]
     code: MachineCode
+    layout: Layout | None = None
     delay: float = 0.0
 
     @property
@@ -77,7 +80,7 @@ class KalmanFilter:
             f"{self._name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
         )
         layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"])
-        return Kernel(layout.constants, code)
+        return Kernel(layout.constants, code, layout)
 
     def _composed(self, settings: EstimatorSettings) -> Kernel:
         """Return the kernel for the model in a file."""
@@ -94,7 +97,7 @@ class KalmanFilter:
         def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
             return layout.constants(live.with_tool(settings), sample_period)
 
-        return Kernel(constants, code, live.delay)
+        return Kernel(constants, code, layout, live.delay)
 
     @property
     def _name(self) -> str:

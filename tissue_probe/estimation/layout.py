@@ -37,8 +37,14 @@ SETTINGS = tuple(
     for name, entry in EstimatorSettings.model_fields.items()
     if entry.annotation in (float, int)
 )
-DERIVED = ("sample_period", "force_variance")
+DERIVED = ("sample_period", "force_variance", "batch")
 PER_STATE = ("prior", "prior_variance", "largest_variance", "process_variance", "lower", "upper")
+
+# Samples whose innovations are held against the batch before (see ``verdict``): at least 50 ms, in
+# which a hum beside a harmonic turns its phase, and so many that their sum is normal.
+BATCH_TIME, BATCH_SAMPLES = 0.05, 100.0
+# How many numbers the verdict carries along.
+VERDICT_SIZE = 56
 
 # How many times farther than others a standard deviation may grow; once for what is not listed.
 CEILING = {"force_offset": 100.0}
@@ -97,18 +103,13 @@ class Layout:
         return self.history + 5
 
     @property
-    def mean_nis(self) -> int:
-        """Place in ``memory`` of the normalised innovations' squares, averaged."""
+    def verdict(self) -> int:
+        """Place in ``memory`` of the first of the numbers that ``verdict`` carries along."""
         return self.history + 6
-
-    @property
-    def rejected(self) -> int:
-        """Place in ``memory`` of whether the model is rejected, 1 or 0."""
-        return self.history + 7
 
     def carried(self, name: str) -> int:
         """Place in ``memory`` of one of the ``extra`` numbers."""
-        return self.history + 8 + list(self.extra).index(name)
+        return self.verdict + VERDICT_SIZE + list(self.extra).index(name)
 
     @property
     def constant_count(self) -> int:
@@ -118,12 +119,13 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of ``memory``, without what equations need for intermediate results."""
-        return self.history + 8 + len(self.extra)
+        return self.verdict + VERDICT_SIZE + len(self.extra)
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:
         """Return the array ``constants`` for given settings and sample period [s]."""
         values = [float(getattr(settings, name)) for name in SETTINGS]
         values += [sample_period, force_variance(settings)]
+        values += [max(BATCH_SAMPLES, BATCH_TIME / sample_period)]
         for name in PER_STATE:
             for state in self.states:
                 prior = self.priors.get(state)

@@ -135,7 +135,10 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         priors |= {name: _about(fitted.values[name]) for name in ("stiffness", "damping")}
     for effect in effects:
         priors |= _strengths(effect, fitted.values, settings.estimate_effects)
-    return LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
+    live = LiveModel(_memoryless(_estimating(model, priors)), fitted.values, priors)
+    if too_fast := live.with_tool(settings).too_fast():
+        raise SettingsError(f"{path}: {too_fast}")
+    return live
 
 
 def _refusals(fitted: FittedModel) -> list[str]:

@@ -8,14 +8,24 @@ amplitudes U and F the tip moves by X = U - F / k0, and eq. 1 becomes
     k + i w beta = F (1 + i w beta0 / k0) / X + m w^2
 
 A cross-check: constant errors of force and contact point drop out, but it sees one tone only and
-needs an established motion. Never imported: this text becomes part of a kernel module.
+needs an established motion: where the position deviates from its fit by more than a hundredth of
+its motion (a pause, another frequency, a sweep), the window holds no steady drive, and nothing is
+known. Never imported: this text becomes part of a kernel module.
 """
 
 # Places in memory: products of [cos, sin, 1] with themselves (upper triangle), with the position
-# and with the force; phase [rad]; samples since the start; squared weights, added up; then the
-# rows of the estimate made last.
-WITH_POSITION, WITH_FORCE, PHASE, COUNT, SQUARED_WEIGHTS, LAST = 6, 9, 12, 13, 14, 15
-MEAN_NIS, REJECTED, MEMORY = 23, 24, 25
+# and with the force, of the position with itself; phase [rad]; samples since the start; squared
+# weights, added up; then the rows of the estimate made last.
+WITH_POSITION, WITH_FORCE, SQUARE_POSITION = 6, 9, 12
+PHASE, COUNT, SQUARED_WEIGHTS, LAST = 13, 14, 15, 16
+STIFFNESS = LAST
+FOLLOWS = True
+OFFSET = LAST + 6  # which the fit's constant takes up
+# Of the motion's square, what a steady drive leaves to anything else: a hundredth, squared, since
+# the damping may be a small part of the impedance.
+UNSTEADY = 1e-4
+# Periods after which hardly anything (e^-3) is left of how the motion began.
+SETTLED = 3.0
 
 
 @njit(error_model="numpy")
@@ -24,16 +34,31 @@ def start(constants, memory):
     memory[:] = 0.0
     memory[LAST] = constants[PRIOR + 2]
     memory[LAST + 1] = constants[PRIOR + 3]
+    memory[MEAN_NIS] = 1.0
+    claim_nothing(constants, memory)
+
+
+@njit(error_model="numpy")
+def claim_nothing(constants, memory):
+    """Make the estimate as uncertain as before the first sample."""
     memory[LAST + 3] = constants[PRIOR_VARIANCE + 2]
     memory[LAST + 4] = constants[PRIOR_VARIANCE + 3]
     memory[LAST + 2] = memory[LAST + 3] + memory[LAST + 4]
-    memory[MEAN_NIS] = 1.0
 
 
 @njit(error_model="numpy")
 def reopen(constants, memory):
     """Keep the last estimate, and collect a new period."""
     memory[:LAST] = 0.0
+    interrupt(memory)
+
+
+@njit(error_model="numpy")
+def is_determined(memory):
+    """Whether the amplitudes are: a sine that is sampled too rarely is like a constant."""
+    a, b, c, d, e, f = memory[0], memory[1], memory[2], memory[3], memory[4], memory[5]
+    determinant = a * (d * f - e * e) + b * (c * e - b * f) + c * (b * e - c * d)
+    return determinant > 1e-9 * a * d * f
 
 
 @njit(error_model="numpy")
@@ -67,8 +92,18 @@ def collect(constants, memory, cosine, sine, position, force):
         memory[first] += cosine * signal
         memory[first + 1] += sine * signal
         memory[first + 2] += signal
+    memory[SQUARE_POSITION] += position * position
     memory[SQUARED_WEIGHTS] = keep * keep * memory[SQUARED_WEIGHTS] + 1.0
     memory[COUNT] += 1.0
+
+
+@njit(error_model="numpy")
+def is_steady(memory, u):
+    """Whether the position is its fit, but for a small part of its motion."""
+    fitted = u[0] * memory[WITH_POSITION] + u[1] * memory[WITH_POSITION + 1]
+    fitted += u[2] * memory[WITH_POSITION + 2]
+    motion = 0.5 * (u[0] * u[0] + u[1] * u[1]) * memory[5]
+    return memory[SQUARE_POSITION] - fitted <= UNSTEADY * motion
 
 
 @njit(error_model="numpy")
@@ -84,6 +119,10 @@ def estimate(constants, memory, w):
     noise = 2.0 * R * memory[SQUARED_WEIGHTS] / memory[5] ** 2
     variance = max(noise * abs(c * U) ** 2 / abs(X) ** 4, FLOOR)
     # A motion that is not ten times its noise is none.
+    if not is_steady(memory, u):
+        claim_nothing(constants, memory)
+        interrupt(memory)
+        return
     known = min(abs(k0 * U), abs(k0 * X)) ** 2 > 100.0 * noise
     known &= variance < constants[PRIOR_VARIANCE + 2]
     known &= variance < constants[PRIOR_VARIANCE + 3] * w * w
@@ -110,20 +149,25 @@ def run(constants, memory, position, force, estimates, begin, end):
         memory[PHASE] = (memory[PHASE] + w * constants[SAMPLE_PERIOD]) % (2.0 * math.pi)
         innovation = normalized = math.nan
         if abs(position[sample]) < LARGEST and abs(force[sample]) < LARGEST:
-            settled = memory[COUNT] >= one_period
+            settled = memory[COUNT] >= one_period and is_determined(memory)
             variance = constants[FORCE_VARIANCE] * (1.0 + 1.5 / one_period)
             if settled:
                 f = solve(memory, WITH_FORCE)
                 memory[LAST + 7] = f[0] * cosine + f[1] * sine + f[2]
             innovation = force[sample] - memory[LAST + 7]
             if settled:
-                judge_model(memory, innovation * innovation / variance)
+                judge_noise(memory, innovation * innovation / variance)
+                standard = innovation / math.sqrt(variance)
+                if memory[COUNT] >= SETTLED * one_period:
+                    judge_model(constants, memory, position[sample], innovation, standard)
             else:  # nothing was predicted yet
                 variance += innovation * innovation
             normalized = innovation * innovation / variance
             collect(constants, memory, cosine, sine, position[sample], force[sample])
-            if memory[COUNT] >= one_period:
+            if memory[COUNT] >= one_period and is_determined(memory):
                 estimate(constants, memory, w)
+            if has_recovered(memory):
+                start(constants, memory)
         else:
             missing += 1
         record(constants, memory, estimates, sample, innovation, normalized)

@@ -40,9 +40,7 @@ def keep_sound(constants, memory):
     Without a cap the covariance of a fading filter grows for ever in a direction that is not
     excited. Written so that a NaN counts as out of bounds.
     """
-    covariance = memory[STIFFNESS_DAMPING]
-    product = memory[DIAGONAL[STIFFNESS]] * memory[DIAGONAL[DAMPING]]
-    sound = covariance * covariance <= product
+    sound = is_definite(constants, memory)
     for state in range(STATES):
         mean, variance = memory[state], memory[DIAGONAL[state]]
         prior = constants[PRIOR_VARIANCE + state]
@@ -58,7 +56,9 @@ def keep_sound(constants, memory):
 def repair(constants, memory):
     """Bring mean and covariance back into bounds; where numbers overflowed, start again.
 
-    Rounding can push a correlation beyond 1, where a variance has just shrunk by many orders.
+    Rounding can leave a covariance that no numbers have, where a variance has just shrunk by many
+    orders. Then all correlations shrink by the least share, of powers of ten, that makes it
+    definite: variances stay, and at the latest without any correlation it is.
     """
     for index in range(HISTORY):
         if not math.isfinite(memory[index]):
@@ -68,12 +68,13 @@ def repair(constants, memory):
         memory[state] = min(max(memory[state], constants[LOWER + state]), constants[UPPER + state])
         floor = FLOOR * constants[PRIOR_VARIANCE + state]
         memory[DIAGONAL[state]] = max(memory[DIAGONAL[state]], floor)
-    for row in range(STATES):
-        for column in range(row + 1, STATES):
-            place = DIAGONAL[row] + column - row
-            bound = (1.0 - 1e-9) * math.sqrt(memory[DIAGONAL[row]] * memory[DIAGONAL[column]])
-            memory[place] = min(max(memory[place], -bound), bound)
     cap(constants, memory)
+    share = 1e-15
+    while not (is_definite(constants, memory) or share > 2.0):
+        for row in range(STATES):
+            for place in range(DIAGONAL[row] + 1, DIAGONAL[row] + STATES - row):
+                memory[place] *= max(1.0 - share, 0.0)
+        share *= 10.0
 
 
 @njit(error_model="numpy")
@@ -117,11 +118,16 @@ def run(constants, memory, position, force, estimates, begin, end):
             normalized = innovation * innovation / variance
         elif memory[PRIMED] > 0.0:
             reopen(constants, memory)
+            interrupt(memory)
         if abs(force[sample]) < LARGEST and math.isfinite(normalized):
-            judge_model(memory, normalized)
+            judge_noise(memory, normalized)
+            standard = math.copysign(math.sqrt(normalized), innovation)
+            judge_model(constants, memory, position[sample], innovation, standard)
             S, R = weigh(constants, memory, innovation, variance)
             predicted, _ = output(constants, memory)  # anew, in case that all was forgotten
             update(constants, memory, force[sample] - predicted, S, R)
+            if has_recovered(memory):
+                start(constants, memory)
         else:
             innovation = normalized = math.nan
             missing += 1

@@ -15,7 +15,7 @@ imported: this text becomes part of a kernel module.
 # samples; sums of phi phi^T (upper triangle) and of phi y; samples since the filters began; then
 # the rows of the estimate made last.
 X, F, LAST_X, LAST_F, SUMS, COUNT, LAST = 0, 3, 6, 7, 8, 13, 14
-MEAN_NIS, REJECTED, MEMORY = 22, 23, 24
+STIFFNESS = LAST
 
 CUTOFF = 2.0 * math.pi * 100.0
 
@@ -130,10 +130,16 @@ def run(constants, memory, position, force, estimates, begin, end):
             normalized = innovation * innovation / (R * passed + max(spread, 0.0))
             memory[LAST + 7] = force[sample] - innovation
             if memory[COUNT] * steps > 12.0:
-                judge_model(memory, normalized)
+                judge_noise(memory, normalized)
+                # Filtered noise is not white, but at the drive's frequencies it is as dense.
+                standard = innovation / math.sqrt(R + max(spread, 0.0))
+                judge_model(constants, memory, position[sample], innovation, standard)
                 regress(constants, memory, y, x, v)
+                if has_recovered(memory):
+                    start(constants, memory)
         else:
             missing += 1
             reopen(constants, memory)
+            interrupt(memory)
         record(constants, memory, estimates, sample, innovation, normalized)
     return missing

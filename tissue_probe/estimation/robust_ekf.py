@@ -17,15 +17,16 @@ of ``python -m benchmarks estimators``.
 Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
 everything and begins anew, which takes hardly longer than a first contact.
 
-A model that is wrong makes the gate fire again and again. Then the filter rejects the model, and
-instead of jumping lets the past fade, with the noise that the innovations show.
+A model that is wrong, and hum, make the gate fire again and again. Then the filter calls itself
+disturbed, and instead of jumping lets the past fade, with the noise that the innovations show.
 """
 
 from tissue_probe.estimation import ekf, few_points
 from tissue_probe.estimation.ekf import update
 
-__all__ = ["EXTRA", "predict", "update", "weigh"]
+__all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
+FOLLOWS = True
 # Means of NIS and of the squared innovations [N^2] over the last ten samples; openings of late,
 # within some 50 samples and within some 1000.
 EXTRA = {"RECENT_NIS": 1.0, "RECENT_SQUARE": 0.0, "OPENINGS": 0.0, "MANY_OPENINGS": 0.0}
@@ -56,12 +57,12 @@ def weigh(constants, memory, innovation, S):
     memory[RECENT_SQUARE] = 0.9 * memory[RECENT_SQUARE] + 0.1 * innovation * innovation
     memory[OPENINGS] *= 0.98
     memory[MANY_OPENINGS] *= 0.999
-    if memory[OPENINGS] > 5.0 or (memory[REJECTED] > 0.0 and memory[RECENT_NIS] > 1000.0):
+    if memory[OPENINGS] > 5.0 or (memory[DISTURBED] > 0.0 and memory[RECENT_NIS] > 1000.0):
         forget(constants, memory)
         memory[OPENINGS] = 0.0
         memory[RECENT_NIS] = 1.0
         memory[RECENT_SQUARE] = 0.0
-    elif memory[REJECTED] > 0.0:
+    elif memory[DISTURBED] > 0.0:
         inflate(constants, memory, 1.003, 1.003)
         R *= max(1.0, memory[MEAN_NIS])
     elif memory[RECENT_NIS] > 3.5:
@@ -71,7 +72,7 @@ def weigh(constants, memory, innovation, S):
         memory[OPENINGS] += 1.0
         memory[MANY_OPENINGS] += 1.0
         if memory[MANY_OPENINGS] > 12.0:
-            memory[REJECTED] = 1.0
+            memory[DISTURBED] = 1.0
             memory[MANY_OPENINGS] = 0.0
     elif memory[OPENINGS] < 0.01 or memory[MANY_OPENINGS] > 4.0:
         return S, R  # nothing has changed of late, or goes on so long that the model is wrong

@@ -49,6 +49,11 @@ class Run:
         self._arrays = ctypes.addressof(self._addresses)
         self.start()
 
+    @property
+    def memory(self) -> FloatArray:
+        """All that the kernel knows now, as a copy."""
+        return self._memory.copy()
+
     def start(self) -> None:
         """Forget everything."""
         self._start(self._arrays)

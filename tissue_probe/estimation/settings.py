@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 def _setting(default: Any, unit: str, description: str, **bounds: float) -> Any:
     return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
+
+
+#: Fastest rate of the tip's motion that the exact step follows [1/s]. Then it divides a second of
+#: samples into a million parts, for which a filter on sigma points needs about that second.
+FASTEST = 3e5
+#: How many standard deviations from its mean a sigma point tries the tissue.
+REACH = 3.0
 
 
 class EstimatorSettings(BaseModel):
@@ -24,13 +31,13 @@ class EstimatorSettings(BaseModel):
         0.04, "kg", "Moving mass m between load cell and tissue", gt=0, le=10
     )
     load_cell_stiffness: float = _setting(
-        9700.0, "N/m", "Stiffness k0 of the load cell between coil and tip", gt=0, le=1e8
+        9700.0, "N/m", "Stiffness k0 of the load cell between coil and tip", ge=1e-3, le=1e8
     )
     load_cell_damping: float = _setting(
         0.8, "N s/m", "Damping beta0 of the load cell between coil and tip", ge=0, le=1e4
     )
     force_noise: float = _setting(
-        0.005, "N", "Standard deviation of the noise on the force", gt=0, le=100
+        0.005, "N", "Standard deviation of the noise on the force", ge=1e-9, le=100
     )
     encoder_resolution: float = _setting(
         1e-7,
@@ -56,22 +63,34 @@ class EstimatorSettings(BaseModel):
         0.0, "N/m", "Stiffness assumed before the first sample", ge=-1e6, le=1e6
     )
     stiffness_prior_sd: float = _setting(
-        1000.0, "N/m", "Standard deviation of the stiffness assumed before", gt=0, le=1e6
+        1000.0, "N/m", "Standard deviation of the stiffness assumed before", ge=1e-6, le=1e6
     )
     damping_prior: float = _setting(
         0.0, "N s/m", "Damping assumed before the first sample", ge=-1e4, le=1e4
     )
     damping_prior_sd: float = _setting(
-        20.0, "N s/m", "Standard deviation of the damping assumed before", gt=0, le=1e4
+        20.0, "N s/m", "Standard deviation of the damping assumed before", ge=1e-8, le=1e4
     )
     tip_position_prior_sd: float = _setting(
-        0.01, "m", "Standard deviation of the tip's position before the first sample", gt=0, le=10
+        0.01,
+        "m",
+        "Standard deviation of the tip's position before the first sample",
+        ge=1e-12,
+        le=10,
     )
     tip_velocity_prior_sd: float = _setting(
-        1.0, "m/s", "Standard deviation of the tip's velocity before the first sample", gt=0, le=100
+        1.0,
+        "m/s",
+        "Standard deviation of the tip's velocity before the first sample",
+        ge=1e-9,
+        le=100,
     )
     force_offset_prior_sd: float = _setting(
-        0.1, "N", "Standard deviation of the load cell's constant error (robust_ekf)", gt=0, le=1e3
+        0.1,
+        "N",
+        "Standard deviation of the load cell's constant error (robust_ekf)",
+        ge=1e-9,
+        le=1e3,
     )
     deviation_ceiling: float = _setting(
         1.0, "", "How many times its prior a standard deviation may become", ge=1, le=1e6
@@ -104,8 +123,60 @@ class EstimatorSettings(BaseModel):
         False, "", "Whether the strengths of the model's effects are estimated too, not held"
     )
     drive_frequency: float = _setting(
-        10.0, "Hz", "Frequency at which the coil is driven (lock_in only)", gt=0, le=1000
+        10.0, "Hz", "Frequency at which the coil is driven (lock_in only)", ge=1e-3, le=1000
     )
     forgetting: float = _setting(
         0.98, "", "Weight of a sample relative to the next (rls only)", gt=0.5, lt=1
     )
+
+    @model_validator(mode="after")
+    def _can_be_filtered(self) -> EstimatorSettings:
+        """Refuse a prior outside the bounds, and a tip too fast for any filter to follow."""
+        for name in ("stiffness", "damping"):
+            prior, unit = getattr(self, f"{name}_prior"), self.unit(f"{name}_prior")
+            low, high = getattr(self, f"{name}_minimum"), getattr(self, f"{name}_maximum")
+            if not low <= prior <= high:
+                raise ValueError(
+                    f"{name}_prior is {prior:g} {unit}, outside of {name}_minimum, {low:g}, to "
+                    f"{name}_maximum, {high:g} {unit}: estimates are held within these"
+                )
+        if too_fast := self.too_fast():
+            raise ValueError(too_fast)
+        return self
+
+    @classmethod
+    def unit(cls, name: str) -> str:
+        """Return the unit of a setting."""
+        return cls.model_fields[name].json_schema_extra["unit"]
+
+    def too_fast(self) -> str:
+        """Say why the exact step cannot follow the tip; nothing where it can.
+
+        The tip on its load cell and the stiffest tissue that a filter may try moves at the rates
+        sqrt(k / m) and beta / m. Forward Euler does not try to follow.
+        """
+        if self.discretisation == "euler":
+            return ""
+        parts = {name: self._parts(name) for name in ("stiffness", "damping")}
+        rates = {name: sum(part.values()) / self.tip_mass for name, part in parts.items()}
+        rates["stiffness"] **= 0.5
+        name = max(rates, key=rates.get)
+        if rates[name] <= FASTEST:
+            return ""
+        largest = max(parts[name], key=parts[name].get)
+        return (
+            f"tip_mass is {self.tip_mass:g} kg and {largest} {getattr(self, largest):g} "
+            f"{self.unit(largest)}: the tip would move at {rates[name]:.2g} 1/s, and no filter "
+            f"follows more than {FASTEST:g} 1/s: give a greater tip_mass or a smaller {largest}"
+        )
+
+    def _parts(self, name: str) -> dict[str, float]:
+        """Return what adds up to the largest stiffness or damping that acts on the tip."""
+        bounds = {bound: getattr(self, bound) for bound in (f"{name}_minimum", f"{name}_maximum")}
+        bound = max(bounds, key=lambda each: abs(bounds[each]))
+        deviation = f"{name}_prior_sd"
+        return {
+            f"load_cell_{name}": getattr(self, f"load_cell_{name}"),
+            bound: abs(bounds[bound]),
+            deviation: REACH * getattr(self, deviation),
+        }

@@ -1,8 +1,8 @@
 """Unscented Kalman filter (paper, section III-C)."""
 
-from tissue_probe.estimation.ekf import EXTRA, update, weigh
+from tissue_probe.estimation.ekf import EXTRA, FOLLOWS, update, weigh
 
-__all__ = ["EXTRA", "predict", "update", "weigh"]
+__all__ = ["EXTRA", "FOLLOWS", "predict", "update", "weigh"]
 
 KAPPA = 2
 

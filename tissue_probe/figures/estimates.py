@@ -180,7 +180,8 @@ def _draw_parameter(
             continue
         ends = [span.seconds(dwell.span.begin), span.seconds(dwell.span.end)]
         axes.plot(ends, [dwell.truth[name]] * 2, label="true", **_TRUTH)
-    converged = [getattr(each, name)[each.status == Status.CONVERGED] for each in estimates]
+    known = (Status.CONVERGED, Status.DISTURBED)
+    converged = [getattr(each, name)[np.isin(each.status, known)] for each in estimates]
     known = np.concatenate([*converged, [dwell.truth[name] for dwell in dwells]])
     if np.isfinite(known).any():
         axes.set_ylim(*_limits(known, stray=0.1))

@@ -25,6 +25,11 @@ from tissue_probe_msgs.msg import TissueEstimate
 
 #: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
 SILENCE = 3.0
+#: What the health says of a status that gives reason to look.
+_DOUBTS = {
+    Status.MODEL_REJECTED.name: "the innovations contradict the model; the estimate is not usable",
+    Status.DISTURBED.name: "a force away from the drive's frequency disturbs the estimate",
+}
 COMPILING = (
     "the filter is being compiled, once for each model: seconds, or a minute or two for a model of "
     "many states, such as springpot"
@@ -136,8 +141,8 @@ class EstimatorNode(Node):
             return Health(WARN, "samples or blocks were lost in the last second", values)
         if not rate:
             return Health(STALE, "no samples in the last second", values)
-        if values.get("status") == Status.MODEL_REJECTED.name:
-            return Health(WARN, "the innovations contradict the model", values)
+        if values.get("status") in _DOUBTS:
+            return Health(WARN, _DOUBTS[values["status"]], values)
         return Health(OK, "estimating", values)
 
 

@@ -24,6 +24,9 @@ TERMS = 8
 TANGENT_TERMS = 6
 LONGEST = 0.6
 LONGEST_RUNGE_KUTTA = 0.12
+# Into more parts no step is divided, so that none takes seconds: a model so fast, or sampled so
+# rarely, is out of reach, and its states end as they may.
+MOST_PARTS = 1e4
 
 
 @dataclass(frozen=True)
@@ -225,7 +228,8 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     squares = [sp.Abs(c) ** sp.Rational(2, i) for i, c in enumerate(coefficients, 1)]
     square = program.let("speed", (2 * period / longest) ** 2 * sp.Max(*squares))
     share = program.variables("share", [1.0])[0]
-    program.line(f"if {square} > 1.0: {share} = 1.0 / math.ceil(math.sqrt({square}))")
+    parts = f"min(math.ceil(math.sqrt({square})), {MOST_PARTS})"
+    program.line(f"if {square} > 1.0: {share} = 1.0 / {parts}")
     return share
 
 
