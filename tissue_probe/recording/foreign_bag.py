@@ -32,7 +32,7 @@ from tissue_probe.recording.two_clocks import by_one_clock
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
 
-PIECE = 2**18
+PIECE = 2**14
 """Samples that are brought to other times at once."""
 
 MARGIN = 64
@@ -73,38 +73,34 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
     f_clock, f, told_force = _fresh(force, f_clock)
     u_clock, u, told_position = _fresh(position, u_clock)
     notes = [*force.notes, *position.notes, *notes, *told_force, *told_position]
-    origin = int(f_clock.times[0])
+    f_name, u_name, f_times, u_times = force.name, position.name, f_clock.times, u_clock.times
+    del force, position, f_clock, u_clock  # of a long bag, hundreds of megabytes
+    origin = int(f_times[0])
     blocks: list[SampleBlock] = []
     rates, slow = [], []
-    for part_f, part_u in _parts(f_clock.times, u_clock.times, cuts):
-        f_time, u_time = (
-            _seconds(times, origin) for times in (f_clock.times[part_f], u_clock.times[part_u])
-        )
+    for part_f, part_u in _parts(f_times, u_times, cuts):
+        f_time, u_time = (_seconds(times, origin) for times in (f_times[part_f], u_times[part_u]))
         if f_time.size < 2 or u_time.size < 2:
             notes.append(
                 f"{f_time.size} samples of the force between two steps of a clock are left out"
             )
             continue
-        grid = even_grid(f_time, f"{path}, {force.name}", BRIDGED)
+        grid = even_grid(f_time, f"{path}, {f_name}", BRIDGED)
         positions = [_brought(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
         forces = [grid.values(span, f_time, f[part_f] * f_unit) for span in grid.spans]
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
         notes += grid.notes
         longest = int(np.argmax([span.times.size for span in grid.spans]))
-        slow.append(
-            tell_slow_position(position.name, u_time, grid.spans[longest].times, forces[longest])
-        )
+        slow.append(tell_slow_position(u_name, u_time, grid.spans[longest].times, forces[longest]))
     if not any(np.isfinite(block.position).any() for block in blocks):
-        raise RecordingError(
-            f"{path}: {force.name} and {position.name} were never recorded at the same time"
-        )
+        raise RecordingError(f"{path}: {f_name} and {u_name} were never recorded at the same time")
     f_rate, u_rate = rates[0]
     read = (
-        f"{path}: force is {force.name} at {f_rate:.6g} Hz, position {position.name} "
+        f"{path}: force is {f_name} at {f_rate:.6g} Hz, position {u_name} "
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
-    told_slow = dict.fromkeys(said for said in slow[:1] if said)
+    told_slow = [said for said in slow if said][:1]
     return Recording(tuple(blocks)), (read, *notes, *told_slow)
 
 

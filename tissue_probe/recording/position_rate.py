@@ -14,6 +14,9 @@ from tissue_probe.signals import FloatArray
 TOLERATED = 0.01
 """Error of the position's amplitude from which on it is told: k and beta carry it in full."""
 
+ENOUGH = 2**14
+"""Samples of the force that tell its frequency."""
+
 LINE = 0.25
 """Share of the force's power that a line holds where the motion is a sine; noise holds less in one.
 """
@@ -41,6 +44,8 @@ def tell_slow_position(
     str or None
         None where the position is sampled often enough, or nothing moves.
     """
+    force_times, force = force_times[:ENOUGH], force[:ENOUGH]
+    position_times = position_times[: np.searchsorted(position_times, force_times[-1]) + 1]
     known = np.isfinite(force)
     if known.sum() < 16 or position_times.size < 4:
         return None

@@ -120,7 +120,9 @@ class SqliteBag:
 
 def _topics(connection: sqlite3.Connection) -> dict[int, Topic]:
     """Return topics by their numbers; definitions are there since ROS 2 Iron."""
-    tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master")}
+    tables = {
+        name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type='table'")
+    }
     if not {"topics", "messages"} <= tables:
         raise sqlite3.DatabaseError("no bag: its tables are missing")
     definitions = {}
