@@ -123,7 +123,7 @@ def test_a_setting_changes_what_the_filter_works_with(run, csv):
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(fails, csv, tmp_path, arguments, said):
-    measured = csv(seconds=0.02)
+    measured = csv(seconds=0.1)
     before = measured.read_bytes()
     assert said in fails("estimate", measured, *arguments)
     assert measured.read_bytes() == before

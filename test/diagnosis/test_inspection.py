@@ -200,7 +200,7 @@ def test_values_written_with_few_digits_and_resampled_in_part_are_no_fault():
     assert names(position, force) == set()
 
 
-@pytest.mark.parametrize("count", [0, 1, 15, 199])
+@pytest.mark.parametrize("count", [0, 1, 15, 63])
 def test_too_few_samples_are_fatal(count):
     position, force = measure()
     found = inspect(position[:count], force[:count], PERIOD)
@@ -208,9 +208,13 @@ def test_too_few_samples_are_fatal(count):
     assert f"{count} samples" in found["too_short"].sentence
 
 
-def test_too_short_a_time_is_fatal():
-    position, force = measure()
-    assert inspect(position[:300], force[:300], PERIOD)["too_short"].fatal
+@pytest.mark.parametrize(("noise", "enough"), [(0.01, True), (4.0, False)])
+def test_whether_samples_are_enough_follows_from_what_they_tell(noise, enough):
+    time = 0.02 * np.arange(101)
+    position = 5e-3 * np.sin(0.5 * np.pi * time)
+    force = 200.0 * position + 30.0 * np.gradient(position, 0.02)
+    force += noise * np.random.default_rng(1).standard_normal(101)
+    assert ("too_short" not in names(position, force, 0.02)) == enough
 
 
 def test_samples_not_known_are_counted_and_do_not_hide_the_rest():

@@ -103,5 +103,11 @@ def test_lost_contact_in_a_sweep_fails_late():
 
 
 def test_a_record_that_cannot_be_judged_is_refused():
-    with pytest.raises(ValueError, match="at least 200 samples"):
-        localise(np.zeros(100), np.zeros(100), np.zeros(100), PERIOD, NOISE)
+    with pytest.raises(ValueError, match="at least 64 samples"):
+        localise(np.zeros(63), np.zeros(63), np.zeros(63), PERIOD, NOISE)
+
+
+def test_samples_once_a_second_are_localised():
+    residual = NOISE * np.random.default_rng(4).standard_normal(3000)
+    position = 1e-3 * np.sin(0.1 * np.arange(3000))
+    assert localise(residual, position, position, 1.0, NOISE).here is None

@@ -175,7 +175,7 @@ def test_the_repetition_of_the_drive_is_read_from_the_position(motion, repetitio
 @pytest.mark.parametrize(
     ("residual", "position", "noise", "message"),
     [
-        (np.zeros(199), np.zeros(199), 1.0, "at least 200 samples"),
+        (np.zeros(63), np.zeros(63), 1.0, "at least 64 samples"),
         (np.zeros(300), np.zeros(301), 1.0, "one length"),
         (np.full(300, np.nan), np.zeros(300), 1.0, "finite"),
         (np.zeros(300), np.zeros(300), 0.0, "positive"),

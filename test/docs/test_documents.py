@@ -22,7 +22,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 DIAGNOSIS = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
 DOCUMENTS = {"README.md": README, "docs/architecture.md": ARCHITECTURE}
-ALL_DOCUMENTS = {**DOCUMENTS, "docs/diagnosis.md": DIAGNOSIS}
+READING = (ROOT / "docs" / "reading.md").read_text(encoding="utf-8")
+ALL_DOCUMENTS = {**DOCUMENTS, "docs/diagnosis.md": DIAGNOSIS, "docs/reading.md": READING}
 NODES = ROOT / "tissue_probe" / "nodes"
 SOURCES = "\n".join(path.read_text(encoding="utf-8") for path in sorted(NODES.glob("*.py")))
 PROGRAM = typer.main.get_command(app)

@@ -14,8 +14,7 @@ import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path, PurePath
 
-import yaml
-
+from tissue_probe import bounded_yaml
 from tissue_probe.recording.bag import Bag, RawMessage
 from tissue_probe.recording.errors import RecordingError
 
@@ -25,7 +24,6 @@ METADATA = "metadata.yaml"
 """What ``ros2 bag`` writes beside the files."""
 
 _FILE = re.compile(r".*\.(mcap|db3)(\.zstd)?")
-_LARGEST = 16 * 2**20  # bytes; of metadata, that of a thousand files with a thousand topics
 
 
 class FolderBag:
@@ -93,21 +91,11 @@ _PARTS = re.compile(r"(\d+)")
 def _listed(metadata: Path) -> list[str] | None:
     """Return the names of the files that the metadata list; None, with a warning, if not told."""
     try:
-        if metadata.stat().st_size > _LARGEST:
-            raise ValueError(f"it is larger than {_LARGEST >> 20} MiB")
-        # No alias: it could make a few bytes as many as it likes.
-        read = yaml.load(metadata.read_text(encoding="utf-8"), _WithoutAliases)
+        read = bounded_yaml.read(metadata)
         paths = read["rosbag2_bagfile_information"]["relative_file_paths"] if read else None
         return None if paths is None else [PurePath(path).name for path in paths]
-    except (yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError) as error:
         _log.warning(
             "%s is not understood, and not used (%s)", metadata, str(error).replace("\n", " ")
         )
         return None
-
-
-class _WithoutAliases(yaml.SafeLoader):
-    def compose_node(self, parent, index):
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it has an alias")
-        return super().compose_node(parent, index)

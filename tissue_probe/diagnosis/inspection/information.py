@@ -14,8 +14,9 @@ ENOUGH = 0.1
 """Standard deviation of the stiffness beside force over position at which samples tell enough: two
 of them then tell a tissue from one half as stiff again."""
 
-FEWEST = 16
-"""Samples below which nothing is left over to judge a fit of four values by."""
+FEWEST = 64
+"""Samples below which what a fit leaves cannot be judged: eight blocks of eight are held out of it,
+as spectra of it are averaged over eight segments."""
 
 
 def stiffness_deviation(

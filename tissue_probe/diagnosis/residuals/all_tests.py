@@ -28,7 +28,7 @@ def residual_tests(
     Parameters
     ----------
     residual : array, shape (N,)
-        Measured minus predicted output, evenly sampled; N >= 200, finite.
+        Measured minus predicted output, evenly sampled; N >= 64, finite.
     drive : array, shape (N,)
         What drives: displacement u of the coil [m], or a force [N] whose answer is the position.
     sample_period : float

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal, stats
 
-from tissue_probe.diagnosis.residuals.residual_test import SIGNIFICANCE, checked
+from tissue_probe.diagnosis.residuals.residual_test import SHORTEST, SIGNIFICANCE, checked
 from tissue_probe.signals import FloatArray
 
 BINS = 36  # of time, depth and speed; of phase, 10 degrees each
@@ -122,7 +122,7 @@ def localise(
     Parameters
     ----------
     residual : array, shape (N,)
-        Measured minus predicted output; N >= 200.
+        Measured minus predicted output; N >= 64.
     position : array, shape (N,)
         Displacement u of what is moved [m], positive into the tissue.
     tip_position : array, shape (N,)
@@ -205,7 +205,8 @@ def _over_direction(speed: FloatArray, squares: FloatArray, noise: float) -> Pro
 
 def _over_frequency(residual: FloatArray, sample_period: float, noise: float) -> Profile:
     """Divide the energy by Welch's method into bands of a third of an octave."""
-    segment = min(round(RESOLUTION / sample_period), residual.size // 8)
+    segment = max(round(RESOLUTION / sample_period), SHORTEST)  # of slow samples, as many as 64
+    segment = min(segment, residual.size // 8)
     frequencies, density = signal.welch(residual, 1.0 / sample_period, nperseg=segment)
     frequencies, density = frequencies[1:], density[1:]
     energy_of_bin = residual.size * density * frequencies[0]
