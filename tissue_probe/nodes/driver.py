@@ -482,10 +482,11 @@ class Driver(SturdyLifecycleNode):
             f"{publisher.shedding.share:.0%} of the time that acquisition has; fewer subscribers "
             "of them, or a faster machine, and they come back"
         )
-        if publisher.shedding.active != self._shed_told:
-            self._shed_told = publisher.shedding.active
-            tell = self.get_logger().warning if self._shed_told else self.get_logger().info
-            tell(told if self._shed_told else "measured_cp and measured_cf are published again")
+        if publisher.shedding.active and not self._shed_told:
+            self.get_logger().warning(told)
+        elif self._shed_told and not publisher.shedding.active:
+            self.get_logger().info("measured_cp and measured_cf are published again")
+        self._shed_told = publisher.shedding.active
         return told if self._shed_told else ""
 
 
