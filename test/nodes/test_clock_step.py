@@ -11,7 +11,7 @@ import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
 
-from conftest import SCAN, STAGE, Scanning, collect, deactivate, driver, estimator, goal
+from conftest import SCAN, STAGE, Scanning, collect, driver, estimator, goal
 from tissue_probe.nodes.conversions import from_time
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.reader import read_estimates, read_recording
@@ -135,7 +135,7 @@ def test_a_scan_goes_on_as_if_the_wall_clock_had_not_stepped(session, set_clock,
     wait_for_clocks(-HOUR)
     answer = scanning.result()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
-    deactivate(running)
+    running.deactivate()
     assert all(process.poll() is None for process in running.processes.values())
     said = running.health["/probe/robust_ekf"]
     assert (said["samples lost"], said["blocks malformed"]) == ("0", "0")
