@@ -52,6 +52,13 @@ def test_some_sites_palpated_again_stay_on_the_grid_of_all():
     assert len(cells) == 16
 
 
+def test_sites_palpated_again_need_lie_on_no_grid_of_their_own():
+    whole = raster(3.0, 1, 6)
+    grid, cells = announced(whole, [whole[0], whole[2], whole[5]]).cells()
+    assert grid.shape == (1, 6)
+    assert len(cells) == 6
+
+
 def test_one_site_palpated_again_stays_on_the_grid_of_all():
     whole = raster(3.0, 4, 4)
     grid, _ = announced(whole, [whole[5]], [whole[5]]).cells()

@@ -79,27 +79,29 @@ class PalpatedSites:
         return self._cells[1:]
 
     def _on_one_grid(self) -> tuple[Grid, _Heights]:
-        places = self._scans[-1] if self._scans else {}
-        grid = _through(places)
+        places = dict(self._scans[-1]) if self._scans else {}
         for earlier in reversed(self._scans[:-1]):
-            joined = _joined(grid, places, earlier)
-            if joined is None:
+            if not _are_one_grid(places, earlier):
                 break
-            grid, places = joined
-        return grid, places
+            places = {**earlier, **places}
+        return _through(places), places
 
 
-def _joined(grid: Grid, places: _Heights, earlier: _Heights) -> tuple[Grid, _Heights] | None:
-    """Return the grid through some places and an earlier scan's, if there is one for both."""
-    together = {**earlier, **places}
+def _are_one_grid(places: _Heights, earlier: _Heights) -> bool:
+    """Whether there is a square grid through both that is no finer than one of them by itself."""
+    joined, *alone = (_grid(each) for each in ({**earlier, **places}, places, earlier))
+    if joined is None:
+        return False
+    # A single site has no spacing of its own.
+    spacings = [grid.spacing for grid in alone if grid is not None and len(grid) > 1]
+    return not spacings or any(math.isclose(joined.spacing, s, rel_tol=1e-6) for s in spacings)
+
+
+def _grid(places: _Heights) -> Grid | None:
     try:
-        joined, alone = _through(together), _through(earlier)
+        return _through(places)
     except ValueError:
         return None
-    spacings = [each.spacing for each in (grid, alone) if len(each) > 1]
-    if spacings and not any(math.isclose(joined.spacing, each, rel_tol=1e-6) for each in spacings):
-        return None
-    return joined, together
 
 
 def _through(places: _Heights) -> Grid:

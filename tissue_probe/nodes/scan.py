@@ -371,7 +371,7 @@ def _grid_of(goal: ScanGrid.Goal) -> Grid:
 
 
 def _sites_of(goal: ScanGrid.Goal) -> list[int]:
-    """Return the numbers of the sites to palpate, in the order in which they are asked for."""
+    """Return the numbers of the sites to palpate, in the order of the way over the grid."""
     count, sites = len(_grid_of(goal)), list(goal.sites)
     if beyond := [site for site in sites if site >= count]:
         raise ValueError(
@@ -380,7 +380,7 @@ def _sites_of(goal: ScanGrid.Goal) -> list[int]:
         )
     if twice := sorted(site for site, n in Counter(sites).items() if n > 1):
         raise ValueError(f"sites has {_listed(twice)} more than once; give each site once")
-    return sites or list(range(count))
+    return sorted(sites) or list(range(count))
 
 
 def _listed(sites: Sequence[int]) -> str:
