@@ -71,9 +71,6 @@ MISTAKES = {
     "no Python": (("drag=DRAG", "drag=)DRAG"), "cannot be run: SyntaxError"),
     "an import that fails": (("import sympy", "import nosuchmodule, sympy"), "nosuchmodule"),
     "an exit": (("import sympy", "exit(0)\nimport sympy"), "cannot be run: SystemExit: 0"),
-    "an interrupt of its own": (
-        ("import sympy", "raise KeyboardInterrupt\nimport sympy"), "be run: KeyboardInterrupt"
-    ),
     "what is no Exception": (
         ("import sympy", "raise GeneratorExit\nimport sympy"), "cannot be run: GeneratorExit"
     ),

@@ -7,7 +7,6 @@ What does not: the effects (``effects``), the contract that they follow (``effec
 
 from __future__ import annotations
 
-import dis
 import importlib.util
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -136,21 +135,11 @@ def _told(what: str) -> Iterator[None]:
     """
     try:
         yield
-    except EffectError:
+    except (EffectError, KeyboardInterrupt):
         raise
     except BaseException as error:
-        if isinstance(error, KeyboardInterrupt) and not _is_raised_by_hand(error):
-            raise
         told = " ".join(f"{type(error).__name__}: {error}".split())
         raise EffectError(f"{what}: {told}") from error
-
-
-def _is_raised_by_hand(error: BaseException) -> bool:
-    """Whether the innermost code stood at a ``raise``; Ctrl-C comes between any other two steps."""
-    trace = error.__traceback__
-    while trace.tb_next is not None:
-        trace = trace.tb_next
-    return trace.tb_frame.f_code.co_code[trace.tb_lasti] == dis.opmap["RAISE_VARARGS"]
 
 
 def _guarded(effect: Effect, origin: str) -> Effect:
