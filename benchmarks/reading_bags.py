@@ -163,16 +163,21 @@ def _cost(path: Path) -> dict[str, float]:
 
 def grown(path: str) -> float:
     """Return by how much the resident memory rises at most, to read force and position [MB]."""
-    import resource
-
     import scipy.interpolate  # noqa: F401  what is loaded once is not of the file
 
     from tissue_probe.recording.any_file import read_any
     from tissue_probe.recording.layout import Layout
 
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    Path("/proc/self/clear_refs").write_text("5")  # forget the peak, that of the parent too
+    before = _status("VmRSS")
     read_any(path, Layout("/pose", "/ft", force_polarity="compression"))
-    return (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / 1e6
+    return _status("VmHWM") - before
+
+
+def _status(name: str) -> float:
+    """Return an entry of this process's status [MB]."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(float(line.split()[1]) for line in lines if line.startswith(name)) * 1024 / 1e6
 
 
 def _write_long(path: Path, count: int, chunk: int = 2**20) -> None:
