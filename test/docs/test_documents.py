@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from tissue_probe.cli import app
-from tissue_probe.devices import DEVICES
+from tissue_probe.devices import DEVICES, Limits
 from tissue_probe.diagnosis.advice import visibility
 from tissue_probe.diagnosis.fitting import problem
 from tissue_probe.diagnosis.improvement import further, ladder, paths, settled
@@ -141,7 +141,7 @@ def test_every_topic_is_published_with_its_type(row):
         if name == "Float64":  # published from a list of names
             assert re.search(rf'"{literal.rpartition("/")[2]}"', SOURCES)
             continue
-        publishes = rf'(?:create_publisher|publish)\(\s*(?:msg\.)?{name}, f?"(\{{robot\}}/)?'
+        publishes = rf'(?:create_publisher|publish)\(\s*(?:msg\.)?{name}, f?"(\{{self\.name\}}/)?'
         assert re.search(publishes + re.escape(literal) + '"', SOURCES), topic
 
 
@@ -149,7 +149,7 @@ def test_every_published_topic_is_in_the_readme():
     named = {
         published_as(topic) for row in table_of("topic (in `/probe`)") for topic in names(row[0])
     }
-    literals = re.findall(r'create_publisher\(\s*[\w.]+, f?"(?:\{robot\}/)?([^"]+)"', SOURCES)
+    literals = re.findall(r'create_publisher\(\s*[\w.]+, f?"(?:\{self\.name\}/)?([^"]+)"', SOURCES)
     assert literals
     assert set(literals) <= named
 
@@ -180,7 +180,7 @@ def test_every_executable_and_parameter_exists():
         re.findall(r"^    (\w+): \S.* = setting\($|^    (\w+): .* setting\(", SOURCES, re.M)
     )
     known = {name for pair in fields for name in pair}
-    known |= set(EstimatorSettings.model_fields) | {"force_limit", "travel_limit", "command_limit"}
+    known |= set(EstimatorSettings.model_fields) | set(Limits.model_fields)
     known |= {name for device in DEVICES.values() for name in device.Settings.model_fields}
     for row in rows:
         for cell in names(row[1]):

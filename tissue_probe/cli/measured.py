@@ -109,7 +109,7 @@ PositionUnit = Annotated[
     typer.Option(
         metavar="UNIT",
         help="m, cm, mm, um, nm, in, or the size of one in metres; of a velocity mm/s and the "
-        "like; by default that of the file (u_mm, a row of units).",
+        "like; by default that of the file (u_mm, a row of units); u alone is in SI units.",
     ),
 ]
 
@@ -118,7 +118,7 @@ ForceUnit = Annotated[
     typer.Option(
         metavar="UNIT",
         help="N, mN, uN, nN, kN, gf, kgf, lbf, or the size of one in newtons; by default that of "
-        "the file (F_mN, a row of units).",
+        "the file (F_mN, a row of units); F alone is in SI units.",
     ),
 ]
 
