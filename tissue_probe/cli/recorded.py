@@ -74,7 +74,7 @@ def estimator_settings(
         if name.strip() == "effects":
             raise SettingsError(f"--set {change}: name the Python file by --effects FILE")
         values[name.strip()] = value.strip()
-    values["effects"] = list(map(str, effect_files))
+    values["effects"] = tuple(map(str, effect_files))
     return build(EstimatorSettings, values)
 
 

@@ -116,8 +116,8 @@ class EstimatorSettings(BaseModel):
         "Model file (model.yaml) whose effects and tool the Kalman filters take; empty for "
         "Kelvin-Voigt tissue and the tool's constants above",
     )
-    effects: list[str] = _setting(
-        [], "", "Python files with the effects of your own that the model file needs; they are run"
+    effects: tuple[str, ...] = _setting(
+        (), "", "Python files with the effects of your own that the model file needs; they are run"
     )
     estimate_effects: bool = _setting(
         False, "", "Whether the strengths of the model's effects are estimated too, not held"

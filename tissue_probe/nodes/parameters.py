@@ -40,7 +40,7 @@ def declare(
         )
         _set_range(descriptor, field)
         # rclpy takes an empty list for one of bytes; of which type it is, ``read`` checks.
-        descriptor.dynamic_typing = field.default == []
+        descriptor.dynamic_typing = field.default in ([], ())
         try:
             node.declare_parameter(prefix + name, field.get_default(), descriptor)
         except (ParameterException, TypeError, ValueError) as error:

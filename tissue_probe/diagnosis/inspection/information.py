@@ -41,7 +41,7 @@ def stiffness_deviation(
         return np.inf
     speed = np.gradient(position, sample_period)
     chosen = slice(None) if known is None else known
-    columns = [column[chosen] - column[chosen].mean() for column in (position, speed, force)]
+    columns = [_of_size_one(column[chosen]) for column in (position, speed, force)]
     scales = [float(np.std(column)) for column in columns]
     if columns[0].size < FEWEST or not scales[0] > 0.0 or not scales[1] > 0.0:
         return np.inf
@@ -56,3 +56,9 @@ def stiffness_deviation(
     values = np.linalg.solve([[1.0, likeness], [likeness, 1.0]], right)
     left = max(1.0 - float(values @ right), 0.0)
     return float(np.sqrt(left / ((u.size - 3) * own)))
+
+
+def _of_size_one(column: FloatArray) -> FloatArray:
+    """Return a column without its mean, of a size of which no square is lost or too large."""
+    size = float(np.max(np.abs(column), initial=0.0)) or 1.0
+    return column / size - np.mean(column / size)
