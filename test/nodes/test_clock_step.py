@@ -138,7 +138,7 @@ def test_a_scan_goes_on_as_if_the_wall_clock_had_not_stepped(session, set_clock,
     running.deactivate()
     assert all(process.poll() is None for process in running.processes.values())
     said = running.health["/probe/robust_ekf"]
-    assert (said["samples lost"], said["blocks malformed"]) == ("0", "0")
+    assert (said["samples lost"], said["messages malformed"]) == ("0", "0")
     running.__exit__()
     recording = read_recording(bag)
     (samples,) = join(recording.blocks)  # one run, in which nothing is missing, begun once

@@ -117,8 +117,8 @@ def test_the_filters_began_anew_at_each_site(recorded):
 
 def test_the_map_that_was_published_is_recorded(recorded):
     found = read_map(recorded)
-    assert found.stiffness.shape == (5, 5)
-    assert np.isfinite(found.stiffness).sum() == 2
+    assert found.stiffness.shape == (1, 2)
+    assert np.isfinite(found.stiffness).all()
     assert found.stiffness[0, 0] == pytest.approx(450.0, rel=0.02)
 
 
