@@ -356,7 +356,10 @@ def table(position, force, time=TIME):
 
 
 BAD = {
-    "too short": (table(WAVE[:60], FORCE[:60], TIME[:60]), "60 samples in 0.03 s, which tell nothing"),
+    "too short": (
+        table(WAVE[:60], FORCE[:60], TIME[:60]),
+        "60 samples in 0.03 s, which tell nothing",
+    ),
     "no motion": (table(1e-3 + 0.0 * WAVE, FORCE), "position"),
     "no contact": (table(WAVE, FORCE - 450.0 * WAVE), "contact"),
     "constant force": (table(WAVE, 0.0 * FORCE), "force"),

@@ -92,7 +92,7 @@ def test_who_announces_sites_without_a_promise_is_told_and_not_watched(session):
     samples = collect(running.node, ProbeSamples, "/probe/samples")
     publisher = site_publisher(running.node)
     running.wait_until(lambda: "without the promise" in running.log("driver"), "the warning")
-    assert "/probe/session announces sites" in running.log("driver")
+    assert " announces sites on /probe/palpation_site" in running.log("driver")
     publisher.publish(PalpationSite(phase=PalpationSite.DWELL))
     count = len(samples)
     running.wait_until(lambda: len(samples) > count + 200, "samples")

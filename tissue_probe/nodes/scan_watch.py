@@ -18,6 +18,7 @@ from rclpy.event_handler import (
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy
 from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tissue_probe.nodes.qos import watched_announcements
 from tissue_probe_msgs.msg import PalpationSite
@@ -101,11 +102,18 @@ class ScanWatch:
         names = [
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self._node.get_publishers_info_by_topic(topic)
-            if info.qos_profile.liveliness != LivelinessPolicy.MANUAL_BY_TOPIC
-            or info.qos_profile.liveliness_lease_duration.nanoseconds > self._timeout * 1e9
+            if not self._is_promised(info)
+            # The graph may not have learnt yet whose it is: then it is someone's.
+            and not info.node_name.startswith("_NODE_NAME_UNKNOWN")
         ]
         self._node.get_logger().warning(
             f"{', '.join(names) or 'someone'} announces sites on {topic} without the promise to "
             f"show within {self._timeout:g} s that it is alive (DDS liveliness, manual by topic): "
             "if it moves a probe, nothing here stops the coil when it dies"
         )
+
+    def _is_promised(self, info: TopicEndpointInfo) -> bool:
+        """Whether a publisher shows by itself, soon enough, that it is alive."""
+        qos = info.qos_profile
+        by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
+        return by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9
