@@ -31,11 +31,11 @@ def test_only_the_sites_asked_for_are_palpated_and_without_a_map_nothing_is_know
     dwells = [site for site in sites if site.phase == PalpationSite.DWELL]
     # Numbered along the serpentine path over the whole grid.
     places = [(site.site, site.position.x, site.position.y) for site in dwells]
-    assert places == [(3, 0.0, 0.01), (1, 0.01, 0.0)]
+    assert places == [(1, 0.01, 0.0), (3, 0.0, 0.01)]
     assert scanning.feedback[-1].sites_visited == scanning.feedback[-1].sites_total == 2
     assert answer.result.sites_visited == 2
     assert answer.result.sites_estimated == 0
-    assert list(answer.result.sites_without_estimate) == [3, 1]
+    assert list(answer.result.sites_without_estimate) == [1, 3]
     assert "all 2 sites are palpated" in answer.result.message
     assert "unknown: no map was heard on /probe/stiffness_map" in answer.result.message
 
