@@ -13,7 +13,7 @@ from crtk_msgs.msg import OperatingState, StringStamped
 from tissue_probe.nodes.qos import LATCHED, POSES
 from tissue_probe.nodes.timers import every
 
-DISABLED, ENABLED, PAUSED, FAULT = "DISABLED", "ENABLED", "PAUSED", "FAULT"
+DISABLED, ENABLED, PAUSED, FAULT = STATES = ("DISABLED", "ENABLED", "PAUSED", "FAULT")
 
 #: The state after a command in a state; other commands are invalid there, and change nothing.
 TRANSITIONS = {

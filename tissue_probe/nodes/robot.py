@@ -17,7 +17,7 @@ from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.conversions import place_from_message
-from tissue_probe.nodes.crtk import ENABLED
+from tissue_probe.nodes.crtk import ENABLED, STATES
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.qos import LATEST, POSES
 from tissue_probe.pacing import Pacer
@@ -67,7 +67,7 @@ class Robot:
     settings : RobotSettings
         How it is moved from the next motion on.
     malformed : int
-        How many poses were left out.
+        How many poses and states were left out.
     """
 
     def __init__(
@@ -231,16 +231,21 @@ class Robot:
         try:
             position = np.array(place_from_message(message))
         except ValueError as error:
-            self.malformed += 1
-            self._node.get_logger().error(
-                f"a pose of the robot {self.name} is left out: {error}", throttle_duration_sec=1.0
-            )
+            self._leave_out(f"a pose of the robot {self.name} is left out: {error}")
             return
         self._position, self._heard = position, time.monotonic()
         self._orientation = message.pose.orientation
 
     def _on_state(self, message: OperatingState, info: dict) -> None:
-        self._state = message
+        if message.state in STATES:
+            self._state = message
+        else:
+            told = f"a state of the robot {self.name} is left out: {message.state!r} is none of "
+            self._leave_out(told + ", ".join(STATES))
+
+    def _leave_out(self, told: str) -> None:
+        self.malformed += 1
+        self._node.get_logger().error(told, throttle_duration_sec=1.0)
 
 
 def _millimetres(position: FloatArray) -> str:
