@@ -146,6 +146,18 @@ def test_tissue_that_does_not_begin_at_zero_is_rejected_where_no_offset_is_estim
     assert estimate("robust_ekf", position, force).status[-1] == Status.CONVERGED
 
 
+@pytest.mark.parametrize("name", ESTIMATORS)
+def test_a_drive_that_pauses_and_goes_on_rejects_nothing(name):
+    tens = Sine(frequency=10.0)
+    # It stands still from the end of a period to that of another.
+    paused = simulated(
+        kelvin_voigt, lambda t: tens(np.where(t < 0.7, t, np.maximum(0.7, t - 0.4))), duration=1.5
+    )
+    estimates = estimate(name, *paused)
+    assert not np.any(estimates.status == Status.MODEL_REJECTED)
+    assert estimates.stiffness[-1] == pytest.approx(450, rel=0.02)
+
+
 @pytest.mark.parametrize("mains", [50.0, 60.0])
 @pytest.mark.parametrize("name", [*KALMAN, "lock_in", "rls"])
 def test_hum_disturbs_and_rejects_nothing(name, mains):

@@ -8,6 +8,7 @@ that promise: a replay, for one, which holds no probe.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 from rclpy.event_handler import (
@@ -21,10 +22,15 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tissue_probe.nodes.qos import watched_announcements
+from tissue_probe.nodes.timers import every
 from tissue_probe_msgs.msg import PalpationSite
 
 #: What a scan was doing, by the phase that it announced last.
 DOING = {PalpationSite.APPROACH: "on its way to", PalpationSite.DWELL: "in a dwell at"}
+
+#: DDS tells of a publisher at once, and of its node's name in a message of its own, which comes
+#: within its discovery period. A publisher that no ROS node made never gets a name [s].
+NAMED_WITHIN = 3.0
 
 
 class ScanWatch:
@@ -98,22 +104,34 @@ class ScanWatch:
         )
 
     def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        """Warn of who announces without the promise, once the graph knows whose publisher it is."""
         topic = self._subscriptions[-1].topic_name
-        names = [
-            f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-            for info in self._node.get_publishers_info_by_topic(topic)
-            if not self._is_promised(info)
-            # The graph may not have learnt yet whose it is: then it is someone's.
-            and not info.node_name.startswith("_NODE_NAME_UNKNOWN")
-        ]
-        self._node.get_logger().warning(
-            f"{', '.join(names) or 'someone'} announces sites on {topic} without the promise to "
-            f"show within {self._timeout:g} s that it is alive (DDS liveliness, manual by topic): "
-            "if it moves a probe, nothing here stops the coil when it dies"
-        )
+        last = time.monotonic() + NAMED_WITHIN
+
+        def warn() -> None:
+            publishers = self._node.get_publishers_info_by_topic(topic)
+            names = sorted({_name(info) for info in publishers if not self._is_promised(info)})
+            if "" in names and time.monotonic() < last:
+                return
+            timer.cancel()
+            self._node.destroy_timer(timer)
+            self._node.get_logger().warning(
+                f"{', '.join(filter(None, names)) or 'a node'} announces sites on {topic} without "
+                f"the promise to show within {self._timeout:g} s that it is alive (DDS liveliness, "
+                "manual by topic): if it moves a probe, nothing here stops the coil when it dies"
+            )
+
+        timer = every(0.1, self._node, warn)
 
     def _is_promised(self, info: TopicEndpointInfo) -> bool:
         """Whether a publisher shows by itself, soon enough, that it is alive."""
         qos = info.qos_profile
         by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
         return by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9
+
+
+def _name(info: TopicEndpointInfo) -> str:
+    """Return the name of a publisher's node with its namespace; empty while it is not known."""
+    if info.node_name.startswith("_NODE_NAME_UNKNOWN"):
+        return ""
+    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
