@@ -19,10 +19,10 @@ from benchmarks import suite
 from benchmarks.live import measure_usage
 from daq_server import USB_6002, X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
-from tissue_probe.devices import NiDaqmxSettings
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Chip
+from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.nodes.session import NodeProcess, Session
 from tissue_probe.recording.reader import iterate_raw, read_recording

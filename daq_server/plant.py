@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from tissue_probe.devices import SimulatedProbeSettings
+from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 
 
 class Plant:

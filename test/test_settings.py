@@ -9,11 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from tissue_probe.devices import DEVICES, Limits
+from tissue_probe.devices.limits import Limits
+from tissue_probe.devices.registry import DEVICES
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.settings import SettingsError, bound, build, meaning, rule, setting
 
-ALL_SETTINGS = [Limits, EstimatorSettings, *(device.Settings for device in DEVICES.values())]
+ALL_SETTINGS = [Limits, EstimatorSettings, *(device.settings for device in DEVICES.values())]
 NUMBERS = [
     pytest.param(model, name, id=f"{model.__name__}.{name}")
     for model in ALL_SETTINGS

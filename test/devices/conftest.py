@@ -7,7 +7,8 @@ from collections.abc import Callable
 import pytest
 import yaml
 
-from tissue_probe.devices import SimulatedProbe, SimulatedProbeSettings
+from tissue_probe.devices.simulated import SimulatedProbe
+from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 
 
 class Clock:

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from tissue_probe.devices import DeviceError
-from tissue_probe.devices.device import Samples
+from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.excitation import Excitation
 
 

@@ -9,7 +9,9 @@ import pytest
 import yaml
 from scipy.integrate import solve_ivp
 
-from tissue_probe.devices import DeviceError, SimulatedProbe, SimulatedProbeSettings
+from tissue_probe.devices.device import DeviceError
+from tissue_probe.devices.simulated import SimulatedProbe
+from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 from tissue_probe.excitation import Multisine, Sine
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

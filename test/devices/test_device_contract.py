@@ -11,16 +11,13 @@ from pydantic import BaseModel
 
 from daq_server import X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
-from tissue_probe.devices import (
-    DEVICES,
-    Device,
-    DeviceError,
-    GuardedDevice,
-    Interlock,
-    Limits,
-    NiDaqmxProbe,
-)
 from tissue_probe.devices.calibration import Calibration
+from tissue_probe.devices.device import Device, DeviceError
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import Limits
+from tissue_probe.devices.nidaqmx.probe import NiDaqmxProbe
+from tissue_probe.devices.registry import DEVICES
+from tissue_probe.devices.safety import GuardedDevice
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.settings import rule
 
@@ -30,7 +27,7 @@ DRIVE = Sine(amplitude=0.5)
 
 @pytest.fixture(params=DEVICES)
 def device_type(request):
-    return DEVICES[request.param]
+    return DEVICES[request.param].load()
 
 
 @pytest.fixture

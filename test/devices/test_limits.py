@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tissue_probe.devices import DeviceError, GuardedDevice, Interlock, LimitExceeded, Limits
-from tissue_probe.devices.device import Samples
-from tissue_probe.devices.limits import LimitMonitor
+from tissue_probe.devices.device import DeviceError, Samples
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import LimitExceeded, LimitMonitor, Limits
+from tissue_probe.devices.safety import GuardedDevice
 from tissue_probe.excitation import Sine
 from tissue_probe.settings import bound
 

@@ -14,19 +14,15 @@ from nidaqmx.errors import RpcError
 
 from daq_server import CDAQ, USB_6002, X_SERIES, Board, DaqServer
 from tissue_probe.configuration import stock_configuration
-from tissue_probe.devices import (
-    DeviceError,
-    GuardedDevice,
-    Interlock,
-    LimitExceeded,
-    Limits,
-    NiDaqmxProbe,
-    NiDaqmxSettings,
-    Tripped,
-)
 from tissue_probe.devices.calibration import Calibration
+from tissue_probe.devices.device import DeviceError
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import LimitExceeded, Limits
 from tissue_probe.devices.nidaqmx.decoder import SampleClock
 from tissue_probe.devices.nidaqmx.errors import told
+from tissue_probe.devices.nidaqmx.probe import NiDaqmxProbe
+from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
+from tissue_probe.devices.safety import GuardedDevice, Tripped
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.excitation import Chirp, Multisine, Sine, SteppedSweep
 from tissue_probe.signals import FloatArray, SampleBlock

@@ -11,15 +11,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
-from tissue_probe.devices import (
-    DeviceError,
-    GuardedDevice,
-    Interlock,
-    LimitExceeded,
-    Limits,
-    Tripped,
-)
-from tissue_probe.devices.device import Samples
+from tissue_probe.devices.device import DeviceError, Samples
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import LimitExceeded, Limits
+from tissue_probe.devices.safety import GuardedDevice, Tripped
 from tissue_probe.excitation import Sine
 
 LIMITS = Limits(command_limit=5.0, current_limit=1.0, rms_current_limit=0.5, heating_time=0.01)

@@ -7,7 +7,10 @@ import pytest
 import yaml
 from reference_probe import integrate
 
-from tissue_probe.devices import DeviceError, SimulatedProbe, SimulatedProbeSettings, simulated
+from tissue_probe.devices import simulated
+from tissue_probe.devices.device import DeviceError
+from tissue_probe.devices.simulated import SimulatedProbe
+from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 from tissue_probe.excitation import Chirp, Multisine, Sine
 
 ENCODER_STEP = 1e-7

@@ -10,7 +10,8 @@ import pytest
 import typer
 
 from tissue_probe.cli import app
-from tissue_probe.devices import DEVICES, Limits
+from tissue_probe.devices.limits import Limits
+from tissue_probe.devices.registry import DEVICES
 from tissue_probe.diagnosis.advice import visibility
 from tissue_probe.diagnosis.fitting import problem
 from tissue_probe.diagnosis.improvement import further, ladder, paths, settled
@@ -181,7 +182,7 @@ def test_every_executable_and_parameter_exists():
     )
     known = {name for pair in fields for name in pair}
     known |= set(EstimatorSettings.model_fields) | set(Limits.model_fields)
-    known |= {name for device in DEVICES.values() for name in device.Settings.model_fields}
+    known |= {name for device in DEVICES.values() for name in device.settings.model_fields}
     for row in rows:
         for cell in names(row[1]):
             if cell.startswith("tissue_probe ") or cell in SERVICES:

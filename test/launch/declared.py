@@ -6,7 +6,8 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from tissue_probe.devices import DEVICES, Limits
+from tissue_probe.devices.limits import Limits
+from tissue_probe.devices.registry import DEVICES
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
@@ -25,7 +26,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
         ("", DriverSettings),
         ("limits.", Limits),
         ("excitation.", ExcitationSettings),
-        *((f"{name}.", device.Settings) for name, device in DEVICES.items()),
+        *((f"{name}.", device.settings) for name, device in DEVICES.items()),
     ],
     "estimators": [("", EstimatorsSettings)],
     "mapper": [("", MapperSettings)],

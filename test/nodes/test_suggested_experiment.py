@@ -7,7 +7,7 @@ import shlex
 import pytest
 import rclpy
 
-from tissue_probe.devices import Limits
+from tissue_probe.devices.limits import Limits
 from tissue_probe.diagnosis.advice.driver_command import DRIVER, LARGEST, USUAL, driver_command
 from tissue_probe.diagnosis.advice.separation import AMPLITUDE, EXPERIMENTS, Suggestion
 from tissue_probe.nodes.driver import ExcitationSettings

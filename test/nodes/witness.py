@@ -7,9 +7,10 @@ is the number of samples after which reading fails; -1 fails while it is configu
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
-from tissue_probe.devices import DEVICES
+from tissue_probe.devices.registry import DEVICES
 from tissue_probe.devices.simulated import SimulatedProbe
 
 
@@ -41,7 +42,7 @@ class Witness(SimulatedProbe):
 
 
 if __name__ == "__main__":
-    DEVICES["simulated"] = Witness
+    DEVICES["simulated"] = replace(DEVICES["simulated"], place="__main__:Witness")
     from tissue_probe.nodes.driver import main
 
     raise SystemExit(main())

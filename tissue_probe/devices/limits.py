@@ -5,18 +5,26 @@ from __future__ import annotations
 import math
 import time
 
-import numba
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from tissue_probe.devices.device import Samples
+from tissue_probe.devices.limit_codes import (
+    COMMAND,
+    CURRENT,
+    FORCE,
+    HEAT,
+    HEATING,
+    NONE,
+    POSITION,
+    RATE,
+    SATURATION,
+    STUCK,
+    TRAVEL,
+    UNKNOWN,
+)
 from tissue_probe.excitation import Excitation
 from tissue_probe.settings import setting
-
-#: Which limit was passed.
-NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN = range(10)
-#: Places of what is carried from block to block.
-LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN = range(6)
 
 #: Longest silence between two signs of life that a scan node promises while the tip may be in the
 #: tissue [s]: fifty of its steps, and as long as a silent DAQ is borne (``stale_limit``). Whoever
@@ -137,9 +145,13 @@ class LimitMonitor:
         self._state = np.zeros(6)
         self._ended = time.monotonic()
         self.limits = limits
+        # Nodes that need no more than the settings are spared Numba, which takes a second.
+        from tissue_probe.devices.first_passed import first_passed
+
+        self._first_passed = first_passed
         nothing = np.zeros(1)
         # Compiled, or loaded from the cache, before the clock runs.
-        _first_passed(nothing, nothing, nothing, self._state, self._bounds)
+        first_passed(nothing, nothing, nothing, self._state, self._bounds)
         self._state[:] = 0.0
         self.begin()
 
@@ -192,7 +204,7 @@ class LimitMonitor:
         NaN passes none: it is what was measured, and those who use it say so. But it may not last.
         """
         self._ended = time.monotonic()
-        passed, value = _first_passed(
+        passed, value = self._first_passed(
             np.ascontiguousarray(samples.position),
             np.ascontiguousarray(samples.force),
             np.ascontiguousarray(samples.command),
@@ -231,57 +243,3 @@ class LimitMonitor:
         if passed == RATE:
             value /= self._period
         return f"the {name} was {value:.4g} {unit}, beyond its limit of {limit:g} {unit}"
-
-
-@numba.njit(cache=True)
-def _first_passed(position, force, command, state, bounds):
-    """Return which limit a sample passed first, NONE if none did, and by which value.
-
-    ``state`` is carried from block to block: force and position of the last sample, least and
-    largest command since the position changed, mean square of the current, samples unknown.
-    """
-    (
-        low,
-        high,
-        force_limit,
-        step_limit,
-        travel,
-        voltage,
-        current,
-        square,
-        stuck,
-        stale,
-        gain,
-        keep,
-    ) = bounds
-    for n in range(force.size):
-        if force[n] <= low or force[n] >= high:
-            return SATURATION, force[n]
-        if abs(force[n]) > force_limit:
-            return FORCE, force[n]
-        step = force[n] - state[LAST_FORCE]
-        if abs(step) > step_limit:
-            return RATE, step
-        state[LAST_FORCE] = force[n]
-        if abs(position[n]) > travel:
-            return TRAVEL, position[n]
-        if abs(command[n]) > voltage:
-            return COMMAND, command[n]
-        if abs(gain * command[n]) > current:
-            return CURRENT, gain * command[n]
-        # The coil warms up and cools down with one time constant.
-        state[HEAT] = keep * state[HEAT] + (1.0 - keep) * (gain * command[n]) ** 2
-        if state[HEAT] > square:
-            return HEATING, math.sqrt(state[HEAT])
-        if position[n] != state[POSITION]:  # NaN, too, is no standstill
-            state[POSITION] = position[n]
-            state[LOW] = state[HIGH] = command[n]
-        state[LOW] = min(state[LOW], command[n])
-        state[HIGH] = max(state[HIGH], command[n])
-        if state[HIGH] - state[LOW] > stuck:
-            return STUCK, state[HIGH] - state[LOW]
-        known = math.isfinite(force[n]) and math.isfinite(position[n])
-        state[SINCE_KNOWN] = 0.0 if known else state[SINCE_KNOWN] + 1.0
-        if state[SINCE_KNOWN] > stale * (1.0 + 1e-9):
-            return UNKNOWN, state[SINCE_KNOWN]
-    return NONE, 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -16,16 +16,12 @@ from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 
 from tissue_probe.configuration import stock_configuration
-from tissue_probe.devices import (
-    DEVICES,
-    DeviceError,
-    GuardedDevice,
-    Interlock,
-    LimitExceeded,
-    Limits,
-)
 from tissue_probe.devices.calibration import Calibration
-from tissue_probe.devices.simulated import SimulatedProbe
+from tissue_probe.devices.device import DeviceError
+from tissue_probe.devices.interlock import Interlock
+from tissue_probe.devices.limits import LimitExceeded, Limits
+from tissue_probe.devices.registry import DEVICES
+from tissue_probe.devices.safety import GuardedDevice
 from tissue_probe.excitation import EXCITATIONS, Excitation, parse_excitation
 from tissue_probe.identification.free_air import Refused
 from tissue_probe.nodes.cdr import samples_from_cdr
@@ -45,6 +41,9 @@ from tissue_probe.nodes.tare import Tare
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe_msgs.msg import ProbeSamples
+
+if TYPE_CHECKING:
+    from tissue_probe.devices.simulated import SimulatedProbe
 
 #: Most samples that are read, and checked against the limits, at once.
 LONGEST_READ = 10
@@ -129,7 +128,7 @@ class Driver(SturdyLifecycleNode):
             "": DriverSettings,
             "limits.": Limits,
             "excitation.": ExcitationSettings,
-            **{f"{name}.": device.Settings for name, device in DEVICES.items()},
+            **{f"{name}.": device.settings for name, device in DEVICES.items()},
         }
         for prefix, settings in self._models.items():
             declare(self, settings, prefix, live=settings.model_fields)
@@ -171,17 +170,17 @@ class Driver(SturdyLifecycleNode):
             calibration_file = settings.calibration_file or stock_configuration("calibration.yaml")
             calibration = Calibration.load(calibration_file)
             self._tare = Tare(calibration)
-            device_type = DEVICES[settings.device]
-            device_settings = read(self, device_type.Settings, f"{settings.device}.")
+            chosen = DEVICES[settings.device]
+            device_settings = read(self, chosen.settings, f"{settings.device}.")
             limits = read(self, Limits, "limits.")
-            device = device_type(device_settings, calibration)
+            device = chosen.load()(device_settings, calibration)
             self._device = GuardedDevice(
                 device, limits, calibration.current_per_volt, self._interlock
             )
         except (SettingsError, DeviceError, OSError, ValueError) as error:
             self.get_logger().error(f"cannot configure: {error}")
             return TransitionCallbackReturn.FAILURE
-        if isinstance(device, SimulatedProbe):
+        if settings.device == "simulated":
             self._simulated = device
             self._stage = Inbox(self)
             self._stage.subscribe(PoseStamped, settings.stage_pose, POSES, self._on_stage_pose)

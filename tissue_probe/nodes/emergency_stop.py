@@ -8,7 +8,7 @@ from rclpy.node import Node
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from tissue_probe.devices import Interlock
+from tissue_probe.devices.interlock import Interlock
 from tissue_probe.nodes.qos import LATCHED, POSES
 
 

@@ -3,8 +3,3 @@
 What belongs here: all that knows the package ``nidaqmx``. What does not: limits (``safety``), and
 volts and counts as forces and positions (``calibration``).
 """
-
-from tissue_probe.devices.nidaqmx.probe import NiDaqmxProbe
-from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
-
-__all__ = ["NiDaqmxProbe", "NiDaqmxSettings"]

@@ -1,0 +1,6 @@
+"""Numbers by which the check of samples tells which limit was passed, and what it carries on."""
+
+#: Which limit was passed.
+NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN = range(10)
+#: Places of the state that is carried from block to block.
+LAST_FORCE, POSITION, LOW, HIGH, HEAT, SINCE_KNOWN = range(6)
