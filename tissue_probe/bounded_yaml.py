@@ -14,6 +14,8 @@ from typing import Any
 
 import yaml
 
+from tissue_probe.errors import TissueProbeError
+
 #: Longest document [characters], as it stands and with its aliases written out: four times a
 #: calibration with a thousand tares, the longest that the suite writes. It is read in a second.
 SIZE = 250_000
@@ -25,7 +27,7 @@ DEPTH = 50
 DIGITS = 100
 
 
-class YamlError(ValueError):
+class YamlError(TissueProbeError):
     """A text that is not read; the message goes on after "it", and has no name of a file."""
 
 

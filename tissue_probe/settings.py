@@ -12,6 +12,8 @@ import annotated_types
 from pydantic import BaseModel, Field, ValidationError
 from pydantic.fields import FieldInfo
 
+from tissue_probe.errors import TissueProbeError
+
 Settings = typing.TypeVar("Settings", bound=BaseModel)
 
 _TYPES = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
@@ -19,7 +21,7 @@ _BOUNDS = {"gt": " above", "ge": " from", "lt": " below", "le": " to"}
 _CONSTRAINTS = (annotated_types.Gt, annotated_types.Ge, annotated_types.Lt, annotated_types.Le)
 
 
-class SettingsError(ValueError):
+class SettingsError(TissueProbeError):
     """A value has the wrong type or lies out of its range; the message says what it takes."""
 
 

@@ -165,12 +165,12 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
             heldout=ErrorPair(base=diagnosis.heldout(base), final=diagnosis.heldout(final)),
         ),
         noise_floor=base.noise,
-        ladder=[_step(fit, diagnosis.heldout(fit)) for fit in (base, *ladder.steps)],
+        ladder=[step(fit, diagnosis.heldout(fit)) for fit in (base, *ladder.steps)],
         suggested_excitation=_experiment(diagnosis),
         carries_over=diagnosis.carries_over if diagnosis.validated else None,
         findings=[finding.sentence for finding in diagnosis.findings],
         seconds=diagnosis.seconds,
-        compared=compared and _step(compared, compared.heldout_rmse),
+        compared=compared and step(compared, compared.heldout_rmse),
     )
 
 
@@ -188,7 +188,8 @@ def _experiment(diagnosis: Diagnosis) -> Experiment | None:
     )
 
 
-def _step(fit: Fit, heldout: float) -> Step:
+def step(fit: Fit, heldout: float) -> Step:
+    """Put one model of a ladder into the layout for programs."""
     return Step(
         effects=list(fit.composition.names),
         parameters=parameters(fit),

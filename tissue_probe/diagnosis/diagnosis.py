@@ -30,6 +30,7 @@ from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.effects.channel_delay import LONGEST
@@ -166,7 +167,7 @@ def diagnose(
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If any samples are such that a fit would be worthless, or the rig has nothing that a
         wanted effect acts on; says why and what to do.
     """
@@ -222,14 +223,14 @@ def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], lis
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If the samples are such that any fit would be worthless; says why and what to do.
     """
     inspected = [_inspected(each) for each in measurements]
     findings = [finding for each in inspected for finding in each]
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
-        raise ValueError(fatal.sentence)
+        raise MeasurementError(fatal.sentence)
     sound = map(_without_spoilt, measurements, inspected)
     return [_finely_read(each) for each in sound], findings
 
@@ -278,7 +279,7 @@ def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
     for effect in wanted:
         told = [obstacle(rig, form) for form in effect.every_form]
         if all(told):
-            raise ValueError(
+            raise MeasurementError(
                 f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
             )
 

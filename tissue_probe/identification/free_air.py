@@ -15,6 +15,7 @@ from math import factorial
 
 import numpy as np
 
+from tissue_probe.errors import TissueProbeError
 from tissue_probe.signals import FloatArray
 
 #: Below this stiffness the tip is in free air, as the estimators have it [N/m].
@@ -25,7 +26,7 @@ DERIVATIVE_WINDOW = 0.01
 LEAST_MOTION = 5e-5
 
 
-class Refused(ValueError):
+class Refused(TissueProbeError):
     """No zero can be taken now; the message says why, and what to do."""
 
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import sympy as sp
 
+from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
@@ -50,7 +51,7 @@ USUAL = Extent(
 )
 
 
-class EffectError(ValueError):
+class EffectError(TissueProbeError):
     """An effect that cannot be used; the message says which, why, and what to do."""
 
 

@@ -163,6 +163,12 @@ class FittedModel:
     data: Data | None = None
     effect_files: tuple[Path, ...] = ()
 
+    def save(self, path: str | Path) -> None:
+        """Write it as a model file, as the function ``save`` does."""
+        save(
+            path, self.composition, self.values, self.deviations, self.data, self.effect_files
+        )
+
 
 def save(
     path: str | Path,

@@ -40,7 +40,20 @@ PLACES = ("site_x", "site_y", "site_z")
 def read_table(
     path: Path, layout: Layout, progress: Progress = lambda share: None
 ) -> tuple[Recording, tuple[str, ...]]:
-    """Read a file of columns; return the recording, and notes on what was done.
+    """Read a file of columns as ``read_columns`` does; text, spreadsheet, TDMS, MATLAB and so on.
+
+    Raises
+    ------
+    RecordingError
+        As ``read_columns``, or if the file cannot be read.
+    """
+    return read_columns(open_columns(path), layout, progress)
+
+
+def read_columns(
+    source: Columns, layout: Layout, progress: Progress = lambda share: None
+) -> tuple[Recording, tuple[str, ...]]:
+    """Make a recording of columns; return it, and notes on what was done.
 
     Columns that are not named are those with usual names (``roles``). Where times jitter the
     samples are resampled, where they have gaps a new block begins; where a channel repeats old
@@ -48,8 +61,8 @@ def read_table(
 
     Parameters
     ----------
-    path : path
-        Text, spreadsheet, TDMS, MATLAB, HDF5, NumPy or Parquet.
+    source : Columns
+        Of a file, or from memory.
     layout : Layout
         Where the signals are, in which units and polarity.
     progress : callable
@@ -58,9 +71,9 @@ def read_table(
     Raises
     ------
     RecordingError
-        If the file cannot be read, a column is not found, or a unit or the polarity is not known.
+        If a column cannot be read or is not found, or a unit or the polarity is not known.
     """
-    source = open_columns(path)
+    path = source.path
     found = roles(source, layout)
     columns, told = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))

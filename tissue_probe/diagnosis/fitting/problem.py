@@ -15,6 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.flicker import evened, flicker_weights
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import Response, course, respond
 from tissue_probe.signals import FloatArray
@@ -196,7 +197,7 @@ def _check_output(composition: Composition, measurements: Sequence[Measurement])
     output = composition.output
     for measurement in measurements:
         if measurement.output is not output:
-            raise ValueError(
+            raise MeasurementError(
                 f"the rig {composition.rig} predicts the {output.name}, and the measurement is for "
                 f"one that predicts the {measurement.output.name}; give Measurement(output=...)"
             )

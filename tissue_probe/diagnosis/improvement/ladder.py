@@ -31,6 +31,7 @@ from tissue_probe.diagnosis.ranking.rules import (
     significant,
     ties,
 )
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 
@@ -200,7 +201,7 @@ def climb_by(
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If one of them cannot be fitted.
     """
     base = fit_base(composition, measurements, instrument, begin_at)
@@ -208,7 +209,7 @@ def climb_by(
     for effect in wanted:
         found = fit_candidates([base, *steps][-1], [effect], instrument)
         if not found:
-            raise ValueError(
+            raise MeasurementError(
                 f"{effect.name} cannot be fitted to these measurements of a {composition.rig}"
             )
         steps += found

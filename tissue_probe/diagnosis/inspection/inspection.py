@@ -21,6 +21,7 @@ from tissue_probe.diagnosis.inspection.information import (
 from tissue_probe.diagnosis.inspection.response_checks import check_response, check_size
 from tissue_probe.diagnosis.inspection.sampling_checks import check_sampling, check_times
 from tissue_probe.diagnosis.inspection.value_checks import check_values
+from tissue_probe.errors import MeasurementError
 from tissue_probe.signals import FloatArray, spans_of
 
 
@@ -82,17 +83,17 @@ def inspect(
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If the arrays are not one-dimensional and of one length, or the period is not positive.
     """
     position, force = (np.asarray(column, dtype=np.float64) for column in (position, force))
     if position.ndim != 1 or position.shape != force.shape:
-        raise ValueError(
+        raise MeasurementError(
             f"position and force have shapes {position.shape} and {force.shape}; give one value of "
             "each a sample"
         )
     if not 0.0 < sample_period < float("inf"):
-        raise ValueError(f"sample_period is {sample_period} s; it must be positive")
+        raise MeasurementError(f"sample_period is {sample_period} s; it must be positive")
     known = np.isfinite(position) & np.isfinite(force)
     findings = list(_check_known(known, sample_period))
     if time is not None:

@@ -29,6 +29,7 @@ from tissue_probe.diagnosis.ranking.candidate import (
 from tissue_probe.diagnosis.ranking.rules import added, explained
 from tissue_probe.diagnosis.ranking.starts import begin_states, pressed_in, start_values
 from tissue_probe.diagnosis.sharing import in_turns, mapped
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.effects.effect import TISSUE_FORCE
@@ -63,7 +64,7 @@ def fit_base(
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If no start leads to a fit.
     """
     problem = Problem(composition, measurements, instrument)
@@ -84,7 +85,7 @@ def fit_base(
     found = [fit for fit in fits if fit is not None]
     if not found:
         period = measurements[0].sample_period
-        raise ValueError(
+        raise MeasurementError(
             "no fit: the model diverges from every start; check the force's polarity, and the "
             f"units, also of the time (a sample every {period:.3g} s: t_ms names milliseconds)"
         )

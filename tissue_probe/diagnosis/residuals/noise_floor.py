@@ -12,6 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import stats
 
+from tissue_probe.errors import MeasurementError
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Samples to a window within which the force counts as smooth, and the degree that is smooth.
@@ -57,7 +58,7 @@ def noise_floor(
 
     Raises
     ------
-    ValueError
+    MeasurementError
         If there are too few samples, or some are not finite.
 
     Notes
@@ -68,7 +69,7 @@ def noise_floor(
     """
     force = np.asarray(force, dtype=np.float64)
     if force.size < SMOOTH_WINDOW or not np.isfinite(force).all():
-        raise ValueError(
+        raise MeasurementError(
             f"the noise of {force.size} samples cannot be estimated; give at least "
             f"{SMOOTH_WINDOW}, all finite"
         )

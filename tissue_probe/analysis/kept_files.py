@@ -1,4 +1,4 @@
-"""What ``improve`` leaves: the model file, the pictures, the report.
+"""The files of a diagnosis: model file, pictures, report.
 
 What belongs here: from a diagnosis to files. What does not: their layout (``report``, ``figures``).
 """
@@ -6,7 +6,6 @@ What belongs here: from a diagnosis to files. What does not: their layout (``rep
 from __future__ import annotations
 
 import datetime
-import hashlib
 import platform
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -15,8 +14,10 @@ from pathlib import Path
 import sympy as sp
 from matplotlib.figure import Figure
 
-from tissue_probe.cli import fit_shown
-from tissue_probe.cli import verdict_in_words as words
+from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis import verdict_in_words as words
+from tissue_probe.analysis.diagnosing import DiagnosisResult
+from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import added
@@ -24,7 +25,7 @@ from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.model_file import Data, DataFile, save
+from tissue_probe.physics.model_file import Data, DataFile, FittedModel
 from tissue_probe.quantities import FORCE
 from tissue_probe.report.contents import (
     Report,
@@ -58,37 +59,39 @@ LETTERS = {
 }
 
 
-def write(
-    folder: Path,
-    diagnosis: Diagnosis,
-    files: Sequence[Path],
-    sources: Sequence[str],
-    validation: Sequence[Path],
-    effect_files: Sequence[Path],
-) -> None:
-    """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder.
+def write(result: DiagnosisResult, folder: Path) -> None:
+    """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
+    ladder = result.found.ladder
+    folder.mkdir(parents=True, exist_ok=True)
+    kept_model(result).save(folder / "model.yaml")
+    draw_ladder(_rungs(result.found)).savefig(folder / "ladder.png", dpi=100)
+    story(result).savefig(folder / "story.png", dpi=100)
+    drawn = fit_shown.picture(ladder.base, ladder.base.worst, result.sources)
+    drawn.savefig(folder / "compare.png", dpi=100)
+    write_report(result, folder / "report.html")
 
-    ``sources`` names what was fitted, a stretch of samples each, in the order of the measurements.
-    """
-    ladder = diagnosis.ladder
-    final = ladder.final
+
+def kept_model(result: DiagnosisResult) -> FittedModel:
+    """Return the last model of the ladder, with what it was fitted to."""
+    final = result.found.ladder.final
     data = Data(
-        files=tuple(DataFile(name=path.name, sha256=_digest(path)) for path in files),
+        files=tuple(
+            DataFile(name=Path(part.name).name, sha256=part.digest())
+            for part in result.fitted.parts
+        ),
         date=datetime.date.today(),
         noise=final.noise,
         rmse_training=final.rmse,
-        rmse_heldout=diagnosis.heldout(final),
+        rmse_heldout=result.found.heldout(final),
         converged=final.converged,
     )
-    values, deviations = final.named(), final.deviations()
-    save(folder / "model.yaml", final.composition, values, deviations, data, effect_files)
-    draw_ladder(_rungs(diagnosis)).savefig(folder / "ladder.png", dpi=100)
-    _story(diagnosis, sources).savefig(folder / "story.png", dpi=100)
-    drawn = fit_shown.picture(ladder.base, ladder.base.worst, sources)
-    drawn.savefig(folder / "compare.png", dpi=100)
-    (folder / "report.html").write_text(
-        render(report(diagnosis, files, sources, validation)), encoding="utf-8"
-    )
+    return fit_shown.model_of(final, result.asked.model.effect_files, data)
+
+
+def write_report(result: DiagnosisResult, path: Path) -> None:
+    """Write the report as one page of HTML."""
+    page = render(report(result.found, result.fitted, result.sources, result.validated))
+    path.write_text(page, encoding="utf-8")
 
 
 def _rungs(diagnosis: Diagnosis) -> Rungs:
@@ -103,11 +106,12 @@ def _rungs(diagnosis: Diagnosis) -> Rungs:
     )
 
 
-def _story(diagnosis: Diagnosis, sources: Sequence[str]) -> Figure:
-    """Draw the diagnosis on one page; of several stretches what the base predicts worst.
+def story(result: DiagnosisResult) -> Figure:
+    """Draw the diagnosis on one page; of several stretches that which the base predicts worst.
 
-    What was asked for was not chosen among others: there is no ranking.
+    Effects that were asked for were not chosen among others: there is no ranking.
     """
+    diagnosis, sources = result.found, result.sources
     ladder = diagnosis.ladder
     base, shown = ladder.base, ladder.base.worst
     measurement = base.measurements[shown]
@@ -134,9 +138,10 @@ def _story(diagnosis: Diagnosis, sources: Sequence[str]) -> Figure:
 
 
 def report(
-    diagnosis: Diagnosis, files: Sequence[Path], sources: Sequence[str], validation: Sequence[Path]
+    diagnosis: Diagnosis, fitted: Measurements, sources: Sequence[str], validated: Measurements
 ) -> Report:
     """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
+    files = [Path(part.name) for part in fitted.parts]
     ladder = diagnosis.ladder
     base, final = ladder.base, ladder.final
     shown = base.worst
@@ -177,8 +182,8 @@ def report(
         final_tests=fit_shown.tests(final, shown) if final is not base else (),
         excitations=_next(diagnosis),
         sources=(
-            *(ReportSource(path.name, "fitted", _digest(path)[:16]) for path in files),
-            *(ReportSource(path.name, "held out", _digest(path)[:16]) for path in validation),
+            *(_source(part, "fitted") for part in fitted.parts),
+            *(_source(part, "held out") for part in validated.parts),
         ),
         versions={
             "tissue_probe": version("tissue_probe"),
@@ -299,10 +304,5 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
     return tuple(found)
 
 
-def _digest(path: Path) -> str:
-    parts = sorted(path.rglob("*")) if path.is_dir() else [path]
-    digest = hashlib.sha256()
-    for part in parts:
-        if part.is_file():
-            digest.update(part.read_bytes())
-    return digest.hexdigest()
+def _source(part: ReadRecording, role: str) -> ReportSource:
+    return ReportSource(Path(part.name).name, role, part.digest()[:16])

@@ -1,15 +1,19 @@
-"""What the commands show of a fit: its name, its values, and where it fails.
+"""One fitted model, shown: its name, its values, and where it fails.
 
-What belongs here: what ``compare``, ``diagnose`` and ``improve`` print and draw alike of one model.
+What belongs here: the parts that ``compare``, ``diagnose`` and ``improve`` show alike of one model.
 What does not: the verdict (``verdict_in_words``), drawing itself (``figures``).
 """
 
 from __future__ import annotations
 
+import html
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.physics.model_file import Data, FittedModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,6 +42,46 @@ def table(fit: Fit) -> list[tuple[str, str, str]]:
     ]
 
 
+def parameters(fit: Fit) -> ResultTable:
+    """Return every fitted value with its standard deviation and 95 % interval, in SI units."""
+    deviations, values = fit.deviations(), fit.named()
+    columns = (
+        Column("name", "parameter"),
+        Column("value", "value", number(5), right=True),
+        Column("deviation", ""),
+        Column("low", "from", number(5), right=True),
+        Column("high", "to", number(5), right=True),
+        Column("unit", "unit"),
+        Column("at_limit", "at its limit", lambda limit: "yes" if limit else ""),
+    )
+    rows = tuple(
+        (
+            e.name,
+            values[e.name],
+            deviations[e.name],
+            values[e.name] - 1.96 * deviations[e.name],
+            values[e.name] + 1.96 * deviations[e.name],
+            e.unit,
+            e.name in fit.exhausted,
+        )
+        for e in fit.entries
+        if deviations[e.name] > 0
+    )
+    return ResultTable("Fitted values, 95 % intervals", columns, rows)
+
+
+def model_of(fit: Fit, effect_files: Sequence[Path], data: Data | None = None) -> FittedModel:
+    """Return a fitted model as a model file holds it."""
+    return FittedModel(
+        fit.composition, dict(fit.named()), dict(fit.deviations()), data, tuple(effect_files)
+    )
+
+
+def as_html(lines: Sequence[str]) -> str:
+    """Return lines of text as paragraphs of HTML."""
+    return "".join(f"<p>{html.escape(line)}</p>" for line in lines if line)
+
+
 def exhaustion(fits: Sequence[Fit]) -> str:
     """Say what it means that values are at their limit; empty where none is."""
     from tissue_probe.diagnosis.fitting.problem import FARTHEST
@@ -47,7 +91,7 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     return (
         f"At its limit is what lies {FARTHEST:g} standard deviations of the rig's tolerance off, "
         "where its search ends: something is missing in the model, or the stated tolerance "
-        "(--constant) is too small; its interval says nothing."
+        "(`constant`) is too small; its interval says nothing."
     )
 
 

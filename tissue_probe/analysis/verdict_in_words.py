@@ -18,14 +18,13 @@ LEFT_OUT = "The samples concerned were left out."
 UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 
 
-def tell(diagnosis: Diagnosis) -> None:
-    """Print the verdict, and what runs the next experiment: a line that can be pasted."""
-    for sentence in verdict(diagnosis):
-        print(sentence)
+def told(diagnosis: Diagnosis) -> list[str]:
+    """Say the verdict, and the command line of the next experiment: a line that can be pasted."""
+    said = verdict(diagnosis)
     if diagnosis.command:
-        print("The next experiment's command line:", diagnosis.command.line, sep="\n")
-        for note in diagnosis.command.notes:
-            print(f"- {note}")
+        said += ["The next experiment's command line:", diagnosis.command.line]
+        said += [f"- {note}" for note in diagnosis.command.notes]
+    return said
 
 
 def verdict(diagnosis: Diagnosis) -> list[str]:

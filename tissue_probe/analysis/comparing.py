@@ -1,0 +1,214 @@
+"""How well a model follows measurements, and where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis.measurements import Source, measurements_of
+from tissue_probe.analysis.question import Constants, Question, RigName, TissueName, question
+from tissue_probe.analysis.result_table import ResultTable
+from tissue_probe.analysis.segments import Starts, segments
+from tissue_probe.diagnosis.diagnosis import cleaned
+from tissue_probe.diagnosis.fit_checks import check_fit
+from tissue_probe.diagnosis.fitting.coloured import whitened
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.errors import MeasurementError
+from tissue_probe.physics.model_file import FittedModel
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False)
+class ComparisonResult:
+    """A model beside measurements.
+
+    Attributes
+    ----------
+    fit : Fit
+        The model with its values, errors and residuals.
+    held : str
+        The model file whose values were held; empty where they were fitted.
+    sources : tuple of str
+        Each stretch of samples, in the order of the fit's measurements.
+    notes : tuple of str
+        How the samples were read, and what is wrong with them, in sentences.
+    asked : Question
+        The model and the rig as asked for.
+    """
+
+    fit: Fit
+    held: str
+    sources: tuple[str, ...]
+    notes: tuple[str, ...]
+    asked: Question
+
+    @property
+    def rmse(self) -> float:
+        """Error on all samples, rms, in the unit of the output."""
+        return self.fit.rmse
+
+    @property
+    def heldout_rmse(self) -> float:
+        """Error on blocks that were held out of the fit, rms, in the unit of the output."""
+        return self.fit.heldout_rmse
+
+    @property
+    def noise(self) -> float:
+        """White noise of the output: the error that a right model would leave."""
+        return self.fit.noise
+
+    @property
+    def parameters(self) -> ResultTable:
+        """Fitted values with their 95 % intervals."""
+        return fit_shown.parameters(self.fit)
+
+    @property
+    def model(self) -> FittedModel:
+        """The model with its values; ``save`` writes it."""
+        return fit_shown.model_of(self.fit, self.asked.model.effect_files)
+
+    @cached_property
+    def text(self) -> str:
+        """Values, errors, and where the model fails, as ``compare`` prints them."""
+        return "\n".join([*_errors(self.fit, self.held), *_failures(self.fit, self.sources)])
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        lines = fit_shown.as_html(_failures(self.fit, self.sources))
+        told = fit_shown.as_html([fit_shown.title(self.fit), *_errors(self.fit, self.held)[-6:]])
+        return told + self.parameters._repr_html_() + lines
+
+    def to_frame(self) -> Any:
+        """Return the parameters as a pandas data frame."""
+        return self.parameters.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return values and errors as JSON holds them (``compared`` of the answer)."""
+        from tissue_probe.diagnosis.answer import step
+
+        return step(self.fit, self.fit.heldout_rmse).model_dump(mode="json")
+
+    def plot(self) -> Figure:
+        """Draw measured and predicted output, and the residual where it fails."""
+        return fit_shown.picture(self.fit, self.fit.worst, self.sources)
+
+
+def compare(
+    measured: Source | Sequence[Source],
+    *,
+    model: str | Path | FittedModel | None = None,
+    rig: RigName | None = None,
+    tissue: TissueName | None = None,
+    known_rig: bool = False,
+    constants: Constants | None = None,
+    effects: Sequence[str | Path] = (),
+    starts: Starts = "auto",
+    site: int | None = None,
+    lowpass: float | None = None,
+) -> ComparisonResult:
+    """Compare a model with measurements.
+
+    A model with values of its own (``model``) is held at them, and only what belongs to a run is
+    fitted; any other is fitted.
+
+    Parameters
+    ----------
+    measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
+        Of one specimen.
+    model, rig, tissue, effects, constants, known_rig
+        See ``question``.
+    starts, site, lowpass
+        See ``segments``.
+
+    Raises
+    ------
+    TissueProbeError
+        If something cannot be read or fitted; says why, and what to do.
+    """
+    asked = question(model, rig, tissue, effects, constants, known_rig)
+    found = segments(measurements_of(measured), starts, site, lowpass)
+    taken = [each.measurement(asked.composition.output) for each in found]
+    clean, findings = cleaned(taken)
+    if model is not None:
+        fit = held(asked.model, clean)
+    else:
+        fit = fit_base(asked.composition, clean, asked.instrument)
+    notes = [*asked.notes, *(note for each in found for note in each.notes)]
+    notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
+    named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
+    return ComparisonResult(fit, named, tuple(s.source for s in found), tuple(notes), asked)
+
+
+def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
+    """Return a model at its values on measurements: only what belongs to a run is fitted.
+
+    Raises
+    ------
+    MeasurementError
+        If it cannot be simulated on these measurements.
+    """
+    rig = Instrument(model.composition.rig, {})
+    fit = carried(model.composition, model.values, clean, rig)
+    if fit is None:
+        raise MeasurementError(
+            "`model`: it diverges on these measurements; was it fitted to other units?"
+        )
+    return whitened(fit, rig, fit.named())
+
+
+def _errors(fit: Fit, model: str) -> list[str]:
+    """Tell values and errors; what is held, as a model file has it, is held out of nothing."""
+    output = fit.output
+    signal = np.concatenate([m.output_values for m in fit.measurements])
+    share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
+    if not output.zeroed:
+        share += " about its mean"
+    values = f"values held, as in {model}" if model else "values +- 95 % intervals"
+    told = [f"{fit_shown.title(fit)}, {values}:"]
+    for name, value, unit in fit_shown.table(fit):
+        limit = fit_shown.AT_LIMIT if name in fit.exhausted else ""
+        told.append(f"  {name:26s} {value} {unit}{limit}")
+    told.append(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
+    if not model:
+        told.append(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
+    noise = output.tell(fit.noise, 4)
+    told.append(f"  noise floor                {noise} rms: what noise alone leaves")
+    told.append(f"  error / noise              {fit.rmse / fit.noise:.3g}")
+    noisy = any(m.whitening is not None for m in fit.measurements)
+    counted = "the noise of the force" if noisy else "known 1/f noise and rounding"
+    told.append(f"  whitened error / noise     {fit.ratio:.3g}, {counted} counted too")
+    if not fit.converged:
+        told.append("  the fit did not settle: take its values for a guess")
+    if fit.exhausted:
+        told.append(fit_shown.exhaustion([fit]))
+    return told
+
+
+def _failures(fit: Fit, sources: Sequence[str]) -> list[str]:
+    """Tell where a model fails, in the measurement that it predicts worst."""
+    told = []
+    if shown := fit_shown.stretch(fit, fit.worst, sources):
+        error = fit.output.tell(fit.error(fit.worst), 4)
+        told.append(f"What follows, and the picture, is of {shown}; the error in it is {error} rms.")
+    tests = fit_shown.tests(fit, fit.worst)
+    failed = [t for t in tests if not t.passed and np.isfinite(t.statistic)]
+    where = fit_shown.where(fit, fit.worst)
+    if failed or where.here:
+        told.append("Where it fails, known 1/f noise taken out:")
+    told += [f"- {test.name}: {test.finding}. {test.hint}" for test in failed]
+    here = where.here
+    told.append(f"Here: {here.describe()}" if here else "The error stands out nowhere.")
+    return told

@@ -1,0 +1,247 @@
+"""Which physical effect a model misses, and the model with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tissue_probe.analysis import fit_shown, tables
+from tissue_probe.analysis import verdict_in_words as words
+from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
+from tissue_probe.analysis.question import (
+    Constants,
+    Question,
+    RigName,
+    TissueName,
+    check_wanted,
+    question,
+)
+from tissue_probe.analysis.result_table import ResultTable
+from tissue_probe.analysis.segments import Starts, segments
+from tissue_probe.diagnosis.answer import Answer, Verdict, answer
+from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.diagnosis.diagnosis import diagnose as search
+from tissue_probe.errors import ParameterError
+from tissue_probe.physics.model_file import FittedModel
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tissue_probe.analysis.comparing import ComparisonResult
+
+
+@dataclass(frozen=True, repr=False)
+class DiagnosisResult:
+    """What is missing in a model, and the model that has it.
+
+    Attributes
+    ----------
+    found : Diagnosis
+        All that was found: fits, tests, suggestions.
+    fitted, validated : Measurements
+        What the models were fitted to, and only tried on.
+    sources : tuple of str
+        Each stretch of samples that was fitted.
+    notes : tuple of str
+        How the samples were read, and what is wrong with them, in sentences.
+    asked : Question
+        The model and the rig as asked for.
+    """
+
+    found: Diagnosis
+    fitted: Measurements
+    validated: Measurements
+    sources: tuple[str, ...]
+    notes: tuple[str, ...]
+    asked: Question
+
+    @property
+    def verdict(self) -> Verdict:
+        """``adequate``, ``missing``, ``ambiguous`` or ``unexplained``."""
+        return self.found.verdict
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects that are missing, in the order in which they are added."""
+        return self.found.effects
+
+    @cached_property
+    def text(self) -> str:
+        """The verdict in sentences, and the next experiment."""
+        return "\n".join(words.told(self.found))
+
+    @property
+    def next_experiment(self) -> str:
+        """The command line that runs the next experiment on the driver; empty if there is none."""
+        return self.found.command.line if self.found.command else ""
+
+    @cached_property
+    def answer(self) -> Answer:
+        """The answer for programs."""
+        return answer(self.found)
+
+    @property
+    def ranking(self) -> ResultTable:
+        """Each effect beside the base model, the best first."""
+        return tables.ranking(self.answer, self.found.ladder.base.output)
+
+    @property
+    def ladder(self) -> ResultTable:
+        """Errors of each model, from the one asked about on."""
+        return tables.ladder(self.found)
+
+    @property
+    def values(self) -> ResultTable:
+        """Values of each model of the ladder."""
+        return tables.values(self.found)
+
+    @property
+    def model(self) -> FittedModel:
+        """The last model of the ladder with its values; ``save`` writes it."""
+        from tissue_probe.analysis.kept_files import kept_model
+
+        return kept_model(self)
+
+    def __repr__(self) -> str:
+        return f"{self.text}\n{tables.shortened(self.ranking, 8)!r}"
+
+    def _repr_html_(self) -> str:
+        said = fit_shown.as_html(self.text.splitlines())
+        return said + tables.shortened(self.ranking, 8)._repr_html_() + self.ladder._repr_html_()
+
+    def to_frame(self) -> Any:
+        """Return the ranking as a pandas data frame."""
+        return self.ranking.to_frame()
+
+    def to_dict(self, compared: ComparisonResult | None = None) -> dict[str, Any]:
+        """Return the answer as JSON holds it, with the model that was ``compared`` if one was."""
+        told = answer(self.found, compared.fit) if compared else self.answer
+        return told.model_dump(mode="json")
+
+    def plot(self) -> Figure:
+        """Draw the diagnosis on one page: where the model fails, the ranking, the ladder."""
+        from tissue_probe.analysis.kept_files import story
+
+        return story(self)
+
+    def report(self, path: str | Path) -> None:
+        """Write the report: one page of HTML that works off line."""
+        from tissue_probe.analysis.kept_files import write_report
+
+        write_report(self, Path(path))
+
+    def save(self, folder: str | Path) -> None:
+        """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
+        from tissue_probe.analysis.kept_files import write
+
+        write(self, Path(folder))
+
+
+def diagnose(
+    measured: Source | Sequence[Source],
+    *,
+    validate: Source | Sequence[Source] | None = None,
+    add: Sequence[str] = (),
+    model: str | Path | FittedModel | None = None,
+    rig: RigName | None = None,
+    tissue: TissueName | None = None,
+    known_rig: bool = False,
+    constants: Constants | None = None,
+    effects: Sequence[str | Path] = (),
+    starts: Starts = "auto",
+    site: int | None = None,
+    lowpass: float | None = None,
+) -> DiagnosisResult:
+    """Say which physical effect a model misses.
+
+    Parameters
+    ----------
+    measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
+        Of one specimen.
+    validate : as ``measured``, optional
+        Other recordings of the same specimen, on which models are tried and not fitted.
+    add : sequence of str
+        Effects to be added in this order, instead of those that are missing.
+    model, rig, tissue, effects, constants, known_rig
+        See ``question``.
+    starts, site, lowpass
+        See ``segments``.
+
+    Raises
+    ------
+    TissueProbeError
+        If something cannot be read or fitted; says why, and what to do.
+    """
+    asked = question(model, rig, tissue, effects, constants, known_rig)
+    add = [add] if isinstance(add, str) else add
+    check_wanted(asked, add)
+    fitted = measurements_of(measured)
+    validated = Measurements(()) if validate is None else measurements_of(validate)
+    _check_validation(fitted, validated)
+    output = asked.composition.output
+    found, tried = (segments(each, starts, site, lowpass) for each in (fitted, validated))
+    diagnosis = search(
+        asked.composition,
+        [each.measurement(output) for each in found],
+        asked.instrument,
+        asked.library,
+        [each.measurement(output) for each in tried],
+        tuple(add),
+        asked.model.values,
+    )
+    notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
+    sources = tuple(each.source for each in found)
+    return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
+
+
+def improve(
+    measured: Source | Sequence[Source],
+    *,
+    validate: Source | Sequence[Source] | None = None,
+    add: Sequence[str] = (),
+    output: str | Path | None = None,
+    model: str | Path | FittedModel | None = None,
+    rig: RigName | None = None,
+    tissue: TissueName | None = None,
+    known_rig: bool = False,
+    constants: Constants | None = None,
+    effects: Sequence[str | Path] = (),
+    starts: Starts = "auto",
+    site: int | None = None,
+    lowpass: float | None = None,
+) -> DiagnosisResult:
+    """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
+
+    As ``diagnose``; with ``output`` all is written into that folder.
+    """
+    result = diagnose(
+        measured,
+        validate=validate,
+        add=add,
+        model=model,
+        rig=rig,
+        tissue=tissue,
+        known_rig=known_rig,
+        constants=constants,
+        effects=effects,
+        starts=starts,
+        site=site,
+        lowpass=lowpass,
+    )
+    if output is not None:
+        result.save(output)
+    return result
+
+
+def _check_validation(fitted: Measurements, validated: Measurements) -> None:
+    """Refuse to try models on the recording that they are fitted to."""
+    known = {part.path.resolve() for part in fitted.parts if part.path}
+    for part in validated.parts:
+        if part.path and part.path.resolve() in known:
+            raise ParameterError(
+                f"`validate` {part.path} is what is fitted; give another recording of the same "
+                "specimen"
+            )

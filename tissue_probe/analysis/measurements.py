@@ -1,0 +1,261 @@
+"""Measurements of one specimen: files of any kind, data frames or arrays, as one object.
+
+What belongs here: ``read``, and how the result shows itself. What does not: the readers
+(``recording``), the stretches that are fitted (``segments``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tissue_probe.recording.any_file import is_own, read_any
+from tissue_probe.recording.columns.in_memory import columns_in_memory
+from tissue_probe.recording.columns.source import Progress
+from tissue_probe.recording.layout import Clock, ForcePolarity, Layout, PositionPolarity
+from tissue_probe.recording.open_bag import is_bag
+from tissue_probe.recording.table_file import read_columns
+from tissue_probe.signals import NANOSECONDS, FloatArray, Recording
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+#: How messages call a table that is in memory.
+IN_MEMORY = "table"
+
+
+@dataclass(frozen=True)
+class ReadRecording:
+    """One recording as it was read.
+
+    Attributes
+    ----------
+    name : str
+        Its file as the user gave it, or ``table 1`` and so on.
+    path : Path or None
+        Its file; None for arrays and data frames.
+    recording : Recording
+        Its samples and sites.
+    notes : tuple of str
+        How it was read, in sentences.
+    is_own : bool
+        Whether this suite recorded it.
+    origin : int
+        Where its time is zero [ns]: the first sample of a bag, a table's own zero.
+    """
+
+    name: str
+    path: Path | None
+    recording: Recording
+    notes: tuple[str, ...]
+    is_own: bool = False
+    origin: int = 0
+
+    def digest(self) -> str:
+        """Return the SHA-256 of the file's bytes, or of the samples where there is no file."""
+        digest = hashlib.sha256()
+        if self.path is None:
+            for column in (self.recording.stamps, self.recording.position, self.recording.force):
+                digest.update(np.ascontiguousarray(column).tobytes())
+            return digest.hexdigest()
+        parts = sorted(self.path.rglob("*")) if self.path.is_dir() else [self.path]
+        for part in filter(Path.is_file, parts):
+            digest.update(part.read_bytes())
+        return digest.hexdigest()
+
+
+@dataclass(frozen=True, repr=False)
+class Measurements:
+    """Recordings of one specimen, which are fitted together.
+
+    Attributes
+    ----------
+    parts : tuple of ReadRecording
+        One a file or table, in the order given.
+    """
+
+    parts: tuple[ReadRecording, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How everything was read, in sentences."""
+        return tuple(note for part in self.parts for note in part.notes)
+
+    @property
+    def time(self) -> FloatArray:
+        """Time of each sample [s], of a bag since its first sample, of a table since its zero."""
+        return np.concatenate([(p.recording.stamps - p.origin) / NANOSECONDS for p in self.parts])
+
+    @property
+    def position(self) -> FloatArray:
+        """Displacement of the coil, or of the tip where a force drives, at each sample [m]."""
+        return np.concatenate([part.recording.position for part in self.parts])
+
+    @property
+    def force(self) -> FloatArray:
+        """Force at each sample [N], positive in compression."""
+        return np.concatenate([part.recording.force for part in self.parts])
+
+    def __len__(self) -> int:
+        return sum(len(part.recording) for part in self.parts)
+
+    def __repr__(self) -> str:
+        lines = [_told(part) for part in self.parts[:20]]
+        lines += [f"... and {len(self.parts) - 20} more"] if len(self.parts) > 20 else []
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes[:15])])
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return time [s], position [m] and force [N] as a pandas data frame, a row a sample.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+        """
+        import pandas as pd
+
+        return pd.DataFrame({"time": self.time, "position": self.position, "force": self.force})
+
+    def plot(self) -> Figure:
+        """Draw position and force over time, one below the other."""
+        from tissue_probe.figures.samples import draw_samples
+
+        recordings = [
+            ((p.recording.stamps - p.origin) / NANOSECONDS, p.recording.position, p.recording.force)
+            for p in self.parts
+        ]
+        return draw_samples(recordings, [part.name for part in self.parts])
+
+
+#: Anything that ``read`` takes: a file's path, arrays by name, a data frame, or what it returned.
+Source = Any
+
+
+def read(
+    *sources: Source,
+    position: str | None = None,
+    force: str | None = None,
+    time: str | None = None,
+    sample_rate: float | None = None,
+    position_unit: str | None = None,
+    force_unit: str | None = None,
+    time_unit: str | None = None,
+    force_polarity: ForcePolarity | None = None,
+    position_polarity: PositionPolarity = "into",
+    samples_topic: str | None = None,
+    clock: Clock | None = None,
+    progress: Progress | None = None,
+) -> Measurements:
+    """Read measurements of one specimen.
+
+    Parameters
+    ----------
+    *sources : path, data frame, or mapping of arrays
+        A recording of this suite, a bag of ROS 1 or 2, columns in text, a spreadsheet, TDMS,
+        MATLAB, HDF5, NumPy or Parquet; a data frame of pandas or polars; arrays by name.
+    position, force, time : str, optional
+        Names of columns, or fields of topics; by default usual names, such as ``u_mm``.
+    sample_rate : float, optional
+        Samples a second [Hz], where there is no column of time.
+    position_unit, force_unit, time_unit : str, optional
+        By default that at the name's end, or told by the file, or SI.
+    force_polarity : {"compression", "tension"}, optional
+        Which forces are positive in the file.
+    position_polarity : {"into", "out"}
+        Whether positions grow into the tissue, or out of it.
+    samples_topic : str, optional
+        Topic of the samples, where a recording of this suite has several.
+    clock : {"stamps", "recorder"}, optional
+        Whose clock counts in a bag whose clocks disagree.
+    progress : callable, optional
+        Told the share that is read, from 0 to 1; an exception that it raises ends the reading.
+
+    Raises
+    ------
+    RecordingError
+        If something cannot be read, or does not tell all that is needed; names the parameter.
+    """
+    if not sources:
+        raise TypeError("read() needs a file or a table")
+    layout = Layout(
+        position=position,
+        force=force,
+        time=time,
+        position_unit=position_unit,
+        force_unit=force_unit,
+        time_unit=time_unit,
+        force_polarity=force_polarity,
+        position_polarity=position_polarity,
+        sample_rate=sample_rate,
+        samples_topic=samples_topic,
+        clock=clock,
+    )
+    return read_by(layout, sources, progress)
+
+
+def read_by(
+    layout: Layout, sources: Sequence[Source], progress: Progress | None = None
+) -> Measurements:
+    """Read measurements as ``read`` does, by a layout of their signals."""
+    told = progress or (lambda share: None)
+    count = len(sources)
+    parts = []
+    for number, source in enumerate(sources):
+
+        def advance(share: float, before: int = number) -> None:
+            told((before + share) / count)
+
+        parts += _read_one(source, layout, advance, f"{IN_MEMORY} {number + 1}")
+    return Measurements(tuple(parts))
+
+
+def measurements_of(source: Source | Sequence[Source]) -> Measurements:
+    """Return measurements as they are; read anything else by its own names and units."""
+    if isinstance(source, Measurements):
+        return source
+    several = isinstance(source, Sequence) and not isinstance(source, str)
+    return read_by(Layout(), list(source) if several else [source])
+
+
+def _read_one(source: Source, layout: Layout, progress: Progress, name: str) -> list[ReadRecording]:
+    if isinstance(source, Measurements):
+        return list(source.parts)
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(source)
+        recording, notes = read_any(path, layout, progress)
+        bag = is_bag(path)
+        origin = recording.blocks[0].stamp if bag and recording.blocks else 0
+        return [ReadRecording(str(path), path, recording, notes, is_own(path, layout), origin)]
+    recording, notes = read_columns(columns_in_memory(_named(source), name), layout, progress)
+    return [ReadRecording(name, None, recording, notes)]
+
+
+def _named(source: Source) -> Source:
+    """Refuse arrays without names: nothing tells which column is which."""
+    if isinstance(source, (Mapping, np.ndarray)) or hasattr(source, "columns"):
+        return source
+    return np.asarray(source)
+
+
+def _told(part: ReadRecording) -> str:
+    recording = part.recording
+    period = recording.blocks[0].sample_period if recording.blocks else float("nan")
+    text = (
+        f"{part.name}: {len(recording)} samples, {1.0 / period:.6g} a second, position "
+        f"{_span(1e3 * recording.position)} mm, force {_span(recording.force)} N"
+    )
+    if len(recording.blocks) > 1:
+        text += f", in {len(recording.blocks)} pieces"
+    return text
+
+
+def _span(values: FloatArray) -> str:
+    known = values[np.isfinite(values)]
+    return f"{known.min():.4g} to {known.max():.4g}" if known.size else "not known"

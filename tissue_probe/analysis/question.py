@@ -1,0 +1,177 @@
+"""The model that is asked about: rig, tissue or model file, known constants, effects to try.
+
+What belongs here: from the user's words to a composition, an instrument and a library.
+What does not: measurements (``measurements``, ``segments``), fits (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
+from tissue_probe.errors import ParameterError
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.library import effects as library_of
+from tissue_probe.physics.model_file import FittedModel, load
+
+RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
+TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "generalized_maxwell"]
+RIG_NAMES: tuple[RigName, ...] = ("compliant_probe", "rigid_probe", "force_driven")
+TISSUE_NAMES: tuple[TissueName, ...] = (
+    "kelvin_voigt",
+    "maxwell",
+    "standard_linear_solid",
+    "generalized_maxwell",
+)
+
+#: What may be known of the tissue, such as that there is none.
+TISSUE = ("stiffness", "damping")
+#: Known of a rig beside its constants: rms of the 1/f noise over a recording [N].
+FLICKER = "flicker_noise"
+
+Constants = Mapping[str, "float | tuple[float, float]"]
+"""A constant's value, or value and standard deviation, by its name [SI units]."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A model, what is known of its rig, and the effects that it may miss.
+
+    Attributes
+    ----------
+    model : FittedModel
+        The model to begin with; without values, where it comes from no file.
+    instrument : Instrument
+        The rig's constants.
+    library : mapping of str to Effect
+        Effects that are tried.
+    notes : tuple of str
+        What to know of the model, in sentences.
+    """
+
+    model: FittedModel
+    instrument: Instrument
+    library: Mapping[str, Effect]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def composition(self) -> Composition:
+        """The model that is asked about."""
+        return self.model.composition
+
+
+def question(
+    model: str | Path | FittedModel | None = None,
+    rig: RigName | None = None,
+    tissue: TissueName | None = None,
+    effects: Sequence[str | Path] = (),
+    constants: Constants | None = None,
+    known_rig: bool = False,
+) -> Question:
+    """Put together what is asked.
+
+    Parameters
+    ----------
+    model : path or FittedModel, optional
+        A model to begin with, in place of ``rig`` and ``tissue``.
+    rig, tissue : str, optional
+        By default those of ``model``, else ``compliant_probe`` and ``kelvin_voigt``.
+    effects : sequence of path
+        Python files with effects of the user's own; they are run.
+    constants : mapping, optional
+        Known constants of the rig and their standard deviations [SI], such as
+        ``{"tip_mass": (0.04, 0.001)}``, or of the tissue, such as ``{"stiffness": 0.0}``.
+    known_rig : bool
+        Take the rig's constants as exactly known.
+
+    Raises
+    ------
+    ParameterError
+        If something is not known, contradicts the model, or is out of its bounds.
+    ModelFileError, EffectError
+        If a file cannot be used.
+    """
+    effects = [effects] if isinstance(effects, (str, Path)) else effects
+    begun = _begun(model, rig, tissue, tuple(map(Path, effects)))
+    notes: tuple[str, ...] = ()
+    if begun.data and not begun.data.converged:
+        name = "the model" if isinstance(model, FittedModel) else model
+        notes = (f"{name}: the search for its values did not settle; take them for a guess",)
+    instrument = _instrument(begun.composition.rig, known_rig, constants or {})
+    return Question(begun, instrument, library_of(begun.effect_files), notes)
+
+
+def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
+    """Refuse effects to add that are not known, or in the model already.
+
+    Raises
+    ------
+    ParameterError
+        For the first of them.
+    """
+    for name in wanted:
+        if name not in asked.library:
+            known = ", ".join(asked.library)
+            raise ParameterError(f"`add` {name}: no such effect; known are {known}")
+        if name in asked.composition.names:
+            raise ParameterError(f"`add` {name}: the model has it already; leave it out")
+
+
+def _begun(
+    model: str | Path | FittedModel | None,
+    rig: str | None,
+    tissue: str | None,
+    effect_files: tuple[Path, ...],
+) -> FittedModel:
+    for name, given, known in (("rig", rig, RIG_NAMES), ("tissue", tissue, TISSUE_NAMES)):
+        if given is not None and given not in known:
+            raise ParameterError(f"`{name}` is {given!r}; give one of {', '.join(known)}")
+    if model is None:
+        plain = Composition(rig or "compliant_probe", tissue or "kelvin_voigt")
+        return FittedModel(plain, {}, {}, effect_files=effect_files)
+    found = model if isinstance(model, FittedModel) else load(model, effect_files)
+    for name, given, own in (
+        ("rig", rig, found.composition.rig),
+        ("tissue", tissue, found.composition.tissue),
+    ):
+        if given and given != own:
+            told = "" if isinstance(model, FittedModel) else f" {model}"
+            raise ParameterError(
+                f"`{name}` {given} contradicts `model`{told}, which is of a {own}; leave out one "
+                "of them"
+            )
+    return found
+
+
+def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
+    """Return the rig's constants, those of the paper unless others are given."""
+    values = dict(KNOWN[rig])
+    flicker_noise = None
+    for name, given in constants.items():
+        value, deviation = given if isinstance(given, tuple) else (given, 0.0)
+        if name == FLICKER:
+            if not 0.0 <= value < math.inf:
+                raise ParameterError(
+                    f"`constant` {name}: give its rms in newtons, 0 or more, not {value:g}"
+                )
+            flicker_noise = value
+            continue
+        if name not in (*values, *TISSUE):
+            raise ParameterError(
+                f"`constant` {name}: {name} is no constant of {rig}; "
+                f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
+            )
+        (entry,) = Composition(rig).entries([name])
+        if not entry.lower <= value <= entry.upper:
+            raise ParameterError(
+                f"`constant` {name}={value:g}: {name} of {rig} lies from {entry.lower:g} to "
+                f"{entry.upper:g} {entry.unit}; give one that does"
+            )
+        values[name] = (value, deviation)
+    chosen = Instrument(rig, values, flicker_noise)
+    return chosen.exact() if known else chosen

@@ -1,0 +1,200 @@
+"""The stretches of measurements that are fitted: evenly spaced, without a hole, long enough.
+
+What belongs here: which stretches, and what is said of those left out. What does not: reading
+(``measurements``), fitting (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from tissue_probe.analysis.measurements import Measurements, ReadRecording
+from tissue_probe.diagnosis.advice.driver_command import coil_gain
+from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.inspection.information import ENOUGH, stiffness_deviation
+from tissue_probe.errors import ParameterError
+from tissue_probe.quantities import Quantity
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.lowpass import lowpassed
+from tissue_probe.recording.stretches import Stretch, dwell_blocks, known_stretches, unknown_runs
+from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, SampleBlock
+
+Starts = Literal["auto", "at-rest", "moving"]
+"""Whether the probe had been at rest before the first sample."""
+
+STARTS: tuple[Starts, ...] = ("auto", "at-rest", "moving")
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Evenly spaced samples without a hole.
+
+    Attributes
+    ----------
+    source : str
+        Which file, and which part of it.
+    position, force : array, shape (n,)
+        Displacement of the coil [m]; load-cell force [N], positive in compression; finite.
+    command : array, shape (n,)
+        Voltage commanded to the coil [V]; NaN where it is not known.
+    measured : array of bool, shape (n,)
+        Which samples are as they were measured, and not filled in.
+    sample_period : float
+        [s].
+    starts : Starts
+        As the user says.
+    run : str
+        Which file.
+    begins : float
+        Time of the first sample after the file's first that is used [s].
+    time_doubt : float
+        By how much position and force may be apart in time [s].
+    notes : tuple of str
+        How it was read, in sentences; those on a file stand with its first segment.
+    """
+
+    source: str
+    position: FloatArray
+    force: FloatArray
+    command: FloatArray
+    measured: BoolArray
+    sample_period: float
+    starts: Starts
+    run: str = ""
+    begins: float = 0.0
+    time_doubt: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def measurement(self, output: Quantity) -> Measurement:
+        """Return it as models of this output are compared with it."""
+        return Measurement(
+            self.position,
+            self.force,
+            self.sample_period,
+            self.starts == "at-rest",
+            used=self.measured,
+            output=output,
+            coil_gain=coil_gain(self.position, self.command),
+            notes=self.notes,
+            source=self.source,
+            run=self.run,
+            begins=self.begins,
+            time_doubt=self.time_doubt,
+        )
+
+
+def segments(
+    measured: Measurements,
+    starts: Starts = "auto",
+    site: int | None = None,
+    lowpass: float | None = None,
+) -> list[Segment]:
+    """Cut measurements into segments where samples are missing.
+
+    Pieces too short to tell the stiffness are left out where a file has others. Only a file's first
+    segment starts at rest, if the user says so.
+
+    Parameters
+    ----------
+    measured : Measurements
+        As read.
+    starts : {"auto", "at-rest", "moving"}
+        Whether the probe had been at rest before the first sample of each file.
+    site : int, optional
+        Only the dwells at this site of a scan.
+    lowpass : float, optional
+        Take out of position and force alike all that is faster [Hz].
+
+    Raises
+    ------
+    RecordingError
+        If a file has no sample that is known, or no such site.
+    ParameterError
+        If ``starts`` is none of the three.
+    """
+    if starts not in STARTS:
+        raise ParameterError(f"`starts` is {starts!r}; give one of {', '.join(STARTS)}")
+    return [one for part in measured.parts for one in _segments(part, starts, site, lowpass)]
+
+
+def _segments(
+    part: ReadRecording, starts: Starts, site: int | None, lowpass: float | None
+) -> list[Segment]:
+    blocks = dwell_blocks(part.recording, site)
+    cut = [known_stretches(block) for block in blocks]
+    stretches = [stretch for found, _ in cut for stretch in found]
+    if not stretches:
+        raise RecordingError(f"{part.name} has no sample whose position and force are both known")
+    known = [found for found, _ in cut]
+    told = [
+        *part.notes,
+        *_told_unknown(part.name, blocks, known),
+        *_told_pieces(part.name, stretches),
+    ]
+    chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
+    found = []
+    for number, piece in enumerate(chosen):
+        stretch = lowpassed(piece, lowpass) if lowpass else piece
+        every = round(stretch.sample_period / piece.sample_period)
+        rested: Starts = starts if piece is stretches[0] or starts != "at-rest" else "moving"
+        numbered = f", part {number + 1}" if len(chosen) > 1 else ""
+        found.append(
+            Segment(
+                f"{part.name}{numbered}",
+                stretch.position,
+                stretch.force,
+                stretch.command,
+                piece.measured[::every],
+                stretch.sample_period,
+                rested,
+                part.name,
+                (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
+                part.recording.time_doubt,
+                tuple(told) if number == 0 else (),
+            )
+        )
+    return found
+
+
+def _is_long(block: SampleBlock) -> bool:
+    """Whether a piece tells the stiffness by itself, as a whole recording must."""
+    return stiffness_deviation(block.position, block.force, block.sample_period) < ENOUGH
+
+
+def _told_unknown(
+    name: str, blocks: Sequence[SampleBlock], known: Sequence[Sequence[Stretch]]
+) -> list[str]:
+    """Say what was filled in, and what is not known for longer."""
+    told = []
+    filled = sum(int((~stretch.measured).sum()) for found in known for stretch in found)
+    if filled:
+        told.append(
+            f"{name}: {filled} missing samples filled in by a cubic spline, and left out of the fit"
+        )
+    runs = [
+        (stop - first, block.stamps[first])
+        for block, found in zip(blocks, known, strict=True)
+        for first, stop in unknown_runs(block, found)
+    ]
+    if runs:
+        longest, stamp = max(runs, key=lambda run: run[0])
+        begun = (stamp - blocks[0].stamp) / NANOSECONDS
+        told.append(
+            f"{name}: {sum(count for count, _ in runs)} samples in "
+            f"{len(runs)} run{'s' if len(runs) > 1 else ''} are not known, {longest} of them "
+            f"{begun:.4g} s after the first sample; cut out there"
+        )
+    return told
+
+
+def _told_pieces(name: str, stretches: Sequence[Stretch]) -> list[str]:
+    """Say how much was left out with pieces that are too short."""
+    sizes = [len(stretch) for stretch in stretches]
+    kept = [len(stretch) for stretch in stretches if _is_long(stretch)]
+    if not 0 < len(kept) < len(sizes):
+        return []
+    short = len(sizes) - len(kept)
+    pieces = "1 piece between gaps is" if short == 1 else f"{short} pieces between gaps are"
+    return [f"{name}: {pieces} too short to be used; {sum(kept)} of {sum(sizes)} samples remain"]

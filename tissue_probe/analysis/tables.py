@@ -1,0 +1,76 @@
+"""The tables of a diagnosis: ranking, ladder, values.
+
+What belongs here: which values stand in which column. What does not: how tables show themselves
+(``result_table``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.diagnosis.answer import Answer
+from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.quantities import Quantity
+
+
+def ranking(told: Answer, output: Quantity) -> ResultTable:
+    """Return the effects of an answer, the best first."""
+    small = number(4, output.per_small)
+    columns = (
+        Column("effect", "effect"),
+        Column("family", "family"),
+        Column("rmse", f"error [{output.small}]", small, right=True),
+        Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
+        Column("gain", "BIC gain", lambda value: f"{value:.0f}", right=True),
+        Column("settled", "settled", lambda settled: "" if settled else "no"),
+    )
+    rows = tuple(
+        (each.effect, each.family, each.rmse, each.heldout_rmse, each.gain, each.converged)
+        for each in told.ranking
+    )
+    return ResultTable("With one effect more, the best by the BIC first", columns, rows)
+
+
+def shortened(table: ResultTable, rows: int) -> ResultTable:
+    """Return the first rows of a table, under the same title."""
+    return replace(table, rows=table.rows[:rows])
+
+
+def ladder(diagnosis: Diagnosis) -> ResultTable:
+    """Return the error of each model of the ladder beside the noise."""
+    output, noise = diagnosis.ladder.base.output, diagnosis.ladder.final.noise
+    small = number(4, output.per_small)
+    columns = (
+        Column("step", " ", right=True),
+        Column("model", "model"),
+        Column("rmse", f"error [{output.small}]", small, right=True),
+        Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
+        Column("heldout_over_noise", "held out / noise", number(3), right=True),
+    )
+    rows = []
+    for step, fit in enumerate((diagnosis.ladder.base, *diagnosis.ladder.steps)):
+        heldout = diagnosis.heldout(fit)
+        unsettled = "" if fit.converged else " (did not settle)"
+        rows.append((step, fit_shown.title(fit) + unsettled, fit.rmse, heldout, heldout / noise))
+    return ResultTable(f"The ladder; the noise is {output.tell(noise)}", columns, tuple(rows))
+
+
+def values(diagnosis: Diagnosis) -> ResultTable:
+    """Return the values that each model of the ladder was fitted with, a column a model."""
+    steps = (diagnosis.ladder.base, *diagnosis.ladder.steps)
+    found: dict[tuple[str, str], list[str | None]] = {}
+    for step, fit in enumerate(steps):
+        for name, value, unit in fit_shown.table(fit):
+            row = found.setdefault((name, unit), [None] * len(steps))
+            row[step] = value + (fit_shown.AT_LIMIT if name in fit.exhausted else "")
+    rows: list[tuple[Any, ...]] = [(name, *row, unit) for (name, unit), row in found.items()]
+    rows.append(("whitened / noise", *(f"{fit.ratio:.3g}" for fit in steps), "1"))
+    columns = (
+        Column("name", " "),
+        *(Column(f"step_{step}", str(step), right=True) for step in range(len(steps))),
+        Column("unit", "unit"),
+    )
+    return ResultTable("Values at each step, +- 95 % intervals", columns, tuple(rows))
