@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 import yaml
 
+from tissue_probe.analysis import kept_files
 from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
-from tissue_probe.cli import improved
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.diagnosis.fitting import search
 from tissue_probe.physics import library
@@ -107,7 +107,7 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
 def test_the_equations_say_when_contact_comes_and_goes():
     contact = Composition().plus(EFFECTS["contact_loss"].plain)
     rates = len(contact.model.states)
-    *_, force, leaves, touches = equations = improved.equations(contact)
+    *_, force, leaves, touches = equations = kept_files.equations(contact)
     assert len(equations) == rates + 3
     assert force.startswith("F = ")
     assert leaves == r"\text{touching}: \; 1 \to 0 \text{ as soon as } x < 0"
@@ -250,7 +250,7 @@ def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(
     told = said(run("compare", "gap.csv", *named).out)
     assert "gap.csv, part 2 (stretch 2 of 2, that with most of the error)" in told
     assert re.search(r"the error in it is [\d.]+ mN rms", told)
-    monkeypatch.setattr(improved, "DRAWN", 1000)
+    monkeypatch.setattr(kept_files, "DRAWN", 1000)
     outcome = run("improve", "gap.csv", *named, "--add", HIDDEN, "--output", "better")
     assert outcome.status == 0, outcome.err
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ from pyarrow import csv as arrow_csv
 from pyarrow import parquet
 
 from conftest import palpate
-from tissue_probe.cli.estimate import _within
+from tissue_probe.analysis.estimating import _within
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.physics.composition import Composition

@@ -9,12 +9,12 @@ import typer
 from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
+from tissue_probe.analysis.measurements import read
+from tissue_probe.analysis.segments import segments
 from tissue_probe.cli import measured
-from tissue_probe.cli.diagnosing import measurements
-from tissue_probe.cli.measured import Starts, layout, read_measured
+from tissue_probe.cli.measured import layout
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.quantities import FORCE
-from tissue_probe.recording.layout import Layout
 
 PERIOD = 5e-4
 
@@ -22,7 +22,7 @@ PERIOD = 5e-4
 @pytest.fixture
 def options():
     """Run a command with the shared options on a command line; return what it read."""
-    read = []
+    found = []
     app = typer.Typer()
 
     @app.command()
@@ -53,11 +53,11 @@ def options():
             position_polarity,
             topic,
         )
-        read.extend(read_measured(measurements, where, starts, site))
+        found.extend(segments(measured.read(measurements, where), starts.value, site))
 
     def run(*arguments):
         CliRunner().invoke(app, [str(each) for each in arguments], catch_exceptions=False)
-        return read
+        return found
 
     return run
 
@@ -69,7 +69,7 @@ def test_the_command_line_of_the_documents_reads_a_csv_file(csv, options):
     first, second = options(tension, *named, "--force-polarity", "tension")
     assert_allclose(first.force, second.force)
     assert first.sample_period == pytest.approx(PERIOD)
-    assert (first.starts, first.notes) == (Starts.at_rest, ())
+    assert (first.starts, first.notes) == ("at-rest", ())
 
 
 def test_units_and_rate_come_from_the_command_line(tmp_path, options):
@@ -108,7 +108,7 @@ def test_gaps_make_segments_and_only_the_first_is_at_rest(csv, tmp_path, options
     gapped.write_text("\n".join(lines[:1001] + lines[1501:1511] + lines[2501:]))
     first, second = options(gapped, "--starts", "at-rest")
     assert [segment.position.size for segment in (first, second)] == [1000, 1500]
-    assert [segment.starts for segment in (first, second)] == [Starts.at_rest, Starts.moving]
+    assert [segment.starts for segment in (first, second)] == ["at-rest", "moving"]
     assert [segment.source for segment in (first, second)] == [
         f"{gapped}, part 1",
         f"{gapped}, part 2",
@@ -142,7 +142,7 @@ def test_what_is_filled_in_does_not_count_as_measured(csv, options):
     (segment,) = options(path)
     assert list(np.flatnonzero(~segment.measured)) == [99, 199, 200, 201]
     assert segment.position[99] == float(position)
-    (fitted,) = measurements([segment], FORCE)
+    fitted = segment.measurement(FORCE)
     assert not fitted.used[[99, 199, 200, 201]].any()
     assert np.count_nonzero(fitted.used) == 3996
     assert "4 missing samples filled in by a cubic spline, and left out" in segment.notes[0]
@@ -169,9 +169,9 @@ def test_longer_runs_of_missing_values_are_cut_out_and_it_is_said(csv, options):
     for first, stop in ((501, 511), (2001, 2101)):
         lines[first:stop] = [f"{row.split(',')[0]},," for row in lines[first:stop]]
     path.write_text("\n".join(lines))
-    segments = options(path)
-    assert [segment.position.size for segment in segments] == [500, 1490, 1900]
-    (note,) = segments[0].notes
+    pieces = options(path)
+    assert [segment.position.size for segment in pieces] == [500, 1490, 1900]
+    (note,) = pieces[0].notes
     assert "110 samples in 2 runs are not known, 100 of them 1 s after the first sample" in note
 
 
@@ -189,7 +189,7 @@ def test_what_is_filled_in_stays_unmeasured_behind_a_low_pass(csv):
     lines[104:107] = [f"{row.split(',')[0]},," for row in lines[104:107]]
     path.write_text("\n".join(lines))
     every = 8  # of 2 kHz, 2.5 samples a cycle of 100 Hz
-    (segment,) = read_measured([path], Layout(), lowpass=100.0)
+    (segment,) = segments(read(path), lowpass=100.0)
     assert segment.force.size == 4000 // every
     assert list(np.flatnonzero(~segment.measured)) == [104 // every]
 

@@ -95,5 +95,5 @@ def test_a_file_of_effects_that_ends_the_program_is_told_by_name(
 def test_the_file_cannot_be_named_as_a_setting(fails, csv, own):
     csv()
     told = fails(*REFUSED["estimate"], "--set", "effects=own.py")
-    assert told.endswith("--set effects=own.py: name the Python file by --effects FILE\n")
+    assert told.endswith("name the Python file by --effects\n")
     assert not own.exists()

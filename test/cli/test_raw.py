@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tissue_probe.cli.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
+from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.signals import Recording, SampleBlock

@@ -8,8 +8,9 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
+from tissue_probe.analysis import tables
+from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.cli.diagnose import ranked
-from tissue_probe.cli.verdict_in_words import verdict
 from tissue_probe.diagnosis.advice.separation import Suggestion
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.improvement.ladder import Ladder
@@ -106,7 +107,6 @@ def test_where_nothing_explains_the_samples_of_the_converter_are_told():
 
 
 def test_no_name_breaks_behind_its_mark_at_80_columns():
-    base = fit(error=0.03)
     rows = [
         SimpleNamespace(
             effect=name, family=family, rmse=0.0123456, heldout_rmse=1.23456, gain=-12345.0,
@@ -116,10 +116,14 @@ def test_no_name_breaks_behind_its_mark_at_80_columns():
             ("load_cell_stiffness_error", "time-varying"), ("standard_linear_solid", "relaxation"),
         )
     ]  # fmt: skip
-    diagnosis = SimpleNamespace(ladder=SimpleNamespace(base=base), heldout=lambda fit: fit.rmse)
+    result = SimpleNamespace(
+        ranking=tables.ranking(SimpleNamespace(ranking=rows), FORCE),
+        ladder=SimpleNamespace(rows=((0, "Kelvin-Voigt", 0.03, 0.03, 6.0),)),
+        converged=True,
+    )
     console = Console(markup=False, highlight=False, width=80)
     with console.capture() as printed:
-        console.print(ranked(diagnosis, SimpleNamespace(ranking=rows)))
+        console.print(ranked(result))
     lines = printed.get().splitlines()
     assert max(map(len, lines)) <= 80
     for name in ("load_cell_stiffness_error", "standard_linear_solid"):

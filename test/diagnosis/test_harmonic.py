@@ -11,7 +11,7 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tissue_probe.cli.verdict_in_words import verdict
+from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import HIGHEST, better_harmonic

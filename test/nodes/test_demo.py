@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from conftest import PATIENCE
-from tissue_probe.cli.recorded import build_map
+from tissue_probe.analysis.recorded import build_map
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording

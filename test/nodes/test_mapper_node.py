@@ -9,7 +9,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 
 from conftest import collect, site_publisher
-from tissue_probe.cli.recorded import build_map
+from tissue_probe.analysis.recorded import build_map
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time

@@ -33,7 +33,7 @@ from conftest import (
     goal,
     own_domain,
 )
-from tissue_probe.cli.recorded import estimate_again, node_parameters, recorded_phantom
+from tissue_probe.analysis.recorded import estimate_again, node_parameters, recorded_phantom
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session

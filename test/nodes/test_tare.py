@@ -8,7 +8,7 @@ from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
 from conftest import PATIENCE, activate, change_state, collect, deactivate, driver, stage_on_tissue
-from tissue_probe.cli.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
+from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.nodes.conversions import samples_from_message

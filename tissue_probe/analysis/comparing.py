@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.measurements import Source, measurements_of
+from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.question import Constants, Question, RigName, TissueName, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import Starts, segments
@@ -45,6 +45,10 @@ class ComparisonResult:
         How the samples were read, and what is wrong with them, in sentences.
     asked : Question
         The model and the rig as asked for.
+    fitted : Measurements
+        As read.
+    taken : tuple of Measurement
+        Its stretches before the samples that are spoilt were left out.
     """
 
     fit: Fit
@@ -52,6 +56,8 @@ class ComparisonResult:
     sources: tuple[str, ...]
     notes: tuple[str, ...]
     asked: Question
+    fitted: Measurements
+    taken: tuple[Measurement, ...]
 
     @property
     def rmse(self) -> float:
@@ -139,7 +145,8 @@ def compare(
         If something cannot be read or fitted; says why, and what to do.
     """
     asked = question(model, rig, tissue, effects, constants, known_rig)
-    found = segments(measurements_of(measured), starts, site, lowpass)
+    fitted = measurements_of(measured)
+    found = segments(fitted, starts, site, lowpass)
     taken = [each.measurement(asked.composition.output) for each in found]
     clean, findings = cleaned(taken)
     if model is not None:
@@ -149,7 +156,8 @@ def compare(
     notes = [*asked.notes, *(note for each in found for note in each.notes)]
     notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
-    return ComparisonResult(fit, named, tuple(s.source for s in found), tuple(notes), asked)
+    sources = tuple(each.source for each in found)
+    return ComparisonResult(fit, named, sources, tuple(notes), asked, fitted, tuple(taken))
 
 
 def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
@@ -202,7 +210,9 @@ def _failures(fit: Fit, sources: Sequence[str]) -> list[str]:
     told = []
     if shown := fit_shown.stretch(fit, fit.worst, sources):
         error = fit.output.tell(fit.error(fit.worst), 4)
-        told.append(f"What follows, and the picture, is of {shown}; the error in it is {error} rms.")
+        told.append(
+            f"What follows, and the picture, is of {shown}; the error in it is {error} rms."
+        )
     tests = fit_shown.tests(fit, fit.worst)
     failed = [t for t in tests if not t.passed and np.isfinite(t.statistic)]
     where = fit_shown.where(fit, fit.worst)

@@ -68,6 +68,11 @@ class DiagnosisResult:
         """Effects that are missing, in the order in which they are added."""
         return self.found.effects
 
+    @property
+    def converged(self) -> bool:
+        """Whether the search for the values of the model asked about settled."""
+        return self.found.ladder.base.converged
+
     @cached_property
     def text(self) -> str:
         """The verdict in sentences, and the next experiment."""
@@ -97,6 +102,12 @@ class DiagnosisResult:
     def values(self) -> ResultTable:
         """Values of each model of the ladder."""
         return tables.values(self.found)
+
+    @property
+    def exhaustion(self) -> str:
+        """What it means that values are at their limit; empty where none is."""
+        ladder = self.found.ladder
+        return fit_shown.exhaustion((ladder.base, *ladder.steps))
 
     @property
     def model(self) -> FittedModel:
@@ -195,6 +206,16 @@ def diagnose(
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
     sources = tuple(each.source for each in found)
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
+
+
+def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
+    """Diagnose the measurements of a comparison, with the model that was compared."""
+    asked, fitted = compared.asked, compared.fitted
+    found = search(
+        asked.composition, compared.taken, asked.instrument, asked.library, (), (),
+        asked.model.values,
+    )  # fmt: skip
+    return DiagnosisResult(found, fitted, Measurements(()), compared.sources, compared.notes, asked)
 
 
 def improve(

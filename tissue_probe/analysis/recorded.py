@@ -1,8 +1,8 @@
-"""What a recording tells of the run it was made in: filters' settings, grid, phantom."""
+"""Facts that a recording holds of its run: filters' settings, sites, phantom."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -38,7 +38,7 @@ def metadata_value(text: object) -> Any:
 def estimator_settings(
     recording: Recording,
     estimator: str,
-    changes: Sequence[str],
+    changes: Mapping[str, object],
     effect_files: Sequence[Path] = (),
 ) -> EstimatorSettings:
     """Return the settings an estimator had when recorded, else the defaults, with changes.
@@ -51,8 +51,8 @@ def estimator_settings(
         What was recorded.
     estimator : str
         The estimator's name.
-    changes : sequence of str
-        Each ``name=value``.
+    changes : mapping
+        Other values, by the settings' names.
     effect_files : sequence of path
         Python files with effects of the user's own.
 
@@ -67,13 +67,9 @@ def estimator_settings(
         )
     recorded = node_parameters(recording, "estimator", estimator)
     values = {name: recorded[name] for name in EstimatorSettings.model_fields if name in recorded}
-    for change in changes:
-        name, equals, value = change.partition("=")
-        if not equals:
-            raise SettingsError(f"--set {change}: write NAME=VALUE, such as force_noise=0.01")
-        if name.strip() == "effects":
-            raise SettingsError(f"--set {change}: name the Python file by --effects FILE")
-        values[name.strip()] = value.strip()
+    if "effects" in changes:
+        raise SettingsError("the setting effects is no number: name the Python file by `effects`")
+    values |= changes
     values["effects"] = tuple(map(str, effect_files))
     return build(EstimatorSettings, values)
 
@@ -93,7 +89,7 @@ def estimate_again(
     return estimate(
         recording,
         estimator,
-        estimator_settings(recording, estimator, [], effect_files),
+        estimator_settings(recording, estimator, {}, effect_files),
         restart_at_site=restarts_at_sites(recording, estimator),
     )
 

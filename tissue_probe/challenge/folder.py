@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tissue_probe.challenge.simulator import Answer, Challenge, Measurement
+from tissue_probe.errors import ParameterError
 from tissue_probe.recording.samples_bag import write_samples_bag
 from tissue_probe.signals import SampleBlock
 
@@ -39,7 +40,7 @@ def write_recordings(folder: Path, name: str, challenge: Challenge, ending: Form
         If a file cannot be written.
     """
     if ending not in ("csv", "mcap"):
-        raise ValueError(f"recordings are csv or mcap, not {ending!r}")
+        raise ParameterError(f"recordings are csv or mcap, not {ending!r}")
     folder.mkdir(parents=True, exist_ok=True)
     for measured, stem in ((challenge.recording, name), (challenge.second, f"{name}_second")):
         path = folder / f"{stem}.{ending}"
@@ -83,7 +84,7 @@ def seal(path: Path, answers: Mapping[str, Answer], folder: Path) -> None:
 def check_sealed(path: Path, folder: Path) -> None:
     """Refuse a file of answers among the recordings (ValueError), or one there already."""
     if folder.resolve() in path.resolve().parents:
-        raise ValueError(f"{path} lies among the recordings; seal the answers elsewhere")
+        raise ParameterError(f"{path} lies among the recordings; seal the answers elsewhere")
     if path.exists():
         raise FileExistsError(f"{path} exists; answers are never overwritten, choose another name")
 
@@ -100,7 +101,9 @@ def read_answers(path: Path) -> dict[str, dict[str, Any]]:
     """
     sealed = read_json(path)
     if sealed.get("version") != VERSION or not isinstance(sealed.get("answers"), dict):
-        raise ValueError(f"{path} holds no answers of version {VERSION}; give what `make` sealed")
+        raise ParameterError(
+            f"{path} holds no answers of version {VERSION}; give what `make` sealed"
+        )
     return sealed["answers"]
 
 
@@ -109,7 +112,7 @@ def read_json(path: Path) -> dict[str, Any]:
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
-        raise ValueError(f"{path} is not JSON: {error}") from error
+        raise ParameterError(f"{path} is not JSON: {error}") from error
     if not isinstance(value, dict):
-        raise ValueError(f"{path} holds no JSON object")
+        raise ParameterError(f"{path} holds no JSON object")
     return value

@@ -14,6 +14,7 @@ from scipy.signal import welch
 
 from tissue_probe.challenge.instrument import SAMPLE_RATE
 from tissue_probe.challenge.measured import Measured, time_scale
+from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
 SHORTEST, LONGEST = 0.2, 60.0
@@ -83,19 +84,19 @@ def follow(
 def _check_time(time: FloatArray, source: str) -> None:
     """Refuse records that are too short, too long, or have gaps."""
     if time.size < FEWEST:
-        raise ValueError(f"{source}: {time.size} positions are known; give {FEWEST} at least")
+        raise ParameterError(f"{source}: {time.size} positions are known; give {FEWEST} at least")
     steps = np.diff(time)
     usual = float(np.median(steps))
     lasts = time[-1] - time[0] + usual
     if steps.min() <= 0.0:
-        raise ValueError(f"{source}: its times do not ascend; sort its rows")
+        raise ParameterError(f"{source}: its times do not ascend; sort its rows")
     if not SHORTEST <= round(lasts, 6) <= LONGEST:
-        raise ValueError(
+        raise ParameterError(
             f"{source} lasts {lasts:.4g} s; give a record of {SHORTEST:g} to {LONGEST:g} s"
         )
     longest = int(np.argmax(steps))
     if steps[longest] > (MISSED + 1.5) * usual:
-        raise ValueError(
+        raise ParameterError(
             f"{source}: no position is known for {steps[longest]:.4g} s, "
             f"{time[longest] - time[0]:.4g} s after the first; give a part without gaps"
         )
@@ -105,23 +106,23 @@ def _check_motion(moved: FloatArray, preload: float, pace: float, source: str) -
     """Refuse what hardly moves, too far, or in too few samples; ``pace`` is in cycles a sample."""
     amplitude = float(np.abs(moved).max())
     if amplitude < SMALLEST:
-        raise ValueError(
+        raise ParameterError(
             f"{source}: the coil moves by {1e6 * amplitude:.3g} um at most, which shows nothing; "
             f"give a motion of {1e6 * SMALLEST:g} um at least"
         )
     if amplitude > LARGEST or preload + amplitude > DEEPEST:
-        raise ValueError(
+        raise ParameterError(
             f"{source}: the coil moves by {1e3 * amplitude:.3g} mm about {1e3 * preload:.3g} mm; "
             f"effects are scaled for up to {1e3 * LARGEST:g} mm, {1e3 * DEEPEST:g} mm deep: give "
             "u in metres, from the tissue's surface"
         )
     if preload < -LIFTED * amplitude:
-        raise ValueError(
+        raise ParameterError(
             f"{source}: the coil is {-1e3 * preload:.3g} mm above the tissue's surface on average; "
             "give u from there, positive into the tissue"
         )
     if A_CYCLE * pace > 1.0:
-        raise ValueError(
+        raise ParameterError(
             f"{source}: the position moves as fast as its samples can tell; give {A_CYCLE:g} "
             "samples to a cycle at least"
         )

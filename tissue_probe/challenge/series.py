@@ -24,6 +24,7 @@ from tissue_probe.challenge.simulator import (
 )
 from tissue_probe.challenge.strength import ABSORBED
 from tissue_probe.challenge.trajectory import DURATIONS
+from tissue_probe.errors import ParameterError
 
 Effects = tuple[str, ...]
 
@@ -62,7 +63,7 @@ def make_series(
         If a name is not known.
     """
     if hide not in (*SHARES, "mixed"):
-        raise ValueError(f"cannot hide {hide!r}; there are {', '.join(SHARES)}, mixed")
+        raise ParameterError(f"cannot hide {hide!r}; there are {', '.join(SHARES)}, mixed")
     random = np.random.default_rng(seed)
     for effects in deal(hide, count, random):
         drawn = str(random.choice(list(DURATIONS))) if excitation == ANY else excitation

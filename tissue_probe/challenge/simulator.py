@@ -24,6 +24,7 @@ from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
 from tissue_probe.challenge.tolerances import Tolerances
 from tissue_probe.challenge.trajectory import DURATIONS, LINES, Kind, Trajectory
+from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
 LIBRARY: dict[str, Effect] = {**MECHANICAL, **INSTRUMENTAL}
@@ -177,13 +178,15 @@ def make_challenge(
 
 def _check(effects: Sequence[str], excitation: Excitation, rig: str) -> None:
     if unknown := [name for name in effects if name not in EFFECTS]:
-        raise ValueError(f"there is no effect {unknown[0]!r}; there are {', '.join(EFFECTS)}")
+        raise ParameterError(f"there is no effect {unknown[0]!r}; there are {', '.join(EFFECTS)}")
     if len(set(effects)) < len(effects):
-        raise ValueError(f"{', '.join(effects)}: an effect can be hidden once only")
+        raise ParameterError(f"{', '.join(effects)}: an effect can be hidden once only")
     if not isinstance(excitation, Measured) and excitation not in DURATIONS:
-        raise ValueError(f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}")
+        raise ParameterError(
+            f"there is no excitation {excitation!r}; there are {', '.join(DURATIONS)}"
+        )
     if rig not in ("exact", "tolerant"):
-        raise ValueError(f"there is no rig {rig!r}; there are exact, tolerant")
+        raise ParameterError(f"there is no rig {rig!r}; there are exact, tolerant")
 
 
 def _rig_and_tissue(

@@ -69,8 +69,8 @@ def force(
     A straight line through the mean volts [V] gives the gain [N/V], the volts without load, and
     which forces raise the voltage.
     """
+    from tissue_probe.analysis.raw import raw_volts
     from tissue_probe.cli.calibration_file import update
-    from tissue_probe.cli.raw import raw_volts
 
     line = _line(readings, raw_volts, column, gravity)
     gain = abs(line.scale)
@@ -99,8 +99,8 @@ def position(
 
     KNOWN is the coil's displacement [m] by a gauge, positive into the tissue; the coil is off.
     """
+    from tissue_probe.analysis.raw import raw_counts
     from tissue_probe.cli.calibration_file import update
-    from tissue_probe.cli.raw import raw_counts
 
     line = _line(readings, raw_counts, column)
     update(
@@ -173,8 +173,8 @@ def delay(
     configuration on the driver takes the delay [s] of the force after the position out of its
     samples: 0.1 ms would cost some 3 % of k at 30 Hz. A delay that it took out already counts.
     """
+    from tissue_probe.analysis.raw import recalibrated
     from tissue_probe.cli.calibration_file import load, update
-    from tissue_probe.cli.raw import recalibrated
     from tissue_probe.identification.delay import force_delay
 
     before = load(calibration)
@@ -201,8 +201,8 @@ def tare(bag: Bag, calibration: File = CALIBRATION) -> None:
     The coil moves at 10 Hz or slower for a second or longer, so that contact can be told from an
     offset; in contact it is refused. The running driver does the same by its service tare.
     """
+    from tissue_probe.analysis.raw import raw_counts, raw_volts
     from tissue_probe.cli.calibration_file import load, update
-    from tissue_probe.cli.raw import raw_counts, raw_volts
     from tissue_probe.identification.free_air import free_air_zero
 
     before = load(calibration)
@@ -251,7 +251,7 @@ def _read(path: Path, raw: str | None = None) -> Recording:
     layout = Layout()
     if raw is not None and _is_table(path):
         layout = Layout(raw, raw, position_unit="1", force_unit="1", force_polarity="compression")
-    return read(path, layout)[0]
+    return read([path], layout).parts[0].recording
 
 
 def _is_table(path: Path) -> bool:

@@ -135,8 +135,8 @@ def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
 
     # Of a table's force nothing is asked.
     motion = Layout(position="u", force="u", force_unit="1", force_polarity="compression")
-    recording, _ = read(path, Layout() if is_bag(path) else motion)
-    blocks = dwell_blocks(recording, site)
+    (part,) = read([path], Layout() if is_bag(path) else motion).parts
+    blocks = dwell_blocks(part.recording, site)
     stamps = np.concatenate([block.stamps for block in blocks])
     position = np.concatenate([block.position for block in blocks])
     rested = None if starts is Starts.auto else starts is Starts.at_rest

@@ -105,16 +105,16 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
 
 def evaluate(bag: Path, folder: Path) -> None:
     """Draw and print what a recorded scan found."""
-    from tissue_probe.cli.map import draw, summarize_map
-    from tissue_probe.cli.recorded import build_map, estimate_again, recorded_phantom
-    from tissue_probe.recording.reader import read_estimates, read_recording
+    from tissue_probe.analysis.mapping import map_sites
+    from tissue_probe.analysis.recorded import estimate_again
+    from tissue_probe.cli.map import summarize
+    from tissue_probe.recording.reader import read_recording
 
     recording = read_recording(bag)
-    phantom = recorded_phantom(recording)
-    found = build_map(recording, list(read_estimates(bag).values()))
-    regions = draw(found, phantom, folder / "map.png")
+    result = map_sites(bag)
+    result.plot().savefig(folder / "map.png", dpi=100)
     draw_course(recording, [estimate_again(recording, name) for name in ESTIMATORS], folder)
-    summarize_map(found, regions, phantom)
+    summarize(result)
     print(f"Look at {folder / 'map.png'} and {folder / 'estimates.png'}; the run is in {bag}.")
 
 
@@ -122,7 +122,7 @@ def draw_course(recording: Recording, estimates: list[TissueEstimates], folder: 
     """Draw the estimates over time, beside the truth."""
     import numpy as np
 
-    from tissue_probe.cli.recorded import recorded_phantom
+    from tissue_probe.analysis.recorded import recorded_phantom
     from tissue_probe.figures.estimates import draw_estimates
 
     phantom = recorded_phantom(recording)

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
-from tissue_probe.cli import verdict_in_words as words
 from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
-    from tissue_probe.diagnosis.answer import Answer
-    from tissue_probe.diagnosis.diagnosis import Diagnosis
+    from tissue_probe.analysis.diagnosing import DiagnosisResult
 
 SHOWN = 8
 NAME = 30  # characters of an effect with its mark up to which it stays on one line
-#: What the mark before a name means.
+#: Meaning of the mark before a name.
 UNSETTLED = (
     "* gave up or did not settle: the search would not come near the best, or near what counts, "
     "or ran out of steps; the numbers are a guess, no result."
@@ -56,54 +56,58 @@ def diagnose(
     information criterion, which counts parameters, and known 1/f noise as such; beside it stands
     the error on data they were not fitted to. Further effects follow while the error falls.
     """
-    from tissue_probe.diagnosis.answer import answer
+    from tissue_probe.analysis.diagnosing import diagnose as search
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
-    asked.check_validation(files, validate or [])
-    begun = asked.begun(model, rig, tissue, effects or [])
-    diagnosis = asked.diagnosis(
-        measured.read_measured(files, layout, starts, site, lowpass),
-        measured.read_measured(validate or [], layout, starts, site, lowpass),
-        begun,
-        asked.instrument(begun.composition.rig, known_rig, constant or []),
+    known = asked.constants(constant or [])
+    result = search(
+        measured.read(files, layout),
+        validate=measured.read(validate, layout) if validate else None,
+        model=model,
+        rig=asked.name(rig),
+        tissue=asked.name(tissue),
+        known_rig=known_rig,
+        constants=known,
+        effects=effects or [],
+        starts=starts.value,
+        site=site,
+        lowpass=lowpass,
     )
-    told = answer(diagnosis)
+    measured.tell(result.notes)
     # Units stand in square brackets.
-    Console(markup=False, highlight=False).print(ranked(diagnosis, told))
-    shown = told.ranking[:SHOWN]
-    if not (diagnosis.ladder.base.converged and all(each.converged for each in shown)):
+    Console(markup=False, highlight=False).print(ranked(result))
+    if not (result.converged and all(row[-1] for row in result.ranking.rows[:SHOWN])):
         print(UNSETTLED)
-    words.tell(diagnosis)
+    print(with_options(result.text))
     if json:
-        json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        asked.write_json(json, result.to_dict())
 
 
-def ranked(diagnosis: Diagnosis, told: Answer) -> Table:
+def ranked(result: DiagnosisResult) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
-    base, shown = diagnosis.ladder.base, told.ranking[:SHOWN]
-    small, per_small = base.output.small, base.output.per_small
-    errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]
-    rows = [(_marked("none", base.converged), "", *errors, "")]
-    for each in shown:
-        errors = [
-            "" if e is None else f"{per_small * e:.4g}" for e in (each.rmse, each.heldout_rmse)
-        ]
-        gain = "" if each.gain is None else f"{each.gain:.0f}"
-        rows.append((_marked(each.effect, each.converged), each.family, *errors, gain))
-    table = Table(title="With one effect more, the best by the BIC first", title_justify="left")
-    # A name that breaks behind its mark looks like two.
-    table.add_column("effect", no_wrap=max(len(row[0]) for row in rows) <= NAME)
-    table.add_column("family")
-    for name in (f"error [{small}]", f"held out [{small}]", "BIC gain"):
-        table.add_column(name, justify="right")
+    shown = result.ranking.rows[:SHOWN]
+    heads, write = result.ranking.heads[:-1], [column.write for column in result.ranking.columns]
+    base = result.ladder.rows[0]
+    rows = [_row(("none", "", base[2], base[3], None, result.converged), write)]
+    rows += [_row(row, write) for row in shown]
+    table = Table(title=result.ranking.title, title_justify="left")
+    for head, column in zip(heads, result.ranking.columns, strict=False):
+        # A name that breaks behind its mark looks like two.
+        whole = column.name == "effect" and max(len(row[0]) for row in rows) <= NAME
+        table.add_column(head, no_wrap=whole, justify="right" if column.right else "left")
     for row in rows:
         table.add_row(*row)
     return table
 
 
-def _marked(name: str, settled: bool) -> str:
-    """Return a name with a mark before it, which no narrow window cuts off."""
-    return name if settled else f"* {name}"
+def _row(values: Sequence[Any], write: Sequence[Callable[[Any], str]]) -> list[str]:
+    """Write a row of the ranking, with a mark before a name that did not settle.
+
+    No narrow window cuts a mark off that stands before a name.
+    """
+    *cells, settled = values
+    told = ["" if each is None else text(each) for each, text in zip(cells, write, strict=False)]
+    return told if settled else [f"* {told[0]}", *told[1:]]

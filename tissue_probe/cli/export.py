@@ -40,7 +40,6 @@ def export(
     Columns: time [s] since the first sample (of a table since its own zero), position [m], force
     [N], command [V], sequence, site and its place. Every command reads what is written.
     """
-    from tissue_probe.recording.open_bag import is_bag
     from tissue_probe.recording.stretches import dwell_blocks
     from tissue_probe.recording.tables import write_samples
 
@@ -50,15 +49,15 @@ def export(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
-    recording, notes = measured.read(samples, layout)
-    for note in notes:
-        print(f"note: {note}")
+    (part,) = measured.read([samples], layout).parts
+    measured.tell(part.notes)
+    recording = part.recording
     if site is not None:
         recording = replace(recording, blocks=dwell_blocks(recording, site))
     if calibration is not None:
-        from tissue_probe.cli.raw import recalibrated
+        from tissue_probe.analysis.raw import recalibrated
         from tissue_probe.devices.calibration import Calibration
 
         recording = recalibrated(recording, Calibration.load(calibration))
-    write_samples(output, recording, recording.blocks[0].stamp if is_bag(samples) else 0)
+    write_samples(output, recording, recording.blocks[0].stamp if part.origin else 0)
     print(f"{len(recording)} samples written to {output}")

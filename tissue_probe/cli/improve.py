@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,13 +10,12 @@ from rich.console import Console
 from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
-from tissue_probe.cli import fit_shown, measured
-from tissue_probe.cli import verdict_in_words as words
+from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
-    from tissue_probe.diagnosis.diagnosis import Diagnosis
-    from tissue_probe.diagnosis.fitting.fit import Fit
+    from tissue_probe.analysis.result_table import ResultTable
 
 
 def improve(
@@ -67,73 +65,48 @@ def improve(
     Writes model.yaml, which estimators and the simulated probe take, story.png with all on one
     page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
-    from tissue_probe.cli.improved import write
-    from tissue_probe.diagnosis.answer import answer
+    from tissue_probe.analysis.diagnosing import diagnose
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
-    asked.check_validation(files, validate or [])
-    begun = asked.begun(model, rig, tissue, effects or [])
-    segments = measured.read_measured(files, layout, starts, site, lowpass)
-    diagnosis = asked.diagnosis(
-        segments,
-        measured.read_measured(validate or [], layout, starts, site, lowpass),
-        begun,
-        asked.instrument(begun.composition.rig, known_rig, constant or []),
-        add or [],
+    known = asked.constants(constant or [])
+    result = diagnose(
+        measured.read(files, layout),
+        validate=measured.read(validate, layout) if validate else None,
+        add=add or [],
+        model=model,
+        rig=asked.name(rig),
+        tissue=asked.name(tissue),
+        known_rig=known_rig,
+        constants=known,
+        effects=effects or [],
+        starts=starts.value,
+        site=site,
+        lowpass=lowpass,
     )
-    ladder = diagnosis.ladder
-    steps = (ladder.base, *ladder.steps)
+    measured.tell(result.notes)
     console = Console(markup=False, highlight=False)  # units stand in square brackets
-    console.print(_errors(diagnosis, steps))
-    console.print(_values(steps))
-    if told := fit_shown.exhaustion(steps):
-        print(told)
-    words.tell(diagnosis)
-    output.mkdir(parents=True, exist_ok=True)
-    sources = [segment.source for segment in segments]
-    write(output, diagnosis, files, sources, validate or [], begun.effect_files)
+    console.print(_table(result.ladder))
+    console.print(_table(result.values))
+    if result.exhaustion:
+        print(with_options(result.exhaustion))
+    print(with_options(result.text))
+    result.save(output)
     print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
     if json:
-        json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")
+        asked.write_json(json, result.to_dict())
 
 
-def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
-    """Return the error of each step beside the noise."""
-    output = diagnosis.ladder.base.output
-    noise = diagnosis.ladder.final.noise
-    table = Table(title=f"The ladder; the noise is {output.tell(noise)}", title_justify="left")
-    names = ("", "model", f"error [{output.small}]", f"held out [{output.small}]")
-    for name in (*names, "held out / noise"):
-        table.add_column(name, justify="left" if name == "model" else "right")
-    for number, fit in enumerate(steps):
-        heldout = diagnosis.heldout(fit)
-        table.add_row(
-            str(number),
-            fit_shown.title(fit).replace(" + ", "\n+ ")
-            + ("" if fit.converged else "\n(did not settle)"),
-            f"{output.per_small * fit.rmse:.4g}",
-            f"{output.per_small * heldout:.4g}",
-            f"{heldout / noise:.3g}",
+def _table(shown: ResultTable) -> Table:
+    """Lay a table out for the terminal: the first column and units stay on one line."""
+    table = Table(title=shown.title, title_justify="left")
+    for column in shown.shown:
+        whole = column.name in ("step", "name", "unit")
+        table.add_column(
+            column.head.strip(), no_wrap=whole, justify="right" if column.right else "left"
         )
-    return table
-
-
-def _values(steps: Sequence[Fit]) -> Table:
-    """Return what each step was fitted to, a column a step."""
-    table = Table(title="Values at each step, +- 95 % intervals", title_justify="left")
-    table.add_column("", no_wrap=True)
-    for number in range(len(steps)):
-        table.add_column(str(number), justify="right")
-    table.add_column("unit", no_wrap=True)
-    rows: dict[tuple[str, str], list[str]] = {}
-    for number, fit in enumerate(steps):
-        for name, value, unit in fit_shown.table(fit):
-            row = rows.setdefault((name, unit), [""] * len(steps))
-            row[number] = value + (fit_shown.AT_LIMIT if name in fit.exhausted else "")
-    for (name, unit), row in rows.items():
-        table.add_row(name, *row, unit)
-    table.add_row("whitened / noise", *(f"{fit.ratio:.3g}" for fit in steps), "1")
+    for row in shown.texts():
+        table.add_row(*(cell.replace(" + ", "\n+ ").replace(" (did", "\n(did") for cell in row))
     return table

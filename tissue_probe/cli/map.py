@@ -11,11 +11,8 @@ from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
+    from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.mapping.regions import Region
-    from tissue_probe.mapping.stiffness_map import StiffnessMapData
-    from tissue_probe.physics.phantom import Phantom
 
 
 def map_command(
@@ -53,59 +50,32 @@ def map_command(
 
     The map shows stiffness [N/m], damping [N s/m] and covariance trace over the sites [mm].
     """
-    from tissue_probe.cli.recorded import build_map, estimate_again, recorded_phantom
-    from tissue_probe.recording.any_file import is_own
-    from tissue_probe.recording.reader import read_estimates
+    from tissue_probe.analysis.mapping import map_sites
 
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
-    recording, notes = measured.read(samples, layout)
-    for note in notes:
-        print(f"note: {note}")
-    if estimator:
-        estimates = [estimate_again(recording, name, effects or []) for name in estimator]
-    else:
-        own = is_own(samples, layout)
-        estimates = list(read_estimates(samples).values()) if own else []
-        if not estimates:
-            raise ValueError(f"{samples} has no recorded estimates: give a filter with --estimator")
-    found = build_map(recording, estimates)
-    phantom = recorded_phantom(recording)
-    regions = draw(found, phantom, output)
-    summarize_map(found, regions, phantom)
+    recordings = measured.read([samples], layout)
+    measured.tell(recordings.notes)
+    result = map_sites(recordings, estimators=estimator or [], effects=effects or [])
+    result.plot().savefig(output, dpi=100)
+    summarize(result)
     print(f"The map is in {output}.")
 
 
-def draw(found: StiffnessMapData, phantom: Phantom | None, output: Path) -> Sequence[Region]:
-    """Draw a map into a file and return its stiff regions."""
-    from tissue_probe.figures.stiffness_map import draw_map
-    from tissue_probe.mapping.regions import find_regions
-
-    regions = find_regions(found)
-    nodules = [(n.x, n.y, n.depth) for n in phantom.nodules] if phantom else []
-    draw_map(found, regions, nodules).savefig(output, dpi=100)
-    return regions
-
-
-def summarize_map(
-    found: StiffnessMapData, regions: Sequence[Region], phantom: Phantom | None
-) -> None:
+def summarize(result: MapResult) -> None:
     """Print what became of the sites, and the stiff regions, beside the true nodules if known."""
     from rich.console import Console
     from rich.table import Column, Table
 
-    from tissue_probe.mapping.regions import Background, match
+    from tissue_probe.mapping.regions import match
 
     console = Console(highlight=False, markup=False)
-    told = [f"{int(found.measured.sum())} of {len(found.grid)} sites measured"]
-    told += [f"{count} {word}" for word, count in unusual(found).items()]
-    if not found.measured.any():
-        console.print("; ".join(told))
+    console.print(result.text)
+    if not result.map.measured.any():
         return
-    told.append(f"background {Background.of(found.stiffness).stiffness:.1f} N/m")
-    console.print("; ".join(told))
+    regions, phantom = result.stiff, result.phantom
     if phantom is None:
         table = Table("stiff region", "x, y [mm]", "stiffness [N/m]", "over background")
         for number, region in enumerate(regions, 1):
@@ -121,7 +91,7 @@ def summarize_map(
         "truth\nthere",
     )
     table = Table(*(Column(title, no_wrap=True) for title in titles))
-    matched = match(regions, [(n.x, n.y) for n in phantom.nodules], found.grid.spacing)
+    matched = match(regions, [(n.x, n.y) for n in phantom.nodules], result.map.grid.spacing)
     by_nodule = {nodule: (regions[region], off) for region, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
         cells = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
@@ -135,17 +105,6 @@ def summarize_map(
         f"{len(matched.pairs)} of {len(phantom.nodules)} nodules found, "
         f"{len(matched.false)} stiff regions where there is no nodule"
     )
-
-
-def unusual(found: StiffnessMapData) -> dict[str, int]:
-    """Return how many cells have each verdict but measured, in words; those that occur."""
-    from tissue_probe.mapping.verdict import Verdict
-
-    counts = {each: int((found.verdict == each).sum()) for each in Verdict}
-    del counts[Verdict.MEASURED]
-    return {
-        verdict.name.lower().replace("_", " "): count for verdict, count in counts.items() if count
-    }
 
 
 def _place(thing) -> str:

@@ -1,23 +1,23 @@
 """Options on measured data, which all commands share, and reading by them.
 
-What belongs here: how the user names the signals in any file, and the stretches that come of it.
-What does not: reading files (``recording``).
+What belongs here: how the user names the signals in any file. What does not: reading files
+(``recording``), the stretches that are fitted (``analysis.segments``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tissue_probe.cli.options_named import with_options
+
 if TYPE_CHECKING:
+    from tissue_probe.analysis.measurements import Measurements as MeasurementsRead
     from tissue_probe.recording.layout import Layout
-    from tissue_probe.recording.stretches import Stretch
-    from tissue_probe.signals import BoolArray, FloatArray, Recording, SampleBlock
 
 
 LARGE = 2**25
@@ -173,47 +173,6 @@ StartsOption = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class Segment:
-    """Evenly spaced samples without a hole.
-
-    Attributes
-    ----------
-    source : str
-        Which file, and which part of it.
-    position, force : array, shape (n,)
-        Displacement of the coil [m]; load-cell force [N], positive in compression; finite.
-    command : array, shape (n,)
-        Voltage commanded to the coil [V]; NaN where it is not known.
-    measured : array of bool, shape (n,)
-        Which samples are as they were measured, and not filled in.
-    sample_period : float
-        [s].
-    starts : Starts
-        As the user says.
-    run : str
-        Which file.
-    begins : float
-        Time of the first sample after the file's first that is used [s].
-    time_doubt : float
-        By how much position and force may be apart in time [s].
-    notes : tuple of str
-        What was done to read it, in sentences; those on a file stand with its first segment.
-    """
-
-    source: str
-    position: FloatArray
-    force: FloatArray
-    command: FloatArray
-    measured: BoolArray
-    sample_period: float
-    starts: Starts
-    run: str = ""
-    begins: float = 0.0
-    time_doubt: float = 0.0
-    notes: tuple[str, ...] = ()
-
-
 def layout(
     position: str | None,
     force: str | None,
@@ -251,131 +210,28 @@ def layout(
     )
 
 
-def read(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
-    """Read a file of any kind; a large one with a bar that shows how far it is.
-
-    Returns the recording, and how it was read, in sentences.
+def read(paths: Sequence[Path], layout: Layout) -> MeasurementsRead:
+    """Read files of any kind; large ones with a bar that shows how far it is.
 
     Raises
     ------
     RecordingError
-        If it cannot be read, or does not tell all that is needed; says which parameter does it.
+        If one cannot be read, or does not tell all that is needed; says which parameter does it.
     """
     from rich.console import Console
     from rich.progress import Progress
 
-    from tissue_probe.recording.any_file import read_any
+    from tissue_probe.analysis.measurements import read_by
 
-    if path.is_dir() or path.stat().st_size < LARGE:
-        return read_any(path, layout)
+    size = sum(path.stat().st_size for path in paths if path.is_file())
+    if size < LARGE:
+        return read_by(layout, paths)
     with Progress(console=Console(stderr=True), transient=True) as shown:
-        bar = shown.add_task(f"reading {path.name}", total=1.0)
-        return read_any(path, layout, lambda share: shown.update(bar, completed=share))
+        bar = shown.add_task(f"reading {', '.join(path.name for path in paths)}", total=1.0)
+        return read_by(layout, paths, lambda share: shown.update(bar, completed=share))
 
 
-def read_measured(
-    paths: Sequence[Path],
-    layout: Layout,
-    starts: Starts = Starts.auto,
-    site: int | None = None,
-    lowpass: float | None = None,
-) -> list[Segment]:
-    """Read measurements, cut into segments where samples are missing.
-
-    Pieces too short to tell the stiffness are left out where a file has others. Only a file's first
-    segment starts at rest, if the user says so.
-
-    Raises
-    ------
-    RecordingError
-        If a file cannot be read, or does not tell all that is needed; says which option does.
-    """
-    return [segment for path in paths for segment in _segments(path, layout, starts, site, lowpass)]
-
-
-def _segments(
-    path: Path, layout: Layout, starts: Starts, site: int | None, lowpass: float | None
-) -> list[Segment]:
-    from tissue_probe.recording.errors import RecordingError
-    from tissue_probe.recording.lowpass import lowpassed
-    from tissue_probe.recording.stretches import dwell_blocks, known_stretches
-    from tissue_probe.signals import NANOSECONDS
-
-    recording, notes = read(path, layout)
-    blocks = dwell_blocks(recording, site)
-    cut = [known_stretches(block) for block in blocks]
-    stretches = [stretch for found, _ in cut for stretch in found]
-    if not stretches:
-        raise RecordingError(f"{path} has no sample whose position and force are both known")
-    known = [found for found, _ in cut]
-    told = [*notes, *_told_unknown(path, blocks, known), *_told_pieces(path, stretches)]
-    chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
-    segments = []
-    for number, piece in enumerate(chosen):
-        stretch = lowpassed(piece, lowpass) if lowpass else piece
-        every = round(stretch.sample_period / piece.sample_period)
-        rested = starts if piece is stretches[0] or starts != Starts.at_rest else Starts.moving
-        part = f", part {number + 1}" if len(chosen) > 1 else ""
-        segments.append(
-            Segment(
-                f"{path}{part}",
-                stretch.position,
-                stretch.force,
-                stretch.command,
-                piece.measured[::every],
-                stretch.sample_period,
-                rested,
-                str(path),
-                (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
-                recording.time_doubt,
-                tuple(told) if number == 0 else (),
-            )
-        )
-    return segments
-
-
-def _is_long(block: SampleBlock) -> bool:
-    """Whether a piece tells the stiffness by itself, as a whole recording must."""
-    from tissue_probe.diagnosis.inspection.information import ENOUGH, stiffness_deviation
-
-    return stiffness_deviation(block.position, block.force, block.sample_period) < ENOUGH
-
-
-def _told_unknown(
-    path: Path, blocks: Sequence[SampleBlock], known: Sequence[Sequence[Stretch]]
-) -> list[str]:
-    """Say what was filled in, and what is not known for longer."""
-    from tissue_probe.recording.stretches import unknown_runs
-    from tissue_probe.signals import NANOSECONDS
-
-    told = []
-    filled = sum(int((~stretch.measured).sum()) for found in known for stretch in found)
-    if filled:
-        told.append(
-            f"{path}: {filled} missing samples filled in by a cubic spline, and left out of the fit"
-        )
-    runs = [
-        (stop - first, block.stamps[first])
-        for block, found in zip(blocks, known, strict=True)
-        for first, stop in unknown_runs(block, found)
-    ]
-    if runs:
-        longest, stamp = max(runs, key=lambda run: run[0])
-        begun = (stamp - blocks[0].stamp) / NANOSECONDS
-        told.append(
-            f"{path}: {sum(count for count, _ in runs)} samples in "
-            f"{len(runs)} run{'s' if len(runs) > 1 else ''} are not known, {longest} of them "
-            f"{begun:.4g} s after the first sample; cut out there"
-        )
-    return told
-
-
-def _told_pieces(path: Path, stretches: Sequence[Stretch]) -> list[str]:
-    """Say how much was left out with pieces that are too short."""
-    sizes = [len(stretch) for stretch in stretches]
-    kept = [len(stretch) for stretch in stretches if _is_long(stretch)]
-    if not 0 < len(kept) < len(sizes):
-        return []
-    short = len(sizes) - len(kept)
-    pieces = "1 piece between gaps is" if short == 1 else f"{short} pieces between gaps are"
-    return [f"{path}: {pieces} too short to be used; {sum(kept)} of {sum(sizes)} samples remain"]
+def tell(notes: Sequence[str]) -> None:
+    """Print how samples were read, and what is wrong with them."""
+    for note in notes:
+        print(f"note: {with_options(note)}")

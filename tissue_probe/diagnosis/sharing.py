@@ -14,6 +14,7 @@ import io
 import multiprocessing
 import pickle
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -81,9 +82,14 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
 
 
 def _may_copy() -> bool:
-    """Whether this process may have a copy: some systems know no fork, some processes may not."""
+    """Whether this process may have a copy: some systems know no fork, some processes may not.
+
+    Nor may one with other threads, as a notebook's: a lock that one of them holds would stay locked
+    in the copy.
+    """
     by_fork = "fork" in multiprocessing.get_all_start_methods()
-    return by_fork and not multiprocessing.current_process().daemon
+    alone = threading.active_count() == 1
+    return by_fork and alone and not multiprocessing.current_process().daemon
 
 
 def _advanced(works: Sequence[Iterator[_Told]], numbers: Iterator[int]) -> dict[int, list[_Told]]:

@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.signals import PalpationSite
 
@@ -25,7 +26,9 @@ _Heights = dict[Place, float]
 def place_of(site: PalpationSite) -> Place:
     """Return where a site is; ValueError if its position is not finite."""
     if not all(map(math.isfinite, site.position)):
-        raise ValueError(f"site {site.site} is announced at {site.position} m, which is no place")
+        raise ParameterError(
+            f"site {site.site} is announced at {site.position} m, which is no place"
+        )
     x, y, _ = (float(value) for value in np.round(site.position, 9))
     return x, y
 

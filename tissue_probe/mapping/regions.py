@@ -15,6 +15,7 @@ from scipy.ndimage import label
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.surface import Surface, interpolate
 from tissue_probe.signals import FloatArray
@@ -53,7 +54,7 @@ class Background:
         """
         measured = np.sort(stiffness[np.isfinite(stiffness)])
         if measured.size == 0:
-            raise ValueError("no cell of the map has been measured; there is no background")
+            raise ParameterError("no cell of the map has been measured; there is no background")
         half = measured.size // 2 + 1
         width = measured[half - 1 :] - measured[: measured.size - half + 1]
         densest = np.argmin(width)

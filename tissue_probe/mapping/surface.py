@@ -23,6 +23,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 
+from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.signals import FloatArray
 
@@ -82,9 +83,11 @@ def interpolate(grid: Grid, values: FloatArray, stddev: FloatArray) -> Surface:
     """
     measured = np.isfinite(values)
     if not measured.any():
-        raise ValueError("no cell of the map has been measured; there is nothing to interpolate")
+        raise ParameterError(
+            "no cell of the map has been measured; there is nothing to interpolate"
+        )
     if not np.all(stddev[measured] >= 0.0):
-        raise ValueError("a measured cell has no standard deviation of 0 or above")
+        raise ParameterError("a measured cell has no standard deviation of 0 or above")
     x, y = _fine(grid.x, grid.spacing), _fine(grid.y, grid.spacing)
     process = _most_probable(
         _points(grid.x, grid.y)[measured.ravel()],

@@ -165,9 +165,7 @@ class FittedModel:
 
     def save(self, path: str | Path) -> None:
         """Write it as a model file, as the function ``save`` does."""
-        save(
-            path, self.composition, self.values, self.deviations, self.data, self.effect_files
-        )
+        save(path, self.composition, self.values, self.deviations, self.data, self.effect_files)
 
 
 def save(

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from tissue_probe.errors import ParameterError
+
 ForcePolarity = Literal["compression", "tension"]
 PositionPolarity = Literal["into", "out"]
 Clock = Literal["stamps", "recorder"]
@@ -61,9 +63,9 @@ class Layout:
 
     def __post_init__(self) -> None:
         if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
-            raise ValueError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
+            raise ParameterError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
         if self.sample_rate is not None and (self.time or self.time_unit):
-            raise ValueError("`time` and `sample_rate` exclude each other; give one of them")
+            raise ParameterError("`time` and `sample_rate` exclude each other; give one of them")
 
     @property
     def force_sign(self) -> float:

@@ -51,8 +51,13 @@ def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -
     OSError
         If the file cannot be written.
     """
+    _write(Path(path), estimate_columns(estimates, origin))
+
+
+def estimate_columns(estimates: TissueEstimates, origin: int) -> dict[str, np.ndarray]:
+    """Return the columns that ``write_estimates`` writes, by name."""
     names = np.array([status.name.lower() for status in sorted(Status)])
-    columns = {
+    return {
         "time": _seconds(estimates.stamp, origin),
         "stiffness": estimates.stiffness,
         "damping": estimates.damping,
@@ -63,7 +68,6 @@ def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -
         "normalized_innovation_squared": estimates.normalized_innovation_squared,
         "status": names[estimates.status],
     }
-    _write(Path(path), columns)
 
 
 def write_samples(path: str | Path, recording: Recording, origin: int) -> None:

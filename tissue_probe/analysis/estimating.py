@@ -1,0 +1,216 @@
+"""A filter on measurements, off line: what the live node would have published."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
+from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
+from tissue_probe.diagnosis.inspection.inspection import inspect
+from tissue_probe.errors import MeasurementError, ParameterError
+from tissue_probe.estimation.offline import estimate as run_estimator
+from tissue_probe.recording.stretches import dwell_blocks
+from tissue_probe.recording.tables import estimate_columns, write_estimates
+from tissue_probe.signals import Status, TissueEstimates
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+#: Findings that are told of a recording of this suite too: its driver checks all others.
+TOLD_OF_OWN = ("wrong_polarity", "suspicious_units")
+#: Stiffness of no soft tissue [N/m]: a unit is in doubt.
+STIFFEST = 1e5
+#: A tissue pushes back: an estimate is negative by so much, and by three standard deviations, where
+#: the force has the wrong sign [N/m].
+PULLING = -10.0
+
+
+@dataclass(frozen=True, repr=False)
+class EstimateResult:
+    """Stiffness and damping after every sample.
+
+    Attributes
+    ----------
+    estimates : TissueEstimates
+        One a sample.
+    measured : ReadRecording
+        What the filter ran on.
+    notes : tuple of str
+        How the samples were read, and what is wrong with them, in sentences.
+    """
+
+    estimates: TissueEstimates
+    measured: ReadRecording
+    notes: tuple[str, ...]
+
+    @property
+    def last(self) -> TissueEstimates:
+        """The estimates up to the end of the last contact."""
+        ends = [end for _, end in self.measured.recording.dwells()]
+        if not ends:
+            return self.estimates
+        return self.estimates[: max(1, int(self.estimates.stamp.searchsorted(ends[-1])))]
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness k at the end of contact [N/m]."""
+        return float(self.last.stiffness[-1])
+
+    @property
+    def stiffness_deviation(self) -> float:
+        """Standard deviation of its error [N/m]."""
+        return float(self.last.stiffness_variance[-1]) ** 0.5
+
+    @property
+    def damping(self) -> float:
+        """Damping beta at the end of contact [N s/m]."""
+        return float(self.last.damping[-1])
+
+    @property
+    def damping_deviation(self) -> float:
+        """Standard deviation of its error [N s/m].
+
+        Where position and force may be apart in time, the stiffness times that poses as damping.
+        """
+        apart = self.measured.recording.time_doubt
+        return math.hypot(float(self.last.damping_variance[-1]) ** 0.5, apart * self.stiffness)
+
+    @property
+    def status(self) -> Status:
+        """What the estimate at the end of contact is worth."""
+        return Status(self.last.status[-1])
+
+    @property
+    def text(self) -> str:
+        """The estimate at the end of contact in words, and what looks like a mistake."""
+        stiffness = _within(self.stiffness, self.stiffness_deviation, 2)
+        damping = _within(self.damping, self.damping_deviation, 3)
+        told = (
+            f"At the end of contact: stiffness {stiffness} N/m, damping {damping} N s/m, "
+            f"{self.status.name.lower()}"
+        )
+        if self.stiffness + 3.0 * self.stiffness_deviation < PULLING:
+            told += (
+                "\nA negative stiffness: is the force positive in tension? See `force_polarity`."
+            )
+        return told
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Whether ``diagnose`` on the same samples would tell more."""
+        doubtful = (Status.MODEL_REJECTED, Status.NO_CONTACT)
+        return self.status in doubtful or self.stiffness > STIFFEST
+
+    def __repr__(self) -> str:
+        count = len(self.estimates)
+        return f"{self.estimates.estimator}: {count} samples of {self.measured.name}\n{self.text}"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the estimates as a pandas data frame, with the columns that ``save`` writes."""
+        import pandas as pd
+
+        return pd.DataFrame(estimate_columns(self.estimates, self.measured.origin))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the estimate at the end of contact, in SI units."""
+        return {
+            "estimator": self.estimates.estimator,
+            "stiffness": self.stiffness,
+            "stiffness_deviation": self.stiffness_deviation,
+            "damping": self.damping,
+            "damping_deviation": self.damping_deviation,
+            "status": self.status.name.lower(),
+        }
+
+    def plot(self) -> Figure:
+        """Draw force, estimates and innovation over time."""
+        from tissue_probe.figures.estimates import draw_estimates
+
+        return draw_estimates(self.measured.recording, [self.estimates], None)
+
+    def save(self, path: str | Path) -> None:
+        """Write the estimates as a table, ``.csv`` or ``.parquet``."""
+        write_estimates(path, self.estimates, self.measured.origin)
+
+
+def estimate(
+    measured: Source,
+    estimator: str = "ekf",
+    *,
+    settings: Mapping[str, object] | None = None,
+    model: str | Path | None = None,
+    effects: Sequence[str | Path] = (),
+    restart_at_site: bool | None = None,
+    site: int | None = None,
+) -> EstimateResult:
+    """Estimate stiffness and damping after every sample.
+
+    On a recording of this suite the result is, bit for bit, what the live node published.
+
+    Parameters
+    ----------
+    measured : Measurements, path, data frame or mapping of arrays
+        One recording.
+    estimator : str
+        See ``estimators``.
+    settings : mapping, optional
+        Settings of the filter by name; by default as recorded, else the paper's probe.
+    model : path, optional
+        Model file whose tool and effects a Kalman filter takes.
+    effects : sequence of path
+        Python files with effects of the user's own that the model needs; they are run.
+    restart_at_site : bool, optional
+        Whether the tissue is forgotten where a dwell begins; by default as recorded, else yes.
+    site : int, optional
+        Only the dwells at this site of a scan.
+
+    Raises
+    ------
+    TissueProbeError
+        If something cannot be read, there is no such filter or setting, or estimates would be
+        worthless.
+    """
+    parts = measurements_of(measured).parts
+    if len(parts) != 1:
+        raise ParameterError(f"{len(parts)} recordings are given: a filter runs on one at a time")
+    (part,) = parts
+    recording = part.recording
+    if site is not None:
+        recording = replace(recording, blocks=dwell_blocks(recording, site))
+        part = replace(part, recording=recording)
+    notes = (*part.notes, *_doubts(part))
+    changes = {**(settings or {}), **({"model": str(model)} if model else {})}
+    chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))
+    if restart_at_site is None:
+        restart_at_site = restarts_at_sites(recording, estimator)
+    found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)
+    return EstimateResult(found, part, notes)
+
+
+def _doubts(part: ReadRecording) -> Iterator[str]:
+    """Yield what is wrong with the samples, as ``diagnose`` finds it.
+
+    Raises
+    ------
+    MeasurementError
+        If estimates from them would be worthless. A recording of this suite is estimated all the
+        same: so were the live estimates, which are to come out again.
+    """
+    longest = max(part.recording.blocks, key=len)
+    for found in inspect(longest.position, longest.force, longest.sample_period).findings:
+        if found.fatal and not part.is_own:
+            raise MeasurementError(f"{part.name}: {found.sentence}")
+        if not part.is_own or found.name in TOLD_OF_OWN:
+            yield f"{part.name}: {found.sentence}"
+
+
+def _within(value: float, deviation: float, decimals: int) -> str:
+    """Write a value and its deviation with as many decimals, or more where that is smaller yet."""
+    if 0.0 < deviation < 10.0**-decimals:
+        decimals = 1 - math.floor(math.log10(deviation))
+    return f"{value:.{decimals}f} ± {deviation:.{decimals}f}"
