@@ -14,9 +14,9 @@ from typing import Literal
 
 from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
 from tissue_probe.errors import ParameterError
+from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.library import effects as library_of
 from tissue_probe.physics.model_file import FittedModel, load
 
 RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
@@ -103,7 +103,7 @@ def question(
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     instrument = _instrument(begun.composition.rig, known_rig, constants or {})
-    return Question(begun, instrument, library_of(begun.effect_files), notes)
+    return Question(begun, instrument, library.effects(begun.effect_files), notes)
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
