@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis.choices import RigName, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
-from tissue_probe.analysis.question import Constants, Question, RigName, TissueName, question
+from tissue_probe.analysis.question import Constants, Question, question
 from tissue_probe.analysis.result_table import ResultTable
-from tissue_probe.analysis.segments import Starts, segments
+from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.diagnosis import cleaned
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened

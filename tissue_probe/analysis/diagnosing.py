@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
+from tissue_probe.analysis.choices import RigName, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.question import (
     Constants,
     Question,
-    RigName,
-    TissueName,
     check_wanted,
     question,
 )
 from tissue_probe.analysis.result_table import ResultTable
-from tissue_probe.analysis.segments import Starts, segments
+from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search

@@ -10,24 +10,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
+from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES, RigName, TissueName
 from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.model_file import FittedModel, load
-
-RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
-TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "generalized_maxwell"]
-RIG_NAMES: tuple[RigName, ...] = ("compliant_probe", "rigid_probe", "force_driven")
-TISSUE_NAMES: tuple[TissueName, ...] = (
-    "kelvin_voigt",
-    "maxwell",
-    "standard_linear_solid",
-    "generalized_maxwell",
-)
 
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
+from tissue_probe.analysis.choices import STARTS, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
@@ -20,11 +20,6 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.lowpass import lowpassed
 from tissue_probe.recording.stretches import Stretch, dwell_blocks, known_stretches, unknown_runs
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, SampleBlock
-
-Starts = Literal["auto", "at-rest", "moving"]
-"""Whether the probe had been at rest before the first sample."""
-
-STARTS: tuple[Starts, ...] = ("auto", "at-rest", "moving")
 
 
 @dataclass(frozen=True)

@@ -13,25 +13,11 @@ from typing import Annotated, Any
 
 import typer
 
+from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES
 from tissue_probe.cli.arguments import in_a_folder
 
-
-class RigName(str, Enum):
-    """How the instrument couples to the tissue."""
-
-    compliant_probe = "compliant_probe"
-    rigid_probe = "rigid_probe"
-    force_driven = "force_driven"
-
-
-class TissueName(str, Enum):
-    """Table I of the paper."""
-
-    kelvin_voigt = "kelvin_voigt"
-    maxwell = "maxwell"
-    standard_linear_solid = "standard_linear_solid"
-    generalized_maxwell = "generalized_maxwell"
-
+RigName = Enum("RigName", {name: name for name in RIG_NAMES}, type=str)
+TissueName = Enum("TissueName", {name: name for name in TISSUE_NAMES}, type=str)
 
 Rig = Annotated[
     RigName | None,

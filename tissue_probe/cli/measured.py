@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from tissue_probe.analysis.choices import STARTS
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -38,12 +39,8 @@ class Direction(str, Enum):
     out = "out"
 
 
-class Starts(str, Enum):
-    """Whether the probe had been at rest before the first sample."""
-
-    at_rest = "at-rest"
-    moving = "moving"
-    auto = "auto"
+#: Named as Python can name them: at_rest stands for at-rest.
+Starts = Enum("Starts", {name.replace("-", "_"): name for name in STARTS}, type=str)
 
 
 _FILES = (

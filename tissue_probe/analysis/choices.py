@@ -1,0 +1,16 @@
+"""Names that a user chooses from; apart from their meaning, which takes a second to be imported."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
+"""How the instrument couples to the tissue (``physics.rigs``)."""
+TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "generalized_maxwell"]
+"""Table I of the paper (``physics.tissues``)."""
+Starts = Literal["auto", "at-rest", "moving"]
+"""Whether the probe had been at rest before the first sample."""
+
+RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
+TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)
+STARTS: tuple[Starts, ...] = get_args(Starts)
