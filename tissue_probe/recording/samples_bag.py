@@ -1,34 +1,42 @@
-"""Samples as a recording of the suite, written without ROS.
+"""Samples, and the sites of a scan, as a recording of the suite, written without ROS.
 
-What belongs here: MCAP from samples that no node published. What does not: what nodes record
+What belongs here: MCAP from samples that no node published. What does not: recordings of nodes
 (``writer``, the recorder node), tables (``tables``).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording.decoding import SAMPLES
+from tissue_probe.recording.decoding import SAMPLES, SITE
 from tissue_probe.recording.definitions import message_definition, share_folders
 from tissue_probe.recording.writer import McapWriter
-from tissue_probe.signals import NANOSECONDS, SampleBlock
+from tissue_probe.signals import NANOSECONDS, PalpationSite, SampleBlock
 
-TOPIC = "/probe/samples"
+TOPIC, SITES_TOPIC = "/probe/samples", "/probe/palpation_site"
 MESSAGE = 100
 """Samples in one message."""
 
 
-def write_samples_bag(path: str | Path, block: SampleBlock) -> None:
+def write_samples_bag(
+    path: str | Path,
+    blocks: SampleBlock | Sequence[SampleBlock],
+    sites: Sequence[PalpationSite] = (),
+) -> None:
     """Write samples to a new MCAP file, as ``ProbeSamples`` on ``/probe/samples``.
 
     Parameters
     ----------
     path : path
         The file to create.
-    block : SampleBlock
-        The samples.
+    blocks : SampleBlock or sequence of SampleBlock
+        The samples, in the order of their stamps.
+    sites : sequence of PalpationSite
+        Announcements of a scan's sites, on ``/probe/palpation_site``.
 
     Raises
     ------
@@ -39,22 +47,44 @@ def write_samples_bag(path: str | Path, block: SampleBlock) -> None:
     OSError
         If the file cannot be written.
     """
-    definition = message_definition(SAMPLES, share_folders())
     store = get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(definition, SAMPLES))
-    types = store.types
+    definitions = {name: message_definition(name, share_folders()) for name in (SAMPLES, SITE)}
+    for name, definition in definitions.items():
+        store.register(get_types_from_msg(definition, name))
+    blocks = [blocks] if isinstance(blocks, SampleBlock) else blocks
+    entries = [(TOPIC, SAMPLES, *each) for each in _samples(store.types, blocks)]
+    entries += [(SITES_TOPIC, SITE, site.stamp, _site(store.types, site)) for site in sites]
     with McapWriter(path, {}) as writer:
-        channel = writer.add_topic(TOPIC, SAMPLES, definition, "")
+        topics = {topic: name for topic, name, *_ in entries}
+        channels = {
+            topic: writer.add_topic(topic, name, definitions[name], "")
+            for topic, name in topics.items()
+        }
+        for topic, name, stamp, message in sorted(entries, key=lambda entry: entry[2]):
+            data = bytes(store.serialize_cdr(message, name))
+            writer.write(channels[topic], stamp, stamp, data)
+
+
+def _samples(types: Any, blocks: Sequence[SampleBlock]) -> Iterator[tuple[int, Any]]:
+    for block in blocks:
         for first in range(0, len(block), MESSAGE):
             part = block[first : first + MESSAGE]
-            time = types["builtin_interfaces/msg/Time"](*divmod(part.stamp, NANOSECONDS))
             message = types[SAMPLES](
-                types["std_msgs/msg/Header"](time, "probe"),
+                _header(types, part.stamp, "probe"),
                 part.sequence,
                 part.sample_period,
                 part.position,
                 part.force,
                 part.command,
             )
-            data = bytes(store.serialize_cdr(message, SAMPLES))
-            writer.write(channel, part.stamp, part.stamp, data)
+            yield part.stamp, message
+
+
+def _site(types: Any, site: PalpationSite) -> Any:
+    point = types["geometry_msgs/msg/Point"](*map(float, site.position))
+    return types[SITE](_header(types, site.stamp, "stage"), site.site, point, int(site.phase))
+
+
+def _header(types: Any, stamp: int, frame: str) -> Any:
+    time = types["builtin_interfaces/msg/Time"](*divmod(stamp, NANOSECONDS))
+    return types["std_msgs/msg/Header"](time, frame)
