@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
 from tissue_probe.cli import diagnosing as asked
@@ -55,9 +54,7 @@ def compare(
     The model is fitted first, unless --model names one that was. Errors are of the force, or of the
     position where a force drives; the noise floor is what a right model would leave.
     """
-    from tissue_probe.diagnosis.diagnosis import cleaned
-    from tissue_probe.diagnosis.ranking.candidates import fit_base
-
+    measured.check_there(files)
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
@@ -67,6 +64,10 @@ def compare(
     instrument = asked.instrument(composition.rig, known_rig, constant or [])
     segments = measured.read_measured(files, layout, starts, site, lowpass)
     taken = asked.measurements(segments, composition.output)
+    # Only now: what fits takes longer to import than a file takes to be refused.
+    from tissue_probe.diagnosis.diagnosis import cleaned
+    from tissue_probe.diagnosis.ranking.candidates import fit_base
+
     if model:
         fit = asked.held(begun, taken)
     else:
@@ -83,6 +84,8 @@ def compare(
 
 def _print_errors(fit: Fit, model: Path | None) -> None:
     """Print values and errors; what is held, as a model file has it, is held out of nothing."""
+    import numpy as np
+
     output = fit.output
     signal = np.concatenate([m.output_values for m in fit.measurements])
     share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
@@ -108,6 +111,8 @@ def _print_errors(fit: Fit, model: Path | None) -> None:
 
 def _print_failures(fit: Fit, sources: Sequence[str]) -> None:
     """Print where a model fails, in the measurement that it predicts worst."""
+    import numpy as np
+
     if shown := fit_shown.stretch(fit, fit.worst, sources):
         error = fit.output.tell(fit.error(fit.worst), 4)
         print(f"What follows, and the picture, is of {shown}; the error in it is {error} rms.")

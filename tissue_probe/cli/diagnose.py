@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.table import Table
-
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
 from tissue_probe.cli import verdict_in_words as words
 from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from tissue_probe.diagnosis.answer import Answer
     from tissue_probe.diagnosis.diagnosis import Diagnosis
 
@@ -56,8 +55,7 @@ def diagnose(
     information criterion, which counts parameters, and known 1/f noise as such; beside it stands
     the error on data they were not fitted to. Further effects follow while the error falls.
     """
-    from tissue_probe.diagnosis.answer import answer
-
+    measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
@@ -70,6 +68,10 @@ def diagnose(
         begun,
         asked.instrument(begun.composition.rig, known_rig, constant or []),
     )
+    from rich.console import Console
+
+    from tissue_probe.diagnosis.answer import answer
+
     told = answer(diagnosis)
     # Units stand in square brackets.
     Console(markup=False, highlight=False).print(ranked(diagnosis, told))
@@ -83,6 +85,8 @@ def diagnose(
 
 def ranked(diagnosis: Diagnosis, told: Answer) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
+    from rich.table import Table
+
     base, shown = diagnosis.ladder.base, told.ranking[:SHOWN]
     small, per_small = base.output.small, base.output.per_small
     errors = [f"{per_small * e:.4g}" for e in (base.rmse, diagnosis.heldout(base))]

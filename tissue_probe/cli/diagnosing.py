@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.fitting.fit import Fit
     from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-    from tissue_probe.physics.model_file import FittedModel
+    from tissue_probe.physics.fitted_model import FittedModel
     from tissue_probe.quantities import Quantity
 
 
@@ -123,13 +123,15 @@ def begun(
         If the file is no model, or of another rig or tissue than is asked for.
     """
     from tissue_probe.physics.composition import Composition
-    from tissue_probe.physics.model_file import FittedModel, load
+    from tissue_probe.physics.fitted_model import FittedModel
 
     if file is None:
         plain = Composition(
             (rig or RigName.compliant_probe).value, (tissue or TissueName.kelvin_voigt).value
         )
         return FittedModel(plain, {}, {}, effect_files=tuple(effect_files))
+    from tissue_probe.physics.model_file import load
+
     model = load(file, effect_files)
     for option, asked, own in (
         ("--rig", rig, model.composition.rig),

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import fit_shown, measured
@@ -16,6 +14,8 @@ from tissue_probe.cli import verdict_in_words as words
 from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.fitting.fit import Fit
 
@@ -67,9 +67,7 @@ def improve(
     Writes model.yaml, which estimators and the simulated probe take, story.png with all on one
     page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
-    from tissue_probe.cli.improved import write
-    from tissue_probe.diagnosis.answer import answer
-
+    measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
@@ -84,6 +82,11 @@ def improve(
         asked.instrument(begun.composition.rig, known_rig, constant or []),
         add or [],
     )
+    from rich.console import Console
+
+    from tissue_probe.cli.improved import write
+    from tissue_probe.diagnosis.answer import answer
+
     ladder = diagnosis.ladder
     steps = (ladder.base, *ladder.steps)
     console = Console(markup=False, highlight=False)  # units stand in square brackets
@@ -102,6 +105,8 @@ def improve(
 
 def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
     """Return the error of each step beside the noise."""
+    from rich.table import Table
+
     output = diagnosis.ladder.base.output
     noise = diagnosis.ladder.final.noise
     table = Table(title=f"The ladder; the noise is {output.tell(noise)}", title_justify="left")
@@ -123,6 +128,8 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:
 
 def _values(steps: Sequence[Fit]) -> Table:
     """Return what each step was fitted to, a column a step."""
+    from rich.table import Table
+
     table = Table(title="Values at each step, +- 95 % intervals", title_justify="left")
     table.add_column("", no_wrap=True)
     for number in range(len(steps)):

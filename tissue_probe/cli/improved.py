@@ -265,7 +265,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
     return tuple(
         ReportParameter(
             entry.name,
-            _latex(entry.symbol),
+            _latex(sp.Symbol(entry.name)),
             values[entry.name],
             values[entry.name] - 1.96 * deviations[entry.name],
             values[entry.name] + 1.96 * deviations[entry.name],

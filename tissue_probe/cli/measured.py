@@ -51,6 +51,19 @@ _FILES = (
     "spreadsheet, .tdms, .mat, HDF5, .npz, .parquet)"
 )
 
+
+def check_there(paths: Sequence[Path]) -> None:
+    """Refuse files that are not there, before anything is imported that reads or fits.
+
+    Raises
+    ------
+    OSError
+        If one cannot be found.
+    """
+    for path in paths:
+        path.stat()
+
+
 Measurements = Annotated[
     list[Path],
     typer.Argument(
@@ -261,13 +274,14 @@ def read(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
     RecordingError
         If it cannot be read, or does not tell all that is needed; says which parameter does it.
     """
+    large = not path.is_dir() and path.stat().st_size >= LARGE
+    from tissue_probe.recording.any_file import read_any
+
+    if not large:
+        return read_any(path, layout)
     from rich.console import Console
     from rich.progress import Progress
 
-    from tissue_probe.recording.any_file import read_any
-
-    if path.is_dir() or path.stat().st_size < LARGE:
-        return read_any(path, layout)
     with Progress(console=Console(stderr=True), transient=True) as shown:
         bar = shown.add_task(f"reading {path.name}", total=1.0)
         return read_any(path, layout, lambda share: shown.update(bar, completed=share))
