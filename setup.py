@@ -1,33 +1,51 @@
-"""The ROS 2 package tissue_probe; `ros2 run tissue_probe NAME` starts each executable below."""
+"""The package tissue_probe, for pip and for ROS 2.
 
+One file serves both, since each runs it with commands of its own:
+
+- pip (by pyproject.toml) makes a wheel of it: `bdist_wheel`. That has one executable,
+  `tissue_probe`, and knows nothing of ROS.
+- colcon, as it does with every ament_python package, runs `install` or `develop`. Then each node is
+  an executable, too, for `ros2 run tissue_probe NAME`; setup.cfg puts them all into
+  `lib/tissue_probe`, where `ros2 run` looks and nobody's PATH does. In its own folder, to which it
+  links this file, there is no pyproject.toml: so whatever colcon needs is said here.
+"""
+
+import re
+import sys
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 ESTIMATORS = ["robust_ekf", "ekf", "ukf", "afekf", "afukf", "lock_in", "rls"]
 NODES = ["driver", "estimators", "mapper", "recorder", "replay", "scan", "stage"]
 
-setup(
-    name="tissue_probe",
-    version="0.1.0",
-    packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
-    package_data={"tissue_probe": ["py.typed"], "tissue_probe.report": ["*.jinja"]},
-    data_files=[
+VERSION = re.search(r'__version__ = "(.+)"', Path("tissue_probe/__init__.py").read_text())[1]
+#: Commands by which pip makes a wheel, or tells what will be in it.
+FOR_PIP = {"bdist_wheel", "dist_info", "editable_wheel"}
+
+executables = ["tissue_probe = tissue_probe.cli:main"]
+data_files = [("share/tissue_probe/config", glob("config/*"))]
+if FOR_PIP.isdisjoint(sys.argv):
+    executables += [f"{name} = tissue_probe.nodes.{name}:main" for name in NODES]
+    executables += [f"{name} = tissue_probe.nodes.estimator:main" for name in ESTIMATORS]
+    data_files += [
         ("share/ament_index/resource_index/packages", ["resource/tissue_probe"]),
         ("share/tissue_probe", ["package.xml"]),
-        ("share/tissue_probe/config", glob("config/*")),
         ("share/tissue_probe/launch", glob("launch/*.launch.py")),
-    ],
+    ]
+
+setup(
+    name="tissue_probe",
+    version=VERSION,
+    packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
+    package_data={"tissue_probe": ["py.typed"], "tissue_probe.report": ["*.jinja"]},
+    data_files=data_files,
     zip_safe=False,
+    python_requires=">=3.10",
     maintainer="tissue_probe maintainers",
     maintainer_email="maintainers@tissue-probe.example",
     description="Stiffness and damping of soft tissue from a vibrating palpation probe",
     license="Apache-2.0",
-    entry_points={
-        "console_scripts": [
-            "tissue_probe = tissue_probe.cli:main",
-            *(f"{name} = tissue_probe.nodes.{name}:main" for name in NODES),
-            *(f"{name} = tissue_probe.nodes.estimator:main" for name in ESTIMATORS),
-        ]
-    },
+    entry_points={"console_scripts": executables},
 )

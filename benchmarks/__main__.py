@@ -25,6 +25,7 @@ from benchmarks import (
     reading_bags,
     report,
     soak,
+    start,
 )
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
@@ -49,6 +50,7 @@ class Part(str, Enum):
     soak = "soak"
     readers = "readers"
     reading = "reading"
+    start = "start"
     all = "all"
 
 
@@ -92,6 +94,9 @@ def main(
     excitations: Annotated[
         list[Excitation] | None, typer.Option(help="Of `diagnosis`; all by default.")
     ] = None,
+    before: Annotated[
+        str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
+    ] = "HEAD~1",
     hide: Annotated[
         list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
     ] = None,
@@ -101,7 +106,8 @@ def main(
     `daq` counts the samples of the driver on a DAQ; `soak` holds the suite for long, to see what it
     keeps of memory, files and threads; `readers` adds readers of single samples until the driver
     sheds these; `reading` counts how files of others are read; `filters` whether any settings and
-    any samples make a filter lose its numbers. `all` leaves the five out.
+    any samples make a filter lose its numbers; `start` how long commands take to start, beside an
+    earlier revision. `all` leaves the six out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -121,6 +127,9 @@ def main(
                 *reading_bags.tables(results["bags"]),
             ):
                 Console().print(table)
+        if part == Part.start:
+            results["start"] = start.measure(before)
+            Console().print(start.table(results["start"], before))
         if part == Part.soak:
             bag = RESULTS / "soak.mcap"
             results["soak"] = soak.measure(RESULTS, minutes)
@@ -147,11 +156,11 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part not in (Part.daq, Part.soak, Part.readers, Part.reading):
+    if part not in (Part.daq, Part.soak, Part.readers, Part.reading, Part.start):
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)
-    if part != Part.reading and bag.exists():
+    if part not in (Part.reading, Part.start) and bag.exists():
         print(f"the recording is {bag}")
     print(f"kept in {report.keep(results, RESULTS)}")
 

@@ -45,14 +45,6 @@ def build(settings: type[Settings], values: dict[str, typing.Any], prefix: str =
         raise SettingsError(_sentence(settings, prefix, error)) from None
 
 
-def sentence(error: ValueError | OSError) -> str:
-    """Say on one line what went wrong, without the number of an operating system's error."""
-    told = str(error)
-    if isinstance(error, OSError) and error.filename and error.strerror:
-        told = f"{error.filename}: {error.strerror}"
-    return " ".join(told.split())
-
-
 def meaning(field: FieldInfo) -> str:
     """Say what a field means, with its unit in brackets."""
     return f"{field.description or ''}{_unit(field)}".strip()

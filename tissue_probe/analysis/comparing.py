@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.errors import MeasurementError
-from tissue_probe.physics.model_file import FittedModel
+from tissue_probe.physics.fitted_model import FittedModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

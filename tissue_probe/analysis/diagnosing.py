@@ -24,7 +24,7 @@ from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
 from tissue_probe.errors import ParameterError
-from tissue_probe.physics.model_file import FittedModel
+from tissue_probe.physics.fitted_model import FittedModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

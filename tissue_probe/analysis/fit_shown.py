@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tissue_probe.analysis.result_table import Column, ResultTable, number
-from tissue_probe.physics.model_file import Data, FittedModel
+from tissue_probe.physics.fitted_model import FittedModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.fitting.fit import Fit
     from tissue_probe.diagnosis.residuals.localise import Localisation
     from tissue_probe.diagnosis.residuals.residual_test import ResidualTest
+    from tissue_probe.physics.model_file import Data
 
 #: Said of a value that the rig's tolerance lets go no farther.
 AT_LIMIT = ", at its limit"

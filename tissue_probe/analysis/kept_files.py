@@ -25,7 +25,8 @@ from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.model_file import Data, DataFile, FittedModel
+from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.model_file import Data, DataFile
 from tissue_probe.quantities import FORCE
 from tissue_probe.report.contents import (
     Report,
@@ -270,7 +271,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
     return tuple(
         ReportParameter(
             entry.name,
-            _latex(entry.symbol),
+            _latex(sp.Symbol(entry.name)),
             values[entry.name],
             values[entry.name] - 1.96 * deviations[entry.name],
             values[entry.name] + 1.96 * deviations[entry.name],

@@ -17,7 +17,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.model_file import FittedModel, load
+from tissue_probe.physics.fitted_model import FittedModel
 
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
@@ -124,7 +124,7 @@ def _begun(
     if model is None:
         plain = Composition(rig or "compliant_probe", tissue or "kelvin_voigt")
         return FittedModel(plain, {}, {}, effect_files=effect_files)
-    found = model if isinstance(model, FittedModel) else load(model, effect_files)
+    found = model if isinstance(model, FittedModel) else _load(model, effect_files)
     for name, given, own in (
         ("rig", rig, found.composition.rig),
         ("tissue", tissue, found.composition.tissue),
@@ -136,6 +136,13 @@ def _begun(
                 "of them"
             )
     return found
+
+
+def _load(path: str | Path, effect_files: tuple[Path, ...]) -> FittedModel:
+    """Read a model file; what reads YAML is imported only where there is one."""
+    from tissue_probe.physics.model_file import load
+
+    return load(path, effect_files)
 
 
 def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.excitation import Excitation, parse_excitation
-from tissue_probe.physics.model_file import FittedModel, load
+from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.model_file import load
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray, Recording, SampleBlock

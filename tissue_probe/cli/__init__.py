@@ -26,7 +26,7 @@ from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
-from tissue_probe.settings import sentence
+from tissue_probe.one_line import sentence
 
 app = typer.Typer(
     name="tissue_probe",

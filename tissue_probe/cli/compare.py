@@ -51,14 +51,16 @@ def compare(
     The model is fitted first, unless --model names one that was. Errors are of the force, or of the
     position where a force drives; the noise floor is what a right model would leave.
     """
-    from tissue_probe.analysis.comparing import compare as compare_model
-
+    measured.check_there(files)
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     known = asked.constants(constant or [])
     recordings = measured.read(files, layout)
+    # Only now: fits take longer to import than a file takes to be refused.
+    from tissue_probe.analysis.comparing import compare as compare_model
+
     result = compare_model(
         recordings,
         model=model,

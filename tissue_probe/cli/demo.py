@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -45,7 +46,14 @@ def demo(
 
     Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
     """
-    from tissue_probe.nodes.session import SessionError
+    _say("step 1 of 3: the nodes are loaded and started, then 25 sites are palpated")
+    try:
+        from tissue_probe.nodes.session import SessionError
+    except ModuleNotFoundError as error:
+        raise SystemExit(
+            f"tissue_probe: the demo runs ROS 2 nodes, and there is no {error.name}; run it by "
+            "`make demo`, or where ROS 2 is sourced and the packages are built by colcon"
+        ) from None
 
     folder.mkdir(parents=True, exist_ok=True)
     bag = folder / "run.mcap"
@@ -53,7 +61,13 @@ def demo(
         print(palpate(bag, dwell_time, phantom))
     except SessionError as error:
         raise SystemExit(f"tissue_probe: {error}") from None
+    _say("step 2 of 3: the recording is read")
     evaluate(bag, folder)
+
+
+def _say(step: str) -> None:
+    """Say at once how far the demo is, beside what it prints of its results."""
+    print(step, file=sys.stderr, flush=True)
 
 
 def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
@@ -112,6 +126,7 @@ def evaluate(bag: Path, folder: Path) -> None:
 
     recording = read_recording(bag)
     result = map_sites(bag)
+    _say("step 3 of 3: pictures are drawn, the filters run again")
     result.plot().savefig(folder / "map.png", dpi=100)
     draw_course(recording, [estimate_again(recording, name) for name in ESTIMATORS], folder)
     summarize(result)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.table import Table
-
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from tissue_probe.analysis.diagnosing import DiagnosisResult
 
 SHOWN = 8
@@ -56,16 +55,22 @@ def diagnose(
     information criterion, which counts parameters, and known 1/f noise as such; beside it stands
     the error on data they were not fitted to. Further effects follow while the error falls.
     """
-    from tissue_probe.analysis.diagnosing import diagnose as search
-
+    measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     known = asked.constants(constant or [])
+    fitted = measured.read(files, layout)
+    tried = measured.read(validate, layout) if validate else None
+    # Only now: fits take longer to import than a file takes to be refused.
+    from rich.console import Console
+
+    from tissue_probe.analysis.diagnosing import diagnose as search
+
     result = search(
-        measured.read(files, layout),
-        validate=measured.read(validate, layout) if validate else None,
+        fitted,
+        validate=tried,
         model=model,
         rig=asked.name(rig),
         tissue=asked.name(tissue),
@@ -88,6 +93,8 @@ def diagnose(
 
 def ranked(result: DiagnosisResult) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
+    from rich.table import Table
+
     shown = result.ranking.rows[:SHOWN]
     heads, write = result.ranking.heads[:-1], [column.write for column in result.ranking.columns]
     base = result.ladder.rows[0]

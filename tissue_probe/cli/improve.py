@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
@@ -15,6 +13,8 @@ from tissue_probe.cli.arguments import EffectFiles
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from tissue_probe.analysis.result_table import ResultTable
 
 
@@ -65,16 +65,22 @@ def improve(
     Writes model.yaml, which estimators and the simulated probe take, story.png with all on one
     page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
-    from tissue_probe.analysis.diagnosing import diagnose
-
+    measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
         force_polarity, position_polarity, topic, clock,
     )  # fmt: skip
     known = asked.constants(constant or [])
+    fitted = measured.read(files, layout)
+    tried = measured.read(validate, layout) if validate else None
+    # Only now: fits take longer to import than a file takes to be refused.
+    from rich.console import Console
+
+    from tissue_probe.analysis.diagnosing import diagnose
+
     result = diagnose(
-        measured.read(files, layout),
-        validate=measured.read(validate, layout) if validate else None,
+        fitted,
+        validate=tried,
         add=add or [],
         model=model,
         rig=asked.name(rig),
@@ -101,6 +107,8 @@ def improve(
 
 def _table(shown: ResultTable) -> Table:
     """Lay a table out for the terminal: the first column and units stay on one line."""
+    from rich.table import Table
+
     table = Table(title=shown.title, title_justify="left")
     for column in shown.shown:
         whole = column.name in ("step", "name", "unit")

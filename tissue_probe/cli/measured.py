@@ -48,6 +48,19 @@ _FILES = (
     "spreadsheet, .tdms, .mat, HDF5, .npz, .parquet)"
 )
 
+
+def check_there(paths: Sequence[Path]) -> None:
+    """Refuse files that are not there, before anything is imported that reads or fits.
+
+    Raises
+    ------
+    OSError
+        If one cannot be found.
+    """
+    for path in paths:
+        path.stat()
+
+
 Measurements = Annotated[
     list[Path],
     typer.Argument(

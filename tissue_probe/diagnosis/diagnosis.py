@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -32,12 +33,13 @@ from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.effects.channel_delay import LONGEST
-from tissue_probe.physics.rigs import admits, obstacle
+from tissue_probe.physics.kinds import LONGEST_DELAY
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray, spans_of
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
@@ -171,6 +173,8 @@ def diagnose(
         If any samples are such that a fit would be worthless, or the rig has nothing that a
         wanted effect acts on; says why and what to do.
     """
+    from tissue_probe.physics.rigs import admits
+
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
     clean, findings = cleaned(measurements)
@@ -276,6 +280,8 @@ def _coil_gain(measurements: Sequence[Measurement]) -> float:
 
 
 def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
+    from tissue_probe.physics.rigs import obstacle
+
     for effect in wanted:
         told = [obstacle(rig, form) for form in effect.every_form]
         if all(told):
@@ -317,7 +323,7 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
     used = _outside(findings, spoilt, measurement.force.size)
     if not measurement.at_rest:
-        used[: round(LONGEST / measurement.sample_period)] = False
+        used[: round(LONGEST_DELAY / measurement.sample_period)] = False
     steady = _outside(findings, driven, used.size)
     if steady.all() and used.all():
         return measurement

@@ -15,7 +15,8 @@ from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedE
 from rclpy.node import Node
 from rclpy.signals import uninstall_signal_handlers
 
-from tissue_probe.settings import SettingsError, sentence
+from tissue_probe.one_line import sentence
+from tissue_probe.settings import SettingsError
 
 
 class Finished(Exception):

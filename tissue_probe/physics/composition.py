@@ -1,5 +1,7 @@
 """A composed model by name: rig, tissue and effects, its numbers' names and units, its kernel.
 
+SymPy is imported where symbols are asked for: a model whose machine code is on disk needs none.
+
 What belongs here: what a model file names, and the way from there to symbols and compiled code.
 What does not: values (``diagnosis``), equations (``rigs``, ``tissues``, ``effects``).
 """
@@ -10,15 +12,16 @@ import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from typing import TYPE_CHECKING
 
-from tissue_probe.physics.effects import EFFECTS, Effect, Parameter
-from tissue_probe.physics.effects.effect import DAMPING, STIFFNESS
-from tissue_probe.physics.model import Model
-from tissue_probe.physics.response import Kernel
-from tissue_probe.physics.response_code import source
-from tissue_probe.physics.rigs import CELL_DAMPING, CELL_STIFFNESS, CONTACT, MASS, RIGS
-from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.physics.entry import Entry
+from tissue_probe.physics.kinds import SIGNALS, TISSUE_EFFECTS
 from tissue_probe.quantities import FORCE, Quantity
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.model import Model
+    from tissue_probe.physics.response import Kernel
 
 #: What a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
@@ -34,17 +37,17 @@ SOURCES = (
     "physics/transition.py",
 )
 CONSTANTS = (
-    Parameter(MASS, "kg", default=0.04, lower=0.0, upper=1e4),
-    Parameter(CELL_STIFFNESS, "N/m", default=9700.0, lower=1.0, upper=1e8),
-    Parameter(CELL_DAMPING, "N s/m", default=0.8, lower=0.0, upper=1e4),
-    Parameter(CONTACT, "m", default=0.0, lower=-1.0, upper=1.0),
+    Entry("tip_mass", "kg", default=0.04, lower=0.0, upper=1e4),
+    Entry("load_cell_stiffness", "N/m", default=9700.0, lower=1.0, upper=1e8),
+    Entry("load_cell_damping", "N s/m", default=0.8, lower=0.0, upper=1e4),
+    Entry("contact_position", "m", default=0.0, lower=-1.0, upper=1.0),
 )
 #: Where a force drives, it divides by the mass [kg].
 LIGHTEST = 1e-6
 #: A tissue that pulls back when it is let go, or drives, is none: what seems so is another effect.
 TISSUE = (
-    Parameter(STIFFNESS, "N/m", default=450.0, lower=0.0, upper=1e9),
-    Parameter(DAMPING, "N s/m", default=5.0, lower=0.0, upper=1e6),
+    Entry("stiffness", "N/m", default=450.0, lower=0.0, upper=1e9),
+    Entry("damping", "N s/m", default=5.0, lower=0.0, upper=1e6),
 )
 
 
@@ -67,7 +70,12 @@ class Composition:
     @property
     def all_effects(self) -> tuple[Effect, ...]:
         """The effects that the tissue consists of, then those added to it."""
-        return (*(EFFECTS[name] for name in TISSUES[self.tissue].effects), *self.effects)
+        own = TISSUE_EFFECTS[self.tissue]
+        if not own:
+            return self.effects
+        from tissue_probe.physics.effects import EFFECTS
+
+        return (*(EFFECTS[name] for name in own), *self.effects)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -77,12 +85,12 @@ class Composition:
     @property
     def input(self) -> Quantity:
         """The signal that drives the model."""
-        return RIGS[self.rig].input
+        return SIGNALS[self.rig][0]
 
     @property
     def output(self) -> Quantity:
         """The signal that the model predicts."""
-        return RIGS[self.rig].output
+        return SIGNALS[self.rig][1]
 
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
@@ -101,27 +109,37 @@ class Composition:
     @cached_property
     def model(self) -> Model:
         """The symbols."""
+        from tissue_probe.physics.rigs import RIGS
+        from tissue_probe.physics.tissues import TISSUES
+
         tissue = TISSUES[self.tissue]
         return RIGS[self.rig].compose(self.all_effects, tissue=tissue, contact_position=True)
 
     @cached_property
     def kernel(self) -> Kernel:
         """The compiled code, made where no earlier process has."""
-        said = "\n".join((self.rig, self.tissue, *map(_text, self.effects)))
+        from tissue_probe.physics.response import Kernel
+
+        said = "\n".join((self.rig, self.tissue, *map(_text, self.all_effects)))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
-        return Kernel.load(f"response_{digest}", lambda: source(self.model), SOURCES)
+        return Kernel.load(f"response_{digest}", self._source, SOURCES)
+
+    def _source(self) -> str:
+        from tissue_probe.physics.response_code import source
+
+        return source(self.model)
 
     @cached_property
-    def values(self) -> tuple[Parameter, ...]:
+    def values(self) -> tuple[Entry, ...]:
         """Constants and parameters in the kernel's order, with units and bounds."""
         return self.entries(self.kernel.values)
 
-    def entries(self, names: Iterable[str]) -> tuple[Parameter, ...]:
+    def entries(self, names: Iterable[str]) -> tuple[Entry, ...]:
         """Return what is declared of constants and parameters of these names."""
         known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
         if self.input is FORCE:
-            known[str(MASS)] = replace(known[str(MASS)], lower=LIGHTEST)
-        own = {entry.name: entry for effect in self.all_effects for entry in effect.parameters}
+            known["tip_mass"] = replace(known["tip_mass"], lower=LIGHTEST)
+        own = {each.name: each.entry for effect in self.all_effects for each in effect.parameters}
         return tuple((known | own)[name] for name in names)
 
 

@@ -22,6 +22,7 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
+    DAMPING,
     ELASTIC_DEPTH,
     FORCE,
     INDENTATION,
@@ -30,12 +31,20 @@ from tissue_probe.physics.effects.effect import (
     POSITION_ACCELERATION,
     POSITION_BEFORE,
     POSITION_RATE,
+    STIFFNESS,
     STRETCH,
     TIME,
     TIP_VELOCITY,
     TISSUE_FORCE,
 )
-from tissue_probe.physics.rigs import OFFSET, TIP_POSITION
+from tissue_probe.physics.rigs import (
+    CELL_DAMPING,
+    CELL_STIFFNESS,
+    CONTACT,
+    MASS,
+    OFFSET,
+    TIP_POSITION,
+)
 from tissue_probe.physics.tissues import EXTENSION
 
 #: Entry points of this group are effects, too.
@@ -44,6 +53,7 @@ SIGNALS = (
     INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION,
     POSITION_RATE, TIME,
 )  # fmt: skip
+MODEL = (MASS, CELL_STIFFNESS, CELL_DAMPING, CONTACT, STIFFNESS, DAMPING)
 ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
 #: A recording like many, on which what an effect proposes is tried.
 USUAL = Extent(
@@ -201,7 +211,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             )
     if not 0 <= effect.strengths <= len(effect.parameters) and effect.parameters:
         yield f"says strengths={effect.strengths}, but has {len(effect.parameters)} parameters"
-    known = {*SIGNALS, *_own(effect), *(entry.symbol for entry in (*CONSTANTS, *TISSUE))}
+    known = {*SIGNALS, *_own(effect), *MODEL}
     for symbol in sorted(_used(effect) - known, key=str):
         yield (
             f"uses the symbol {symbol}, which nothing tells: make it a Parameter, or import it "

@@ -10,7 +10,6 @@ import datetime
 import hashlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,7 +18,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tissue_probe import bounded_yaml
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect, Parameter
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.entry import Entry
+from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
 from tissue_probe.physics.rigs import RIGS
 from tissue_probe.physics.tissues import TISSUES
@@ -141,33 +142,6 @@ class ModelFile(_Entry):
     data: Data | None = setting(None, "", "where the numbers came from")
 
 
-@dataclass(frozen=True)
-class FittedModel:
-    """A composed model with its numbers.
-
-    Attributes
-    ----------
-    composition : Composition
-        Rig, tissue and effects.
-    values, deviations : dict of float
-        Constants and parameters by name (SI), and the standard deviations of their errors.
-    data : Data or None
-        What they came from, where that is told.
-    effect_files : tuple of Path
-        Python files with effects of the user's own, as the user named them.
-    """
-
-    composition: Composition
-    values: dict[str, float]
-    deviations: dict[str, float]
-    data: Data | None = None
-    effect_files: tuple[Path, ...] = ()
-
-    def save(self, path: str | Path) -> None:
-        """Write it as a model file, as the function ``save`` does."""
-        save(path, self.composition, self.values, self.deviations, self.data, self.effect_files)
-
-
 def save(
     path: str | Path,
     composition: Composition,
@@ -281,7 +255,7 @@ def _content(path: Path) -> dict[str, Any]:
     return content
 
 
-def _declared(composition: Composition) -> tuple[Parameter, ...]:
+def _declared(composition: Composition) -> tuple[Entry, ...]:
     # Of the symbols: the kernel, which has the names too, may still have to be compiled.
     return composition.entries(map(str, composition.model.values))
 

@@ -30,6 +30,7 @@ from tissue_probe.physics.effects.effect import (
     State,
     Switch,
 )
+from tissue_probe.physics.kinds import SIGNALS
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.tissues import TISSUES, Tissue
 from tissue_probe.quantities import Quantity
@@ -195,9 +196,8 @@ class Rig:
 
 
 RIGS = {
-    "compliant_probe": Rig(compliant_probe, quantities.POSITION, quantities.FORCE),
-    "rigid_probe": Rig(rigid_probe, quantities.POSITION, quantities.FORCE),
-    "force_driven": Rig(force_driven, quantities.FORCE, quantities.POSITION),
+    compose.__name__: Rig(compose, *SIGNALS[compose.__name__])
+    for compose in (compliant_probe, rigid_probe, force_driven)
 }
 
 

@@ -25,14 +25,12 @@ EXTENSION = sp.Symbol("spring_extension", real=True)
 class Tissue:
     """Force on the tip [N], positive against indentation, and the tissue's own states.
 
-    ``effects`` names those that belong to it: the solids of Table I with branches are the
-    Kelvin-Voigt solid with relaxation beside it.
+    Further effects that belong to it stand in ``kinds``.
     """
 
     name: str
     force: sp.Expr
     states: tuple[State, ...] = ()
-    effects: tuple[str, ...] = ()
 
 
 _SOLID = STIFFNESS * INDENTATION + DAMPING * TIP_VELOCITY
@@ -46,7 +44,7 @@ TISSUES = {
             STIFFNESS * EXTENSION,
             (State(EXTENSION, TIP_VELOCITY - STIFFNESS / DAMPING * EXTENSION, spread="branch"),),
         ),
-        Tissue("standard_linear_solid", _SOLID, effects=("standard_linear_solid",)),
-        Tissue("generalized_maxwell", _SOLID, effects=("generalized_maxwell",)),
+        Tissue("standard_linear_solid", _SOLID),
+        Tissue("generalized_maxwell", _SOLID),
     )
 }

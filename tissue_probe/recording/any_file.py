@@ -1,7 +1,8 @@
 """Reading the measurements of any instrument, whatever file they are in.
 
 What belongs here: choosing the reader by what the file is.
-What does not: the readers (``reader``, ``foreign_bag``, ``table_file``).
+What does not: the readers (``reader``, ``foreign_bag``, ``table_file``). Those of bags are imported
+only when a bag comes: they bring all that decodes messages.
 """
 
 from __future__ import annotations
@@ -11,10 +12,8 @@ from pathlib import Path
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.foreign_bag import read_foreign_bag
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.open_bag import is_bag, open_bag
-from tissue_probe.recording.reader import has_samples, recording_of
 from tissue_probe.recording.table_file import read_table
 from tissue_probe.signals import Recording
 
@@ -44,6 +43,9 @@ def read_any(
     path = Path(path)
     if not is_bag(path):
         return read_table(path, layout, progress)
+    from tissue_probe.recording.foreign_bag import read_foreign_bag
+    from tissue_probe.recording.reader import recording_of
+
     bag = open_bag(path)
     if _is_own(bag, layout):
         _refuse_statements(path, layout)
@@ -57,6 +59,8 @@ def is_own(path: str | Path, layout: Layout) -> bool:
 
 
 def _is_own(bag: Bag, layout: Layout) -> bool:
+    from tissue_probe.recording.reader import has_samples
+
     return layout.position is None and layout.force is None and has_samples(bag)
 
 

@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
@@ -165,6 +164,8 @@ def interpolate(
     after = np.clip(np.searchsorted(t, at), 1, t.size - 1)
     near = t[after] - t[after - 1] <= reach * np.median(np.diff(time))
     inside = near & (at >= t[0]) & (at <= t[-1])
+    from scipy.interpolate import CubicSpline  # only where times are uneven
+
     result[inside] = CubicSpline(t, y)(at[inside])
     return result
 

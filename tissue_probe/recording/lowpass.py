@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scipy.signal import butter, sosfiltfilt
-
 from tissue_probe.signals import SampleBlock
 
 ORDER = 4
@@ -48,6 +46,8 @@ def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
         )
     if len(block) < 100:
         raise ValueError(f"--lowpass: {len(block)} samples are too few to be filtered; give 100")
+    from scipy.signal import butter, sosfiltfilt  # only where a low-pass is asked for
+
     sections = butter(ORDER, frequency, fs=rate, output="sos")
     every = int(rate / (KEPT * frequency) + 1e-9)
     position, force = (

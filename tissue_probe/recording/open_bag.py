@@ -9,18 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mcap.writer import MCAP0_MAGIC
-
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.folder_bag import FolderBag, files_of
-from tissue_probe.recording.mcap_bag import McapBag
-from tissue_probe.recording.ros1_bag import Ros1Bag
-from tissue_probe.recording.sqlite_bag import SqliteBag
 from tissue_probe.recording.unpacking import is_packed, unpack_file
 
 _CALLED = (".mcap", ".db3", ".bag", ".zstd")
-_KINDS = {MCAP0_MAGIC: McapBag, b"SQLite format 3\0": SqliteBag, b"#ROSBAG V": Ros1Bag}
+_MCAP, _SQLITE, _ROS1 = _MAGICS = (b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#ROSBAG V")
 
 
 def open_bag(path: str | Path) -> Bag:
@@ -55,14 +50,23 @@ def is_bag(path: str | Path) -> bool:
     if path.is_dir():
         return True
     head = _head(path)
-    return head.startswith(tuple(_KINDS)) or is_packed(head) or path.suffix in _CALLED
+    return head.startswith(_MAGICS) or is_packed(head) or path.suffix in _CALLED
 
 
 def _opened(path: Path, name: Path) -> Bag:
     head = _head(path)
-    for magic, kind in _KINDS.items():
-        if head.startswith(magic):
-            return kind(path, name)
+    if head.startswith(_MCAP):
+        from tissue_probe.recording.mcap_bag import McapBag
+
+        return McapBag(path, name)
+    if head.startswith(_SQLITE):
+        from tissue_probe.recording.sqlite_bag import SqliteBag
+
+        return SqliteBag(path, name)
+    if head.startswith(_ROS1):
+        from tissue_probe.recording.ros1_bag import Ros1Bag
+
+        return Ros1Bag(path, name)
     raise RecordingError(f"{name} {_what_is_wrong(head)}")
 
 

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns, Progress
@@ -148,6 +147,8 @@ def _position(
     )
     known = np.isfinite(values) & np.isfinite(time.seconds)
     whole = np.full(values.size, np.nan)
+    from scipy.integrate import cumulative_trapezoid  # only where a velocity is given
+
     whole[known] = cumulative_trapezoid(values[known], time.seconds[known], initial=0.0)
     return whole
 

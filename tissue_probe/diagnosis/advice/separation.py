@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,10 +21,11 @@ from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.ranking.candidates import refit
 from tissue_probe.diagnosis.ranking.rules import differing
 from tissue_probe.diagnosis.sharing import mapped
-from tissue_probe.excitation import parse_excitation
-from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
 EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
@@ -201,6 +202,8 @@ def _made(
     fit: Fit, excitation: Mapping[str, object], preload: float, duration: float
 ) -> Measurement | None:
     """Simulate an experiment with a fitted model, from rest, with the noise it was fitted to."""
+    from tissue_probe.excitation import parse_excitation
+
     first = fit.measurements[0]
     count = round(duration / first.sample_period)
     times = np.arange(count) * first.sample_period

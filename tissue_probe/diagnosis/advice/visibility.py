@@ -7,6 +7,7 @@ model can absorb. What does not: choosing excitations (``separation``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,8 +19,10 @@ from tissue_probe.diagnosis.improvement.further import addable
 from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
 from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: Squared signal over noise from which an effect is found.
 SEEN = 50.0

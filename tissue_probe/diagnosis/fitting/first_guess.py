@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.transforms import smoothed
 from tissue_probe.quantities import FORCE
 
 #: Stiffnesses [N/m] from which the force of a known motion is fitted.
@@ -38,13 +38,10 @@ def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]
 def _regressed(measurement: Measurement, window: int) -> dict[str, float]:
     """Regress F = c + k x + beta x' + m x''; what comes out negative is left to its default."""
     period = measurement.sample_period
-    columns = [
-        savgol_filter(measurement.position, window, DEGREE, deriv=order, delta=period)
-        for order in range(3)
-    ]
+    columns = [smoothed(measurement.position, window, DEGREE, order, period) for order in range(3)]
     columns = np.stack([*columns, np.ones_like(columns[0])], axis=1)
     scale = np.abs(columns).max(axis=0) + 1e-300
-    force = savgol_filter(measurement.force, window, DEGREE)
+    force = smoothed(measurement.force, window, DEGREE)
     found = np.linalg.lstsq(columns / scale, force, rcond=None)[0] / scale
     names = ("stiffness", "damping", "tip_mass")
     return {name: value for name, value in zip(names, found[:3], strict=True) if value > 0}

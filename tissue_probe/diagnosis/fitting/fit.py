@@ -15,7 +15,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects.effect import Parameter
+from tissue_probe.physics.entry import Entry
 from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray
 
@@ -30,7 +30,7 @@ class Fit:
         The model.
     measurements : tuple of Measurement
         What it was fitted to.
-    entries : tuple of Parameter
+    entries : tuple of Entry
         What is declared of the values: ``composition.values``, then those of further runs
         (``Runs``).
     values : array, shape (q,)
@@ -72,7 +72,7 @@ class Fit:
 
     composition: Composition
     measurements: tuple[Measurement, ...]
-    entries: tuple[Parameter, ...]
+    entries: tuple[Entry, ...]
     values: FloatArray
     starts: tuple[FloatArray, ...]
     covariance: FloatArray

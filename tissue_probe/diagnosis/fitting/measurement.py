@@ -11,10 +11,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import lfilter
 
 from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
-from tissue_probe.physics.effects import Extent
+from tissue_probe.physics.extent import Extent
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
 
@@ -150,6 +149,8 @@ class Measurement:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
         if self.whitening is None or not values.size:
             return (values.T * (self.used / self.noise)).T
+        from scipy.signal import lfilter  # only where the noise is not white
+
         filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
         # The filter reaches back: what follows an unused sample is unused too.
         lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5

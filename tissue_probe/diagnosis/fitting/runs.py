@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import sympy as sp
 
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects.effect import Parameter
+from tissue_probe.physics.entry import Entry
 from tissue_probe.signals import FloatArray
 
 
@@ -52,7 +51,7 @@ class Runs:
             entries += [_renamed(composition.values[each], number) for each in own]
             meanings += [names[each] for each in own]
         #: What is declared of each value.
-        self.entries: tuple[Parameter, ...] = tuple(entries)
+        self.entries: tuple[Entry, ...] = tuple(entries)
         #: How many runs there are.
         self.count = len(self.places)
         #: Names of all values; of a further run see ``name_in``.
@@ -91,5 +90,5 @@ def name_in(name: str, number: int) -> str:
     return f"{name} of run {number + 1}" if number else name
 
 
-def _renamed(entry: Parameter, number: int) -> Parameter:
-    return replace(entry, symbol=sp.Symbol(name_in(entry.name, number), real=True))
+def _renamed(entry: Entry, number: int) -> Entry:
+    return replace(entry, name=name_in(entry.name, number))

@@ -7,6 +7,7 @@ What does not: which path is taken in the end (``ladder``), one effect more (``f
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
@@ -24,7 +25,9 @@ from tissue_probe.diagnosis.ranking.rules import (
 )
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 
 def anew(path: Path, further: Further) -> Path:

@@ -7,6 +7,7 @@ effects are worth in the end (``ladder``).
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,8 +20,9 @@ from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, p
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
-from tissue_probe.physics.effects.effect import TISSUE_FORCE
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: A further effect must remove this share of what exceeds the noise.
 SHARE = 0.65
@@ -83,7 +85,7 @@ def _has_play(effect: Effect) -> bool:
 
 
 def _changes_contact(effect: Effect) -> bool:
-    return any(form.contact != TISSUE_FORCE for form in effect.every_form)
+    return any(form.changes_contact for form in effect.every_form)
 
 
 class Further:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -33,7 +33,9 @@ from tissue_probe.diagnosis.ranking.rules import (
 )
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Effects in all.

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import correlate, savgol_filter
 
+from tissue_probe.diagnosis.transforms import correlation, smoothed, without_line
 from tissue_probe.signals import FloatArray
 
 _WINDOW, _DEGREE = 9, 4  # of the smoothing polynomial
@@ -65,13 +65,11 @@ def regressors(position: FloatArray, force: FloatArray, sample_period: float) ->
 
     Derivatives are those of a polynomial of degree 4 through 9 samples (Savitzky and Golay).
     """
-    columns = [
-        savgol_filter(position, _WINDOW, _DEGREE, deriv=order, delta=sample_period)
-        for order in range(3)
-    ]
-    smoothed = savgol_filter(force, _WINDOW, _DEGREE)
+    columns = [smoothed(position, _WINDOW, _DEGREE, order, sample_period) for order in range(3)]
     return Regressors(
-        np.array([_detrended(column) for column in columns]), _detrended(smoothed), sample_period
+        np.array([without_line(column) for column in columns]),
+        without_line(smoothed(force, _WINDOW, _DEGREE)),
+        sample_period,
     )
 
 
@@ -106,18 +104,12 @@ def best_lag(of: Regressors, longest: int) -> int:
     from one correlation a column.
     """
     force, columns = of.force, of.columns / (_rms(of.columns)[:, None] + _TINY)
-    products = np.array([correlate(force, column, mode="full", method="fft") for column in columns])
+    products = np.array([correlation(force, column) for column in columns])
     zero = force.size - 1
     products = products[:, zero - longest : zero + longest + 1]
     gram = columns @ columns.T + 1e-9 * force.size * np.eye(3)
     explained = np.sum(products * np.linalg.solve(gram, products), axis=0)
     return int(np.argmax(explained)) - longest
-
-
-def _detrended(column: FloatArray) -> FloatArray:
-    line = np.linspace(-1.0, 1.0, column.size)
-    centred = column - column.mean()
-    return centred - line * (line @ centred) / (line @ line)
 
 
 def _rms(values: FloatArray) -> FloatArray:

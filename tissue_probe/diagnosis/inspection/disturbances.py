@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import percentile_filter
 
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
@@ -85,6 +84,8 @@ def bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
     number = np.arange(values.size)
     if steady.all():
         return values
+    from scipy.interpolate import CubicSpline  # only where something stands out
+
     return np.where(steady, values, CubicSpline(number[steady], values[steady])(number))
 
 

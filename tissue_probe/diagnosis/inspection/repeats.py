@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
-from scipy.stats import binom
 
+from tissue_probe.diagnosis.chance import binomial_from
 from tissue_probe.diagnosis.inspection.channel import Channel
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -129,10 +129,10 @@ def _rare_pairs(channel: Channel, limit: float, there: Runs) -> bool:
     at_limit = int(np.count_nonzero(channel.values == limit))
     pairs = int(np.sum(there.length - 1))
     # The extreme of noise lies in its tail, where a second is at most half as likely as usual ...
-    rare = binom.sf(pairs - 1, at_limit, 0.5 * _equal_neighbours(channel)) < CHANCE
+    rare = binomial_from(pairs, at_limit, 0.5 * _equal_neighbours(channel)) < CHANCE
     # ... and no step of a tail has more samples than the step before it.
     inside = np.abs(channel.values - limit) < 1.5 * channel.step
-    return bool(rare or binom.sf(at_limit - 1, np.count_nonzero(inside), 0.5) < CHANCE)
+    return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < CHANCE
 
 
 def _corners(channel: Channel, other: Channel, there: Runs) -> bool:

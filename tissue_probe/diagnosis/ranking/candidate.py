@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +30,10 @@ from tissue_probe.diagnosis.ranking.starts import (
 )
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
 from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
 FOLLOWED, WORSE = 3, 2.0

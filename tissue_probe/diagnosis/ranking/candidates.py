@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,10 +32,10 @@ from tissue_probe.diagnosis.ranking.starts import begin_states, pressed_in, star
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import EFFECTS, Effect
-from tissue_probe.physics.effects.effect import TISSUE_FORCE
-from tissue_probe.physics.rigs import admits
-from tissue_probe.physics.tissues import TISSUES
+from tissue_probe.physics.kinds import TISSUE_EFFECTS
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: Squared residual over noise at which a further effect needs no other start.
 ENOUGH = 1.04
@@ -96,9 +97,12 @@ def _relaxed(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> list[dict[str, float]]:
     """Return what is found of a tissue's own effects when they are searched as candidates are."""
-    own = [EFFECTS[name] for name in TISSUES[composition.tissue].effects]
-    if not own:
+    names = TISSUE_EFFECTS[composition.tissue]
+    if not names:
         return []
+    from tissue_probe.physics.effects import EFFECTS
+
+    own = [EFFECTS[name] for name in names]
     solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)
     return [fit.named() for fit in fit_candidates(solid, own, instrument)]
 
@@ -157,7 +161,7 @@ def fit_candidates(
     """
     all_forms = forms(base.composition, effects)
     look, values = Look.at(base, instrument), [base.named()]
-    if any(form.contact != TISSUE_FORCE for form in all_forms):
+    if any(form.changes_contact for form in all_forms):
         values += pressed_in(base, instrument)
     candidates = [Candidate(base, form, instrument, look, values) for form in all_forms]
     for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
@@ -180,6 +184,8 @@ def fit_candidates(
 
 def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
     """Return each form in which effects may be added to a model."""
+    from tissue_probe.physics.rigs import admits
+
     return [
         form
         for effect in effects

@@ -7,6 +7,7 @@ What does not: what the error on other runs says (``diagnosis``).
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +23,9 @@ from tissue_probe.diagnosis.ranking.starts import (
     with_instant,
 )
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: How many of the instants that promise most are searched from.
 FOLLOWED = 2

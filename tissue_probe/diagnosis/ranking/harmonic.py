@@ -7,6 +7,8 @@ a residual's lines (``line_tests``), the verdict (``improvement``).
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +19,10 @@ from tissue_probe.diagnosis.fitting.search import promise, search
 from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.diagnosis.ranking.starts import begin_states
 from tissue_probe.diagnosis.residuals.drive import dominant_period, drive_of
-from tissue_probe.physics.effects.mains_hum import COSINE, FREQUENCY, MAINS_HUM, SINE
-from tissue_probe.physics.rigs import admits
 from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: The highest multiple of the drive's frequency that is tried.
 HIGHEST = 5
@@ -30,13 +33,21 @@ SAME = 2e-3
 
 _Begun = tuple[Problem, FloatArray, list[FloatArray]]
 
-# The equations are those of hum at any frequency.
-_SINE, _COSINE, _FREQUENCY = MAINS_HUM.parameters
-_LINE = replace(
-    MAINS_HUM,
-    name="harmonic",
-    parameters=(_SINE, _COSINE, replace(_FREQUENCY, lower=0.0, upper=1e6)),
-)
+#: What is told of hum, by name.
+HUM, FREQUENCY, SINE, COSINE = "mains_hum", "hum_frequency", "hum_sine", "hum_cosine"
+
+
+@cache
+def _line() -> Effect:
+    """Return an effect with the equations of hum, at any frequency."""
+    from tissue_probe.physics.effects import EFFECTS
+
+    hum = EFFECTS[HUM]
+    parameters = (
+        replace(each, lower=0.0, upper=1e6) if each.name == FREQUENCY else each
+        for each in hum.parameters
+    )
+    return replace(hum, name="harmonic", parameters=tuple(parameters))
 
 
 def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | None:
@@ -60,7 +71,9 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
         Frequency [Hz]; None where no line is better, the drive is no sine, or there are several
         measurements: then effects have more to explain than a line.
     """
-    taken = MAINS_HUM.name in base.composition.names or not admits(base.composition.rig, _LINE)
+    from tissue_probe.physics.rigs import admits
+
+    taken = HUM in base.composition.names or not admits(base.composition.rig, _line())
     if taken or len(base.measurements) > 1:
         return None
     sine = _frequency(base.measurements[0])
@@ -75,7 +88,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
 
 def is_multiple(fit: Fit) -> bool:
     """Whether a model hums at a multiple of a sine that drives."""
-    frequency = fit.named().get(str(FREQUENCY))
+    frequency = fit.named().get(FREQUENCY)
     sine = _frequency(fit.measurements[0]) if frequency else None
     if frequency is None or sine is None:
         return False
@@ -95,8 +108,8 @@ def _frequency(measurement: Measurement) -> float | None:
 
 def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
     """Put a line of no height beside a fitted model."""
-    held = {str(FREQUENCY): frequency}
-    problem = Problem(base.composition.plus(_LINE), base.measurements, instrument, held)
-    known = base.named() | {str(SINE): 0.0, str(COSINE): 0.0} | held
+    held = {FREQUENCY: frequency}
+    problem = Problem(base.composition.plus(_line()), base.measurements, instrument, held)
+    known = base.named() | {SINE: 0.0, COSINE: 0.0} | held
     values = np.array([known[name] for name in problem.runs.names])
     return problem, values, begin_states(problem, base, values)

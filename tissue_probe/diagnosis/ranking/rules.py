@@ -7,12 +7,15 @@ What does not: fitting (``search``, ``candidates``), further effects (``improvem
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.residuals.whiteness import SLOW
-from tissue_probe.physics.effects import Effect
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: A better fit is real where the BIC falls by more than this and the residual by this share.
 LEAST_GAIN, LEAST_SHARE = 20.0, 0.003

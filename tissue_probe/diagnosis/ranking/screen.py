@@ -7,7 +7,7 @@ would have to be generated and compiled for every pair. What does not: fitting t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,10 @@ from tissue_probe.diagnosis.ranking.candidates import forms
 from tissue_probe.diagnosis.ranking.starts import begin_states, extent, start_values
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
 from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 
 class Promise(NamedTuple):

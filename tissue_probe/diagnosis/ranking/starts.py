@@ -8,18 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
-from tissue_probe.physics.effects import Effect, Extent
-from tissue_probe.physics.effects.effect import TISSUE_FORCE
+from tissue_probe.diagnosis.transforms import peaks
+from tissue_probe.physics.extent import Extent
 from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 Values = Mapping[str, float]
 #: Points to a sample at which the tension of the tissue is looked at.
@@ -52,7 +54,7 @@ def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tup
     known : sequence of mapping of str to float
         Its values, then those of ``pressed_in``.
     """
-    for each in known[:1] if effect.contact == TISSUE_FORCE else known:
+    for each in known if effect.changes_contact else known[:1]:
         reach = extent(base, each, effect)
         tried = list(effect.starts(reach))
         if effect.states and not all(measurement.at_rest for measurement in base.measurements):
@@ -85,13 +87,15 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     measurement = fit.measurements[index]
     duration = max(each.begins + each.extent.duration for each in fit.measurements)
     reach = replace(measurement.extent, duration=duration)
-    if effect.contact == TISSUE_FORCE:
+    if not effect.changes_contact:
         return reach
+    from scipy.interpolate import CubicSpline  # only for effects by which tissue lets go
+
     tip = CubicSpline(measurement.times, fit.tip[index] - known.get("contact_position", 0.0))
     often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
-    peaks = np.sort(pull[find_peaks(pull, height=0.0)[0]])[::-1]
-    return replace(reach, tensions=tuple(map(float, peaks)))
+    tensions = np.sort(pull[peaks(pull, 0.0)])[::-1]
+    return replace(reach, tensions=tuple(map(float, tensions)))
 
 
 def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, signal
+from scipy import ndimage
 
+from tissue_probe.diagnosis.transforms import correlation, peaks, periodogram
 from tissue_probe.signals import FloatArray
 
 #: A position that comes back to this, as a share of its mean square, repeats.
@@ -43,9 +44,7 @@ def spectrum(values: FloatArray, sample_period: float) -> tuple[FloatArray, Floa
     Scaled so that white noise of variance s^2 has s^2 in every bin on average; a sine of amplitude
     A has N A^2 / 4 in the bins of its line together.
     """
-    frequencies, power = signal.periodogram(
-        values, 1.0 / sample_period, window="hann", detrend="constant"
-    )
+    frequencies, power = periodogram(values, sample_period)
     return frequencies[1:], power[1:] / (2.0 * sample_period)
 
 
@@ -74,10 +73,10 @@ def _repetition(position: FloatArray, sample_period: float) -> float | None:
     longest = moving.size // 2
     squares = np.r_[0.0, np.cumsum(moving**2)]
     lags = np.arange(longest)
-    products = signal.correlate(moving, moving, mode="full")[moving.size - 1 :][:longest]
+    products = correlation(moving, moving)[moving.size - 1 :][:longest]
     energy = squares[moving.size - lags] + squares[-1] - squares[lags]
     difference = (energy - 2.0 * products) / np.where(energy > 0.0, energy, 1.0)
-    returns, _ = signal.find_peaks(-difference, height=-RETURN)
+    returns = peaks(-difference, -RETURN)
     if returns.size == 0 or difference.max() < 0.5:
         return None
     period = returns[0]

@@ -6,9 +6,10 @@ What belongs here: correlation with what drives and its rate of change, at the s
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal, stats
 
+from tissue_probe.diagnosis.chance import normal_beyond
 from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judged
+from tissue_probe.diagnosis.transforms import correlation
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
@@ -61,9 +62,9 @@ def _correlation(
     error, moving = residual - residual.mean(), cause - cause.mean()
     size = residual.size
     most = min(round(LATEST / sample_period), size - 1)
-    products = _correlate(error, moving)[size - 1 - most : size + most]
+    products = correlation(error, moving)[size - 1 - most : size + most]
     largest = int(np.argmax(np.abs(products)))
-    coloured = np.sum(_correlate(error, error) * _correlate(moving, moving)) / size
+    coloured = np.sum(correlation(error, error) * correlation(moving, moving)) / size
     white = np.sum(error**2) * np.sum(moving**2) / size
     score = abs(products[largest]) / np.sqrt(max(coloured, white) or 1.0)
     scale = np.sqrt(np.sum(error**2) * np.sum(moving**2)) or 1.0
@@ -71,13 +72,8 @@ def _correlation(
     return judged(
         name,
         products[largest] / scale,
-        min(1.0, 2.0 * products.size * stats.norm.sf(score)),
+        min(1.0, 2.0 * products.size * normal_beyond(score)),
         f"correlation with the {name} reaches {products[largest] / scale:+.2f}, "
         f"{delay:+.3g} ms after it",
         hint,
     )
-
-
-def _correlate(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the sums of products at all lags, by Fourier transform."""
-    return signal.correlate(one, other, mode="full", method="fft")

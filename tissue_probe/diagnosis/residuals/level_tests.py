@@ -6,8 +6,14 @@ What belongs here: tests for which the order of the samples in time hardly matte
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage, optimize, signal, stats
+from scipy import ndimage
 
+from tissue_probe.diagnosis.chance import (
+    MEDIAN_SIZE,
+    mean_is_zero,
+    normal_at,
+    normal_beyond,
+)
 from tissue_probe.diagnosis.residuals.drive import dominant_period
 from tissue_probe.diagnosis.residuals.residual_test import (
     SIGNIFICANCE,
@@ -15,6 +21,7 @@ from tissue_probe.diagnosis.residuals.residual_test import (
     judged,
     untold,
 )
+from tissue_probe.diagnosis.transforms import analytic
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
@@ -37,7 +44,7 @@ def level(residual: FloatArray, noise: float) -> ResidualTest:
     return judged(
         "level",
         ratio,
-        stats.norm.sf((ratio - 1.0) / spread),
+        normal_beyond((ratio - 1.0) / spread),
         f"rms is {ratio:.3g} times the noise",
         "something is missing; the other tests say of which kind",
     )
@@ -58,7 +65,7 @@ def offset(
     return judged(
         "offset",
         mean,
-        stats.ttest_1samp(means, 0.0).pvalue if means.any() else 1.0,
+        mean_is_zero(means) if means.any() else 1.0,
         f"mean is {output.tell(mean)}",
         "a force that is off by a constant (force_bias) or wanders (force_drift), tissue that "
         "relaxes under the preload (standard_linear_solid, generalized_maxwell, springpot), a "
@@ -86,7 +93,7 @@ def amplitude(
         return untold(name, f"fewer than {BATCHES} periods of the drive")
     windows = (count, size)
     moving = position[: count * size].reshape(windows)
-    envelope = np.abs(signal.hilbert(position - position.mean()))
+    envelope = np.abs(analytic(position - position.mean()))
     amplitudes = envelope[: count * size].reshape(windows).mean(axis=1)
     if np.quantile(amplitudes, 0.9) < AMPLITUDE_RANGE * np.quantile(amplitudes, 0.1):
         return untold(name, "the drive has one amplitude; vary it by a factor of two")
@@ -97,7 +104,7 @@ def amplitude(
     return judged(
         name,
         power,
-        stats.norm.sf((ratio - 1.0) / np.hypot(NOISE_UNCERTAINTY, np.sqrt(0.5 / freedom))),
+        normal_beyond((ratio - 1.0) / np.hypot(NOISE_UNCERTAINTY, np.sqrt(0.5 / freedom))),
         f"what is not linear within a period is {ratio:.3g} times the noise and grows as "
         f"amplitude to the {power:.1f}",
         _meaning_of_power(power),
@@ -116,6 +123,7 @@ def _not_linear(residual: FloatArray, position: FloatArray) -> FloatArray:
 
 def _power(amplitudes: FloatArray, squares: FloatArray) -> float:
     """Return n of the mean square 1 + c A^(2 n) that fits best."""
+    from scipy import optimize  # only where a drive has several amplitudes
 
     def deviance(parameters: FloatArray) -> float:
         log_scale, power = parameters
@@ -152,15 +160,16 @@ def outliers(residual: FloatArray) -> ResidualTest:
     sample stands highest; far is what one in a record of white noise reaches with `SIGNIFICANCE`,
     for differences of the size told by the median of them all.
     """
-    rough = np.abs(np.diff(residual, 4))
-    scores = rough / (stats.median_abs_deviation(np.diff(residual, 4), scale="normal") or 1.0)
+    rough = np.diff(residual, 4)
+    usual = np.median(np.abs(rough - np.median(rough))) / MEDIAN_SIZE
+    scores = np.abs(rough) / (usual or 1.0)
     peaks = scores == ndimage.maximum_filter1d(scores, 2 * NEIGHBOURS + 1)
-    far = stats.norm.isf(0.5 * SIGNIFICANCE / residual.size)
+    far = normal_at(0.5 * SIGNIFICANCE / residual.size)
     count = int(np.sum(peaks & (scores > far)))
     return judged(
         "outliers",
         count,
-        min(1.0, 2.0 * residual.size * stats.norm.sf(scores.max())),
+        min(1.0, 2.0 * residual.size * normal_beyond(scores.max())),
         f"{count} of {residual.size} samples stand alone",
         "disturbed or lost samples, a force at its limit (adc_saturation), a channel that repeats "
         "values (stuck_samples), or impacts (backlash, or contact lost and regained: contact_loss, "

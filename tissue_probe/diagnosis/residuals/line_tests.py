@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage, stats
+from scipy import ndimage
 
+from tissue_probe.diagnosis.chance import f_beyond
 from tissue_probe.diagnosis.residuals.drive import Drive, drive_of, spectrum
 from tissue_probe.diagnosis.residuals.residual_test import (
     SIGNIFICANCE,
@@ -57,7 +58,7 @@ class _Lines:
         The strongest is looked for among those that no noise explains, if there are any.
         """
         # The background comes from about BESIDE ordinates, so a line's height is F-distributed.
-        chances = among.sum() * stats.f.sf(self.height, 2, BESIDE)
+        chances = among.sum() * f_beyond(self.height, 2, BESIDE)
         sure = among & (chances < SIGNIFICANCE)
         weight = (
             np.where(sure, self.power, -1.0) if sure.any() else np.where(among, self.height, -1)

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import signal, stats
 
+from tissue_probe.diagnosis.chance import chi_squared_beyond
 from tissue_probe.diagnosis.residuals.residual_test import SHORTEST, SIGNIFICANCE, checked
+from tissue_probe.diagnosis.transforms import analytic, welch, without_line
 from tissue_probe.signals import FloatArray
 
 BINS = 36  # of time, depth and speed; of phase, 10 degrees each
@@ -156,7 +157,7 @@ def localise(
     residual, position, tip_position = checked(noise, residual, position, tip_position)
     time = sample_period * np.arange(residual.size)
     speed = np.gradient(tip_position, sample_period)
-    phase = np.rad2deg(np.angle(signal.hilbert(signal.detrend(position))))
+    phase = np.rad2deg(np.angle(analytic(without_line(position))))
     squares = residual**2
     profiles = (
         _over("time", "s", time, squares, noise),
@@ -207,7 +208,7 @@ def _over_frequency(residual: FloatArray, sample_period: float, noise: float) ->
     """Divide the energy by Welch's method into bands of a third of an octave."""
     segment = max(round(RESOLUTION / sample_period), SHORTEST)  # of slow samples, as many as 64
     segment = min(segment, residual.size // 8)
-    frequencies, density = signal.welch(residual, 1.0 / sample_period, nperseg=segment)
+    frequencies, density = welch(residual, sample_period, segment)
     frequencies, density = frequencies[1:], density[1:]
     energy_of_bin = residual.size * density * frequencies[0]
     octaves = np.log2(frequencies[-1] / frequencies[0])
@@ -234,7 +235,7 @@ def _region(
     bins = energy.size
     beyond = energy.sum() - expected.sum()
     freedom = expected.sum() / noise**2
-    if stats.chi2.sf(energy.sum() / noise**2, freedom) > SIGNIFICANCE:
+    if chi_squared_beyond(energy.sum() / noise**2, freedom) > SIGNIFICANCE:
         return None
     share, axis = (energy - expected) / beyond, width / width.sum()
     best = None
@@ -250,7 +251,7 @@ def _region(
         return None
     contrast, run = best
     samples = expected[run].sum() / noise**2
-    chance = bins**2 * stats.chi2.sf(energy[run].sum() / noise**2, samples)
+    chance = bins**2 * chi_squared_beyond(energy[run].sum() / noise**2, samples)
     if chance > SIGNIFICANCE:
         return None
     return Region(

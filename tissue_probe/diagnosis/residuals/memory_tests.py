@@ -6,9 +6,10 @@ What belongs here: tests of the residual's own autocorrelation.
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal, stats
 
+from tissue_probe.diagnosis.chance import chi_squared_beyond, normal_beyond
 from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judged
+from tissue_probe.diagnosis.transforms import correlation
 from tissue_probe.signals import FloatArray
 
 LAGS = 40  # samples; 20 ms at 2 kHz, in which the tip's resonance rings more than once
@@ -20,7 +21,7 @@ _HINT = (
 
 def autocorrelations(residual: FloatArray, lags: int = LAGS) -> FloatArray:
     """Return the residual's autocorrelation at 1 ... ``lags`` samples, each within -1 ... 1."""
-    products = signal.correlate(residual, residual, mode="full")[residual.size - 1 :]
+    products = correlation(residual, residual)[residual.size - 1 :]
     return products[1 : lags + 1] / (products[0] or 1.0)
 
 
@@ -35,7 +36,7 @@ def whiteness(residual: FloatArray) -> ResidualTest:
     return judged(
         "whiteness",
         found[largest],
-        min(1.0, 2.0 * found.size * stats.norm.sf(score)),
+        min(1.0, 2.0 * found.size * normal_beyond(score)),
         f"autocorrelation reaches {found[largest]:+.2g} at {largest + 1} samples",
         _HINT,
     )
@@ -53,7 +54,7 @@ def ljung_box(residual: FloatArray) -> ResidualTest:
     return judged(
         "Ljung-Box",
         statistic,
-        stats.chi2.sf(statistic, found.size),
+        chi_squared_beyond(statistic, found.size),
         f"Q is {statistic:.3g} over {found.size} lags; white noise has {found.size}",
         _HINT,
     )

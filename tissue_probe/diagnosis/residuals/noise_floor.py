@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy import stats
 
 from tissue_probe.errors import MeasurementError
 from tissue_probe.signals import FloatArray, IntArray
@@ -67,6 +66,8 @@ def noise_floor(
     pattern in nonlinear regression", Biometrika 73 (1986), 625-633, there with a straight line
     through three samples. Scale by a median: P. Rousseeuw, C. Croux, JASA 88 (1993), 1273.
     """
+    from tissue_probe.diagnosis.chance import chi_squared_median
+
     force = np.asarray(force, dtype=np.float64)
     if force.size < SMOOTH_WINDOW or not np.isfinite(force).all():
         raise MeasurementError(
@@ -81,7 +82,7 @@ def noise_floor(
         told = moved @ np.linalg.lstsq(moved, left[0].ravel(), rcond=None)[0]
         left.append(left[0] - told.reshape(left[0].shape))
     squares = min(float(np.median(np.sum(each**2, axis=1))) for each in left)
-    variance = squares / stats.chi2.median(left[0].shape[1])
+    variance = squares / chi_squared_median(left[0].shape[1])
     steps = np.diff(np.unique(force))
     step = steps.min() if steps.size else 0.0
     return float(max(np.sqrt(variance), step / np.sqrt(12.0)))

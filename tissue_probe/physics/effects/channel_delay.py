@@ -3,10 +3,9 @@
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
+from tissue_probe.physics.kinds import LONGEST_DELAY
 
 DELAY = sp.Symbol("channel_delay", real=True)
-#: What is later is no channel of one instrument [s].
-LONGEST = 0.02
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
@@ -26,7 +25,7 @@ CHANNEL_DELAY = Effect(
     name="channel_delay",
     family="timing",
     physics="The force comes later than the position by a constant time",
-    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-5e-3, upper=LONGEST),),
+    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-5e-3, upper=LONGEST_DELAY),),
     delay=DELAY,
     starts=starts,
     assumptions="Constant; what the delay moves is time-invariant",

@@ -11,6 +11,9 @@ from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
+from tissue_probe.physics.entry import Entry
+from tissue_probe.physics.extent import Extent
+
 TIME = sp.Symbol("time", real=True)
 POSITION, POSITION_RATE = sp.symbols("position position_rate", real=True)
 POSITION_ACCELERATION = sp.Symbol("position_acceleration", real=True)
@@ -39,6 +42,11 @@ class Parameter:
     def name(self) -> str:
         """The symbol's name."""
         return str(self.symbol.name)
+
+    @property
+    def entry(self) -> Entry:
+        """The same without its symbol."""
+        return Entry(self.name, self.unit, self.default, self.lower, self.upper)
 
 
 @dataclass(frozen=True)
@@ -73,32 +81,6 @@ class Switch:
     off: sp.Expr
     first: bool = True
     alone: sp.Expr | None = None
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How far a recording reaches: what an effect needs to know to propose where a search begins.
-
-    ``duration`` [s]; ``indentation`` [m] (half the coil's travel), ``depth`` [m] (the farthest that
-    it goes) and ``speed`` [m/s] (largest); ``force`` [N] (standard deviation); ``pull`` [N]
-    (largest force in tension); ``step`` [m] (smallest difference between two positions, 0 where
-    there is no common one); ``tensions`` [N] (the peaks of the tension in the tissue, if it never
-    let go of the tip; largest first).
-    """
-
-    duration: float
-    indentation: float
-    depth: float
-    speed: float
-    force: float
-    pull: float
-    step: float
-    tensions: tuple[float, ...] = ()
-
-    @property
-    def frequency(self) -> float:
-        """Angular frequency of the motion [rad/s]: of the sine as fast and as wide."""
-        return self.speed / self.indentation
 
 
 Starts = Callable[[Extent], Iterable[Mapping[str, float]]]
@@ -219,6 +201,11 @@ class Effect:
     def plain(self) -> Effect:
         """The effect as it is written here, without its other forms."""
         return replace(self, forms=())
+
+    @property
+    def changes_contact(self) -> bool:
+        """Whether, as it is written here, it changes what the tissue's force does to the tip."""
+        return bool(self.contact != TISSUE_FORCE)
 
     @property
     def every_form(self) -> tuple[Effect, ...]:

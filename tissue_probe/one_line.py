@@ -1,0 +1,14 @@
+"""An error as one line for the user.
+
+What belongs here: that alone, of any error. What does not: the errors themselves.
+"""
+
+from __future__ import annotations
+
+
+def sentence(error: ValueError | OSError) -> str:
+    """Say on one line what went wrong, without the number of an operating system's error."""
+    told = str(error)
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        told = f"{error.filename}: {error.strerror}"
+    return " ".join(told.split())

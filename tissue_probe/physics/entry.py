@@ -1,0 +1,22 @@
+"""A number of a model, as far as fits and files know it: by name, without its symbol.
+
+What belongs here: that alone. What does not: symbols (``effects``, ``rigs``), values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A constant or parameter: name, unit, where a search begins, and between which bounds it lies.
+
+    ``default`` is a value typical of what is met, and the scale of the search.
+    """
+
+    name: str
+    unit: str
+    default: float
+    lower: float
+    upper: float

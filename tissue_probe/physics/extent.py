@@ -1,0 +1,34 @@
+"""How far a recording reaches.
+
+What belongs here: that alone. What does not: what is made of it (``effects``, ``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a recording reaches: what an effect needs to know to propose where a search begins.
+
+    ``duration`` [s]; ``indentation`` [m] (half the coil's travel), ``depth`` [m] (the farthest that
+    it goes) and ``speed`` [m/s] (largest); ``force`` [N] (standard deviation); ``pull`` [N]
+    (largest force in tension); ``step`` [m] (smallest difference between two positions, 0 where
+    there is no common one); ``tensions`` [N] (the peaks of the tension in the tissue, if it never
+    let go of the tip; largest first).
+    """
+
+    duration: float
+    indentation: float
+    depth: float
+    speed: float
+    force: float
+    pull: float
+    step: float
+    tensions: tuple[float, ...] = ()
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of the motion [rad/s]: of the sine as fast and as wide."""
+        return self.speed / self.indentation
