@@ -266,7 +266,8 @@ def read(path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
 
     from tissue_probe.recording.any_file import read_any
 
-    if path.is_dir() or path.stat().st_size < LARGE:
+    files = [each for each in path.rglob("*") if each.is_file()] if path.is_dir() else [path]
+    if sum(each.stat().st_size for each in files) < LARGE:
         return read_any(path, layout)
     with Progress(console=Console(stderr=True), transient=True) as shown:
         bar = shown.add_task(f"reading {path.name}", total=1.0)

@@ -41,6 +41,10 @@ class FolderBag:
         for bag in self._bags:
             yield from bag.messages(topics)
 
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are."""
+        return sum(bag.count(topics) for bag in self._bags)
+
 
 def files_of(folder: Path) -> list[Path]:
     """Return the files of a folder that ``ros2 bag`` wrote, in the order in which it did.
