@@ -99,7 +99,7 @@ def _read(name: str, path: Path, stated: dict[str, str], refused: str) -> Outcom
 
 def _is_right(recording: Recording) -> bool:
     found = recording.blocks[0]
-    return (
+    return bool(
         len(recording) == TIME.size
         and abs(found.sample_period / PERIOD - 1.0) < CLOCK
         and np.abs(recording.position - POSITION).max() < EXACT
@@ -191,7 +191,7 @@ def _memory(path: Path) -> float:
 def _write_long(path: Path) -> None:
     if path.suffix == ".mcap":
         position = 1e-3 * np.sin(62.8 * np.arange(ROWS) * 5e-4)
-        unknown = np.broadcast_to(np.nan, ROWS)
+        unknown = np.full(ROWS, np.nan)
         write_samples_bag(path, SampleBlock(10**18, 0, 5e-4, position, 450.0 * position, unknown))
         return
     import pyarrow

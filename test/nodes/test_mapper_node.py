@@ -139,7 +139,9 @@ def test_a_site_at_no_place_is_told_and_harms_nothing(mapped):
     running, maps, sites, publishers = mapped
     off = PalpationSite(5000, 5, (np.nan, 1.0, 0.0), Phase.DWELL)
     sites.publish(site_to_message(off, "stage"))
-    running.wait_until(lambda: "an announcement is left out: (nan" in running.log("mapper"), "the log")
+    running.wait_until(
+        lambda: "an announcement is left out: (nan" in running.log("mapper"), "the log"
+    )
 
     def measured() -> bool:
         publishers["ekf"].publish(estimate("ekf", 2000, 500.0, TissueEstimate.CONVERGED))

@@ -78,7 +78,7 @@ def diagnose(
         print(UNSETTLED)
     words.tell(diagnosis)
     if json:
-        json.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        asked.write_json(json, told)
 
 
 def ranked(diagnosis: Diagnosis, told: Answer) -> Table:

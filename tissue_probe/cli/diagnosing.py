@@ -16,8 +16,10 @@ import typer
 
 from tissue_probe.cli.arguments import in_a_folder
 from tissue_probe.cli.measured import Segment, Starts
+from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
+    from tissue_probe.diagnosis.answer import Answer
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.fitting.fit import Fit
     from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -231,7 +233,7 @@ def measurements(segments: Sequence[Segment], output: Quantity) -> list[Measurem
         for finding in inspect(each.position, each.force, each.sample_period).findings:
             if finding.fatal:
                 raise ValueError(f"{each.source}: {finding.sentence}")
-            print(f"note: {each.source}: {finding.sentence}")
+            print(f"note: {each.source}: {with_options(finding.sentence)}")
         rested = each.starts is Starts.at_rest
         found.append(
             Measurement(
@@ -257,7 +259,7 @@ def note_fit(base: Fit, final: Fit) -> None:
     from tissue_probe.diagnosis.fit_checks import check_fit
 
     for finding in check_fit(base, final):
-        print(f"note: {finding.sentence}")
+        print(f"note: {with_options(finding.sentence)}")
 
 
 def held(model: FittedModel, taken: Sequence[Measurement]) -> Fit:
@@ -326,5 +328,9 @@ def write_answer(
 
     library = effects(model.effect_files)
     found = diagnose(model.composition, taken, known, library, begin_at=model.values)
-    told = answer(found, compared)
-    path.write_text(told.model_dump_json(indent=2) + "\n", encoding="utf-8")
+    write_json(path, answer(found, compared))
+
+
+def write_json(path: Path, told: Answer) -> None:
+    """Write the answer for programs; in its advice, parameters as the options that state them."""
+    path.write_text(with_options(told.model_dump_json(indent=2)) + "\n", encoding="utf-8")

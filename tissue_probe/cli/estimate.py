@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles, Table
+from tissue_probe.cli.options_named import with_options
 
 #: Findings that are told of a recording of this suite too: its driver checks all others.
 TOLD_OF_OWN = ("wrong_polarity", "suspicious_units")
@@ -125,7 +126,7 @@ def _doubts(path: Path, recording: Recording, own: bool) -> Iterator[str]:
         if found.fatal and not own:
             raise ValueError(f"{path}: {found.sentence}")
         if not own or found.name in TOLD_OF_OWN:
-            yield f"{path}: {found.sentence}"
+            yield f"{path}: {with_options(found.sentence)}"
 
 
 def _last_contact(recording: Recording, estimates: TissueEstimates) -> int:

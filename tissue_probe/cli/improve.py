@@ -97,7 +97,7 @@ def improve(
     write(output, diagnosis, files, sources, validate or [], begun.effect_files)
     print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
     if json:
-        json.write_text(answer(diagnosis).model_dump_json(indent=2) + "\n", encoding="utf-8")
+        asked.write_json(json, answer(diagnosis))
 
 
 def _errors(diagnosis: Diagnosis, steps: Sequence[Fit]) -> Table:

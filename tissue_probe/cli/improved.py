@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 
 from tissue_probe.cli import fit_shown
 from tissue_probe.cli import verdict_in_words as words
+from tissue_probe.cli.options_named import with_options
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import added
@@ -172,7 +173,7 @@ def report(
             for fit in ladder.ranking
         ),
         signals=(signals,),
-        findings=tuple(finding.sentence for finding in diagnosis.findings),
+        findings=tuple(with_options(finding.sentence) for finding in diagnosis.findings),
         base_tests=fit_shown.tests(base, shown),
         final_tests=fit_shown.tests(final, shown) if final is not base else (),
         excitations=_next(diagnosis),
@@ -291,7 +292,7 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
             shown if suggestion.shows else apart,
             command.line,
             words.settings(suggestion),
-            command.notes,
+            tuple(map(with_options, command.notes)),
         )
     ]
     if suggestion.calibration:

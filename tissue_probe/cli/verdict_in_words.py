@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from tissue_probe.cli.options_named import with_options
+
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
@@ -25,7 +27,7 @@ def tell(diagnosis: Diagnosis) -> None:
     if diagnosis.command:
         print("The next experiment's command line:", diagnosis.command.line, sep="\n")
         for note in diagnosis.command.notes:
-            print(f"- {note}")
+            print(f"- {with_options(note)}")
 
 
 def verdict(diagnosis: Diagnosis) -> list[str]:

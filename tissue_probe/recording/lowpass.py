@@ -43,11 +43,11 @@ def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
     rate = 1.0 / block.sample_period
     if not 0.0 < KEPT * frequency <= rate:
         raise ValueError(
-            f"--lowpass {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
+            f"`lowpass` {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
             f"and up to {rate / KEPT:.4g} Hz"
         )
     if len(block) < 100:
-        raise ValueError(f"--lowpass: {len(block)} samples are too few to be filtered; give 100")
+        raise ValueError(f"`lowpass`: {len(block)} samples are too few to be filtered; give 100")
     sections = butter(ORDER, frequency, fs=rate, output="sos")
     every = int(rate / (KEPT * frequency) + 1e-9)
     position, force = (
