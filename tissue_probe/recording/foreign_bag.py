@@ -70,6 +70,7 @@ def read_foreign_bag(
     )
     u_unit = layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
     f_unit = layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
+    ticks = max(f_clock.tick, u_clock.tick) / 2.0 / NANOSECONDS  # known to half a step
     f_clock, f, told_force = _fresh(force, f_clock)
     u_clock, u, told_position = _fresh(position, u_clock)
     notes = [*force.notes, *position.notes, *notes, *told_force, *told_position]
@@ -101,7 +102,7 @@ def read_foreign_bag(
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    return Recording(tuple(blocks)), (read, *notes, *told_slow)
+    return Recording(tuple(blocks), time_doubt=ticks), (read, *notes, *told_slow)
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:
