@@ -6,8 +6,6 @@ What belongs here: making the files, reading them, counting. What does not: writ
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,12 +14,16 @@ from typing import NamedTuple
 import numpy as np
 from rich.table import Table
 
+from benchmarks.memory import memory_to_read
 from benchmarks.written_tables import FORCE, KINDS, PERIOD, POLARITY, POSITION, SI, TIME
 from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.layout import Layout
-from tissue_probe.signals import Recording
+from tissue_probe.recording.samples_bag import write_samples_bag
+from tissue_probe.signals import Recording, SampleBlock
 
 ROWS = 10_000_000
+#: How long files are written: text, columns, a recording of this suite.
+LONG = (".csv", ".parquet", ".mcap")
 #: Three columns of float64, three times [MB].
 MEMORY = ROWS * 3 * 8 * 3 / 1e6
 #: What is right of a force that is damaged by nothing: digits of a text.
@@ -51,7 +53,7 @@ def measure() -> dict[str, object]:
     """Read a file of each kind, and long ones; returns outcomes and memory [MB]."""
     with tempfile.TemporaryDirectory() as folder:
         outcomes = [*_containers(Path(folder)), *_texts(Path(folder))]
-        memory = {ending: _memory(Path(folder, f"long{ending}")) for ending in (".csv", ".parquet")}
+        memory = {ending: _memory(Path(folder, f"long{ending}")) for ending in LONG}
     return {"kinds": [each._asdict() for each in outcomes], "memory": memory}
 
 
@@ -97,7 +99,7 @@ def _read(name: str, path: Path, stated: dict[str, str], refused: str) -> Outcom
 
 def _is_right(recording: Recording) -> bool:
     found = recording.blocks[0]
-    return (
+    return bool(
         len(recording) == TIME.size
         and abs(found.sample_period / PERIOD - 1.0) < CLOCK
         and np.abs(recording.position - POSITION).max() < EXACT
@@ -181,27 +183,17 @@ def _written() -> dict[str, Text]:
 def _memory(path: Path) -> float:
     """Return by how much the resident memory of a process rises that reads a long file [MB]."""
     _write_long(path)
-    done = subprocess.run(
-        [sys.executable, "-c", _CHILD, str(path)], check=True, capture_output=True, text=True
-    )
+    megabytes = memory_to_read(path, {})
     path.unlink()
-    return float(done.stdout)
-
-
-_CHILD = """
-import sys
-from resource import RUSAGE_SELF, getrusage
-import pyarrow, pyarrow.csv, pyarrow.parquet, scipy.interpolate, scipy.integrate
-from tissue_probe.recording.any_file import read_any
-from tissue_probe.recording.layout import Layout
-before = getrusage(RUSAGE_SELF).ru_maxrss
-recording, _ = read_any(sys.argv[1], Layout())
-assert len(recording) == 10_000_000
-print((getrusage(RUSAGE_SELF).ru_maxrss - before) * 1024 / 1e6)
-"""
+    return megabytes
 
 
 def _write_long(path: Path) -> None:
+    if path.suffix == ".mcap":
+        position = 1e-3 * np.sin(62.8 * np.arange(ROWS) * 5e-4)
+        unknown = np.full(ROWS, np.nan)
+        write_samples_bag(path, SampleBlock(10**18, 0, 5e-4, position, 450.0 * position, unknown))
+        return
     import pyarrow
     from pyarrow import csv, parquet
 

@@ -9,8 +9,6 @@ from __future__ import annotations
 import logging
 import random
 import struct
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +22,7 @@ from rich.table import Table
 from rosbags.typesys import Stores, get_typestore
 
 from benchmarks.mcap_variants import Variant, variants, write
+from benchmarks.memory import memory_to_read
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.mcap_bag import McapBag
 
@@ -139,11 +138,8 @@ def _cost(path: Path) -> dict[str, float]:
     grown = []
     for count in (MESSAGES // 2, MESSAGES):
         _write_long(path, count)
-        script = f"from benchmarks.reading_bags import grown; print(grown({str(path)!r}))"
-        said = subprocess.run(
-            [sys.executable, "-c", script], capture_output=True, text=True, check=True
-        )
-        grown.append(float(said.stdout.split()[-1]))
+        stated = {"position": "/pose", "force": "/ft", "force_polarity": "compression"}
+        grown.append(memory_to_read(path, stated))
     begin = process_time()
     bag = McapBag(path)
     opened = process_time()
@@ -159,25 +155,6 @@ def _cost(path: Path) -> dict[str, float]:
         "bytes": read - opened,
         "mcap": process_time() - read,
     }
-
-
-def grown(path: str) -> float:
-    """Return by how much the resident memory rises at most, to read force and position [MB]."""
-    import scipy.interpolate  # noqa: F401  what is loaded once is not of the file
-
-    from tissue_probe.recording.any_file import read_any
-    from tissue_probe.recording.layout import Layout
-
-    Path("/proc/self/clear_refs").write_text("5")  # forget the peak, that of the parent too
-    before = _status("VmRSS")
-    read_any(path, Layout("/pose", "/ft", force_polarity="compression"))
-    return _status("VmHWM") - before
-
-
-def _status(name: str) -> float:
-    """Return an entry of this process's status [MB]."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return next(float(line.split()[1]) for line in lines if line.startswith(name)) * 1024 / 1e6
 
 
 def _write_long(path: Path, count: int, chunk: int = 2**20) -> None:

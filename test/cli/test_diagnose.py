@@ -641,3 +641,15 @@ def test_the_mains_hum_across_a_gap_and_through_two_files(run, tmp_path, humming
     model = yaml.safe_load((tmp_path / "improved" / "model.yaml").read_text())
     assert not [name for name in model["parameters"] if "of run" in name]
     assert "of&#x000A0;run" in (tmp_path / "improved" / "report.html").read_text()
+
+
+def test_advice_names_options_in_print_in_json_and_in_the_report(run, tmp_path):
+    (tmp_path / "stiff.csv").write_text(table(PRESSED, 1e3 * (NOISE + 450.0 * PRESSED)))
+    stated = ("--rig", "rigid_probe", "--force-polarity", "compression")
+    outcome = run("improve", "stiff.csv", *stated, "--add", "force_bias", "--json", "out.json",
+                  "--output", "out")  # fmt: skip
+    assert outcome.status == 0, outcome.err
+    page = (tmp_path / "out" / "report.html").read_text()
+    told = json.loads((tmp_path / "out.json").read_text())
+    for text in (outcome.out, " ".join(told["findings"]), page):
+        assert "(--position-unit, --force-unit)" in " ".join(text.split())

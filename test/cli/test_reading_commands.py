@@ -91,3 +91,13 @@ def test_a_rejected_model_names_the_command_that_tells_more(run, csv):
     outcome = run("estimate", path)
     assert "model_rejected" in outcome.out
     assert f"Why, tells: tissue_probe diagnose {path}" in outcome.out
+
+
+def test_info_takes_the_options_of_the_other_commands(run, fails, tmp_path):
+    rows = "\n".join(f"{1e-3 * n:.3f},{n % 50},{n % 7}" for n in range(300))
+    (tmp_path / "x.csv").write_text(f"zeit (s),weg,kraft\n{rows}\n")
+    units = ("--position-unit", "um", "--force-unit", "mN")
+    assert "--force-polarity" in fails("info", "x.csv", *units)
+    outcome = run("info", "x.csv", *units, "--force-polarity", "tension")
+    assert outcome.status == 0, outcome.err
+    assert "Position and force: 300 samples at 1000 Hz" in outcome.out

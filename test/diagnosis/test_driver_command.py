@@ -54,7 +54,7 @@ def test_how_the_probe_is_pressed_in_is_said():
     pressed, touching = (driver_command(suggestion(n), np.nan).notes[0] for n in (1, 0))
     assert "by 2 mm" in pressed
     assert "-p z:=-0.002)" in pressed
-    assert "--constant contact_position=-0.002+-3e-05" in pressed
+    assert "`constant` contact_position=-0.002+-3e-05" in pressed
     assert "just touch" in touching
     assert "-p z:=0.0)" in touching
 

@@ -66,7 +66,7 @@ def test_units_that_no_model_follows_are_told(units):
     fit = fitted(Specimen(), chirp(duration=2.0), **units)
     (finding,) = check_fit(fit, fit)
     assert finding.name == "not_followed"
-    for word in ("--position-unit", "--force-unit", "polarity", "in time"):
+    for word in ("`position_unit`", "`force_unit`", "polarity", "in time"):
         assert word in finding.sentence
 
 
@@ -89,7 +89,7 @@ def test_a_rigid_stop_under_the_probe_is_no_tissue(motion, instrument):
     (finding,) = check_fit(fit, fit)
     assert finding.name == "no_tissue"
     assert "the tip hardly moves" in finding.sentence
-    for word in ("rigid stop", "--force-unit", "load_cell_stiffness", "--rig rigid_probe"):
+    for word in ("rigid stop", "`force_unit`", "load_cell_stiffness", "`rig` rigid_probe"):
         assert word in finding.sentence
 
 
@@ -97,7 +97,7 @@ def test_a_force_in_millinewtons_is_no_tissue_of_a_rigid_probe():
     fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=RIGID_PROBE)
     (finding,) = check_fit(fit, fit)
     assert finding.name == "no_tissue"
-    for word in ("N/m is suspicious", "--force-unit", "--force-polarity", "rigid stop"):
+    for word in ("N/m is suspicious", "`force_unit`", "`force_polarity`", "rigid stop"):
         assert word in finding.sentence
 
 
@@ -137,6 +137,6 @@ def test_a_force_that_no_spring_of_the_load_cell_lets_through_has_other_units():
     fit = fit_base(Composition(), [seen], Instrument())
     (finding,) = check_fit(fit, fit)
     assert finding.name == "suspicious_units"
-    assert "--force-unit" in finding.sentence
+    assert "`force_unit`" in finding.sentence
     assert "suspicious_units" not in names(fitted(SOFT))
     assert "suspicious_units" not in names(fitted(NOTHING, sine(60.0)))

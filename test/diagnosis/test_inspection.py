@@ -272,7 +272,7 @@ def test_a_wrong_sign_is_fatal(tissue, motion, flipped):
     found = inspect(signs[0] * position, signs[1] * force, PERIOD)
     assert {finding.name for finding in found.findings} == {"wrong_polarity"}
     assert found.fatal
-    assert "--force-polarity" in found["wrong_polarity"].sentence
+    assert "`force_polarity`" in found["wrong_polarity"].sentence
 
 
 @pytest.mark.parametrize("late", [-200, -20, 12, 100])

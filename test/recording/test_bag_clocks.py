@@ -200,6 +200,7 @@ def test_stamps_in_coarse_ticks_are_spread_evenly(read_with):
         return logged, stamps - (stamps - EPOCH) % 10**7
 
     recording, notes = read_with(both(ticked))
+    assert recording.time_doubt == pytest.approx(5e-3)
     assert (
         "come in steps of 10 ms, several messages to a step: they are taken as even, 500" in notes
     )

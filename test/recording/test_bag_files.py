@@ -356,3 +356,14 @@ def test_no_damage_ends_in_anything_but_a_sentence_that_names_the_file(ending, d
     if said is not None:
         assert "\n" not in said
         assert str(path) in said
+
+
+def test_a_folder_whose_recorder_was_killed_before_it_wrote_metadata_is_read(tmp_path, caplog):
+    write(tmp_path / "bag", channels())
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    assert counts(tmp_path / "bag") == EVERYTHING
+    assert "has no metadata.yaml" in caplog.text
+    (file,) = (tmp_path / "bag").iterdir()
+    shutil.copy(file, tmp_path / "bag" / "other.mcap")
+    with pytest.raises(RecordingError, match=r"without metadata\.yaml; give one of its files"):
+        open_bag(tmp_path / "bag")

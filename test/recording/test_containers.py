@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -17,6 +18,7 @@ from benchmarks.written_tables import (
     KINDS,
     POLARITY,
     POSITION,
+    TIME,
     ods,
     ods_rows,
     sheet_rows,
@@ -121,3 +123,20 @@ def test_a_damaged_container_ends_in_a_sentence(name, data, originals, tmp_path_
     path.write_bytes(content)
     with suppress(ValueError):  # a sentence; what is no ValueError would be a traceback
         read_any(path, Layout(**KINDS[name].stated))
+
+
+@pytest.mark.parametrize("kind", ["int16", "uint16", "int32"])
+def test_counters_of_any_integer_type_are_counted_on(kind, tmp_path):
+    counts = np.cumsum(np.full(TIME.size, 400))
+    wrapped = counts.astype(np.uint16).astype(kind)  # as the encoder's register has it
+    np.savez(tmp_path / "x.npz", t=TIME, enc=wrapped, F=FORCE)
+    recording, notes = read_any(tmp_path / "x.npz", Layout(position="enc", position_unit="1e-6"))
+    assert_allclose(np.diff(recording.position), 400e-6, rtol=1e-9)
+    assert "counter of 16 bits" in notes[0]
+
+
+def test_a_clock_of_32_bits_that_begins_again_is_counted_on(tmp_path):
+    micros = (2**32 - 50_000 + 1000 * np.arange(TIME.size)).astype(np.uint32)
+    np.savez(tmp_path / "x.npz", t=micros, u=POSITION, F=FORCE)
+    (block,) = read_any(tmp_path / "x.npz", Layout(time_unit="us"))[0].blocks
+    assert block.sample_period == pytest.approx(1e-3)

@@ -9,6 +9,8 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_typestore
 
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.bag import Topic
+from tissue_probe.recording.decoding import Decoder
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
 
@@ -215,3 +217,9 @@ def test_a_foreign_ros1_bag_is_read(foreign_bags):
     )
     recording, _ = read_any(foreign_bags / "ros1" / "test2.bag", layout)
     assert 9.0 < np.median(recording.force) < 11.0
+
+
+@pytest.mark.parametrize("typename", ["WrenchStamped", ""])
+def test_a_type_without_a_package_is_refused_in_a_sentence(typename):
+    with pytest.raises(RecordingError, match=r"x\.mcap: /ft has the type .* names no package"):
+        Decoder(Topic("/ft", typename, "", "ros2msg", "cdr"), "x.mcap")

@@ -396,7 +396,8 @@ def test_a_folder_without_a_bag_is_refused(tmp_path):
 
 
 def test_a_folder_of_separate_runs_is_refused_with_their_names(run):
-    assert "run.mcap" in refusal(run.parent)
+    (run.parent / "second.mcap").write_bytes(run.read_bytes())
+    assert "run.mcap, second.mcap" in refusal(run.parent)
 
 
 def test_a_bag_without_samples_is_refused_with_what_it_has(tmp_path, messages, record):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -48,6 +48,8 @@ class DiagnosisResult:
         How the samples were read, and what is wrong with them, in sentences.
     asked : Question
         The model and the rig as asked for.
+    wording : callable
+        Rewrites sentences of the report, which name parameters in backticks.
     """
 
     found: Diagnosis
@@ -56,6 +58,7 @@ class DiagnosisResult:
     sources: tuple[str, ...]
     notes: tuple[str, ...]
     asked: Question
+    wording: Callable[[str], str] = str
 
     @property
     def verdict(self) -> Verdict:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import datetime
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -91,7 +91,9 @@ def kept_model(result: DiagnosisResult) -> FittedModel:
 
 def write_report(result: DiagnosisResult, path: Path) -> None:
     """Write the report as one page of HTML."""
-    page = render(report(result.found, result.fitted, result.sources, result.validated))
+    page = render(
+        report(result.found, result.fitted, result.sources, result.validated, result.wording)
+    )
     path.write_text(page, encoding="utf-8")
 
 
@@ -139,7 +141,11 @@ def story(result: DiagnosisResult) -> Figure:
 
 
 def report(
-    diagnosis: Diagnosis, fitted: Measurements, sources: Sequence[str], validated: Measurements
+    diagnosis: Diagnosis,
+    fitted: Measurements,
+    sources: Sequence[str],
+    validated: Measurements,
+    wording: Callable[[str], str] = str,
 ) -> Report:
     """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
     files = [Path(part.name) for part in fitted.parts]
@@ -178,10 +184,10 @@ def report(
             for fit in ladder.ranking
         ),
         signals=(signals,),
-        findings=tuple(finding.sentence for finding in diagnosis.findings),
+        findings=tuple(wording(finding.sentence) for finding in diagnosis.findings),
         base_tests=fit_shown.tests(base, shown),
         final_tests=fit_shown.tests(final, shown) if final is not base else (),
-        excitations=_next(diagnosis),
+        excitations=_next(diagnosis, wording),
         sources=(
             *(_source(part, "fitted") for part in fitted.parts),
             *(_source(part, "held out") for part in validated.parts),
@@ -193,7 +199,7 @@ def report(
         },
         created=datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
         seconds=diagnosis.seconds,
-        exhaustion=fit_shown.exhaustion(steps),
+        exhaustion=wording(fit_shown.exhaustion(steps)),
         output=base.output,
     )
 
@@ -283,7 +289,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
     )
 
 
-def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
+def _next(diagnosis: Diagnosis, wording: Callable[[str], str]) -> tuple[ReportExcitation, ...]:
     suggestion = diagnosis.suggestion
     if suggestion is None:
         return ()
@@ -297,7 +303,7 @@ def _next(diagnosis: Diagnosis) -> tuple[ReportExcitation, ...]:
             shown if suggestion.shows else apart,
             command.line,
             words.settings(suggestion),
-            command.notes,
+            tuple(map(wording, command.notes)),
         )
     ]
     if suggestion.calibration:

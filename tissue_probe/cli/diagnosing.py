@@ -15,6 +15,7 @@ import typer
 
 from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES
 from tissue_probe.cli.arguments import in_a_folder
+from tissue_probe.cli.options_named import with_options
 
 RigName = Enum("RigName", {name: name for name in RIG_NAMES}, type=str)
 TissueName = Enum("TissueName", {name: name for name in TISSUE_NAMES}, type=str)
@@ -94,10 +95,10 @@ def constants(texts: Sequence[str]) -> dict[str, float | tuple[float, float]]:
 
 
 def write_json(path: Path, told: dict[str, object]) -> None:
-    """Write an answer for programs."""
+    """Write an answer for programs; in its advice, parameters as the options that state them."""
     import json
 
-    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    path.write_text(with_options(json.dumps(told, indent=2)) + "\n", encoding="utf-8")
 
 
 def name(choice: Enum | None) -> Any:

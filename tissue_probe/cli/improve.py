@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -99,7 +100,7 @@ def improve(
     if result.exhaustion:
         print(with_options(result.exhaustion))
     print(with_options(result.text))
-    result.save(output)
+    replace(result, wording=with_options).save(output)
     print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
     if json:
         asked.write_json(json, result.to_dict())

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tissue_probe.cli import measured
+
+if TYPE_CHECKING:
+    from tissue_probe.recording.layout import Layout
 
 
 def info(
@@ -15,18 +18,52 @@ def info(
     parameters: Annotated[
         bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
+    position: measured.Position = None,
+    force: measured.Force = None,
+    time: measured.Time = None,
+    sample_rate: measured.SampleRate = None,
+    position_unit: measured.PositionUnit = None,
+    force_unit: measured.ForceUnit = None,
+    time_unit: measured.TimeUnit = None,
+    force_polarity: measured.ForcePolarity = None,
+    position_polarity: measured.PositionPolarity = measured.Direction.into,
+    topic: measured.SamplesTopic = None,
+    clock: measured.ClockOption = None,
 ) -> None:
     """Show what is in a recording.
 
     Its topics, begin and length [s], samples and how many were lost, sites palpated, and the run's
     parameters; of any ROS 2 recording, whoever made it. Of a table: its columns, their
-    units, how many values they have, and how it is read.
+    units, how many values they have, and how it is read. Where options say which signals are meant,
+    also how these are read, or why not.
     """
+    from tissue_probe.recording.layout import Layout
     from tissue_probe.recording.open_bag import is_bag
 
-    if not is_bag(samples):
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
+    )  # fmt: skip
+    if is_bag(samples):
+        _tell_bag(samples, parameters)
+    else:
         _tell_table(samples)
-        return
+    if layout != Layout():
+        _tell_signals(samples, layout)
+
+
+def _tell_signals(path: Path, layout: Layout) -> None:
+    """Print how position and force are read by what is stated."""
+    (part,) = measured.read([path], layout).parts
+    measured.tell(part.notes)
+    recording = part.recording
+    rate = 1.0 / recording.blocks[0].sample_period
+    parts = "" if len(recording.blocks) == 1 else f", in {len(recording.blocks)} parts"
+    print(f"Position and force: {len(recording)} samples at {rate:.6g} Hz{parts}")
+
+
+def _tell_bag(samples: Path, parameters: bool) -> None:
+    """Print what is in a bag."""
     from datetime import datetime
 
     from rich.console import Console

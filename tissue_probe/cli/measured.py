@@ -233,8 +233,8 @@ def read(paths: Sequence[Path], layout: Layout) -> MeasurementsRead:
 
     from tissue_probe.analysis.measurements import read_by
 
-    size = sum(path.stat().st_size for path in paths if path.is_file())
-    if size < LARGE:
+    files = (f for path in paths for f in (path.rglob("*") if path.is_dir() else [path]))
+    if sum(each.stat().st_size for each in files if each.is_file()) < LARGE:
         return read_by(layout, paths)
     with Progress(console=Console(stderr=True), transient=True) as shown:
         bar = shown.add_task(f"reading {', '.join(path.name for path in paths)}", total=1.0)

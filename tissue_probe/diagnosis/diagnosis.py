@@ -49,7 +49,7 @@ DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 CURTAILED = Finding(
     "curtailed",
     "Not every further effect was tried beside every other: the search came to its limit. If you "
-    "suspect some, add them by name (improve --add).",
+    "suspect some, add them by name (`add` of improve).",
 )
 #: What is far off any model, and was left out.
 OUTLIERS = (

@@ -48,15 +48,15 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
             "not_followed",
             "The model cannot follow the force at all: its error of "
             f"{FORCE.tell(base.rmse)} is {100 * base.rmse / _size(base):.3g} % of the force's rms. "
-            "Check the units of position and force (--position-unit, --force-unit), their "
+            "Check the units of position and force (`position_unit`, `force_unit`), their "
             "polarity, whether both belong together in time, and the rig's constants.",
         )
     elif _felt(base) > BEYOND_CELL * _cell(base) and not explained(final):
         yield Finding(
             "suspicious_units",
             f"Force over position is {_felt(base):.3g} N/m, and the load cell's spring, through "
-            f"which it is felt, has {_cell(base):.4g} N/m: check the units (--position-unit, "
-            "--force-unit), or state the spring (--constant load_cell_stiffness).",
+            f"which it is felt, has {_cell(base):.4g} N/m: check the units (`position_unit`, "
+            "`force_unit`), or state the spring (`constant` load_cell_stiffness).",
         )
     elif _is_too_stiff(base) and _is_too_stiff(final):
         yield Finding("no_tissue", _no_tissue(final))
@@ -113,14 +113,14 @@ def _no_tissue(fit: Fit) -> str:
             f"No soft tissue: a stiffness of {stiffness:.3g} N/m is {stiffness / cell:.3g} times "
             f"the load cell's {cell:.4g} N/m, so that the tip hardly moves and nothing is told of "
             "what it presses on. Look whether it presses on a rigid stop; check the units "
-            "(--position-unit, --force-unit), the load cell (--constant load_cell_stiffness), and "
-            "whether the position is that of the tip (--rig rigid_probe)."
+            "(`position_unit`, `force_unit`), the load cell (`constant` load_cell_stiffness), and "
+            "whether the position is that of the tip (`rig` rigid_probe)."
         )
     return (
         f"No soft tissue: a stiffness of {stiffness:.3g} N/m is suspicious. Check the units "
-        "(--position-unit, --force-unit) and the polarity (--force-polarity), look whether the "
-        "tip presses on a rigid stop, and whether the rig is the right one (--rig); a stiffness "
-        "that is known is held by --constant stiffness=VALUE."
+        "(`position_unit`, `force_unit`) and the polarity (`force_polarity`), look whether the "
+        "tip presses on a rigid stop, and whether the rig is the right one (`rig`); a stiffness "
+        "that is known is held by `constant` stiffness=VALUE."
     )
 
 

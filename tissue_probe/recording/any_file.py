@@ -49,8 +49,8 @@ def read_any(
     bag = open_bag(path)
     if _is_own(bag, layout):
         _refuse_statements(path, layout)
-        return recording_of(bag, path, layout.samples_topic), ()
-    return read_foreign_bag(bag, path, layout)
+        return recording_of(bag, path, layout.samples_topic, progress), ()
+    return read_foreign_bag(bag, path, layout, progress)
 
 
 def is_own(path: str | Path, layout: Layout) -> bool:

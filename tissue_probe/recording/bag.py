@@ -13,6 +13,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from tissue_probe.recording.columns.source import Progress
+
+TOLD_EVERY = 1024
+"""Messages between two reports of how much is read."""
+
 
 class Topic(NamedTuple):
     """A recorded topic.
@@ -74,16 +79,38 @@ class Bag(Protocol):
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of the topics so named, in the order in which they were stored."""
 
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are, as far as the bag tells."""
 
-def by_log_time(bag: Bag, topics: Collection[str]) -> Iterator[RawMessage]:
+
+def watched(
+    bag: Bag, topics: Collection[str], progress: Progress, share: tuple[float, float] = (0.0, 1.0)
+) -> Iterator[RawMessage]:
+    """Yield messages as ``bag.messages`` does, and tell how much is read.
+
+    ``share`` is between which two of all reading these lie: a bag may be passed several times.
+    """
+    begin, end = share
+    count = max(bag.count(topics), 1)
+    for number, message in enumerate(bag.messages(topics)):
+        if number % TOLD_EVERY == 0:
+            progress(begin + (end - begin) * min(number / count, 1.0))
+        yield message
+    progress(end)
+
+
+def by_log_time(
+    bag: Bag, topics: Collection[str], progress: Progress = lambda share: None
+) -> Iterator[RawMessage]:
     """Yield the messages of the topics so named, in the order of their log times.
 
     Only as many wait in memory as lie before an earlier one.
     """
-    times = np.fromiter((message.log_time for message in bag.messages(topics)), np.uint64)
+    first = watched(bag, topics, progress, (0.0, 0.5))
+    times = np.fromiter((message.log_time for message in first), np.uint64)
     earliest_after = np.minimum.accumulate(times[::-1])[::-1]
     waiting: list[tuple[int, int, RawMessage]] = []
-    for number, message in enumerate(bag.messages(topics), start=1):
+    for number, message in enumerate(watched(bag, topics, progress, (0.5, 1.0)), start=1):
         heappush(waiting, (message.log_time, number, message))
         # A recorder may go on writing in between: what is behind the counted comes last.
         after = earliest_after[number] if number < times.size else None

@@ -33,19 +33,32 @@ def unwrapped(values: FloatArray) -> tuple[FloatArray, int | None]:
     if not (np.isnan(few) | (few == np.rint(few))).all():
         return values, None
     known = np.isfinite(values)
-    if np.count_nonzero(known) < 2 or (values[known] != np.rint(values[known])).any():
+    counts = values if known.all() else values[known]
+    if counts.size < 2 or (counts.dtype.kind == "f" and (counts != np.rint(counts)).any()):
         return values, None
-    counts = values[known]
     low, high = counts.min(), counts.max()
-    steps = np.diff(counts)
+    steps = np.diff(counts.astype(np.float64, copy=False))  # those of narrow integers wrap, too
+    del counts  # columns of a long recording fill the memory; below, they are used again
     for bits in BITS:
         size = 2.0**bits
         if not ((low >= 0 and high < size) or (low >= -size / 2 and high < size / 2)):
             continue
-        turns = np.rint(steps / size)
-        if not turns.any() or np.abs(steps - size * turns).max() > SMALL * size:
+        turns = steps / size
+        np.rint(turns, out=turns)
+        if not turns.any() or not _is_near(steps, turns, size):
             return values, None
+        del steps
+        np.cumsum(turns, out=turns)
+        turns *= size
         found = values.astype(np.float64)
-        found[known] = counts - size * np.concatenate([[0.0], np.cumsum(turns)])
+        found[np.flatnonzero(known)[1:]] -= turns
         return found, bits
     return values, None
+
+
+def _is_near(steps: FloatArray, turns: FloatArray, size: float) -> bool:
+    """Whether, but for whole turns, a counter goes only a small way from sample to sample."""
+    off = turns * size
+    np.subtract(steps, off, out=off)
+    np.abs(off, out=off)
+    return bool(off.max() <= SMALL * size)

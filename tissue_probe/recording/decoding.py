@@ -173,7 +173,13 @@ def _deserializer(topic: Topic) -> Callable[[bytes], Any]:
 @lru_cache(maxsize=64)  # parsing a definition takes as long as reading thousands of messages
 def _types(topic: Topic) -> tuple[Typestore, str]:
     """Return a store that knows the topic's type, and what it calls it."""
-    package, *_, name = topic.typename.split("/")  # in MCAP, ROS 1 writes package/Name
+    package, slash, name = topic.typename.partition("/")  # in MCAP, ROS 1 writes package/Name
+    if not slash:
+        raise RecordingError(
+            f"{topic.name} has the type '{topic.typename}', which names no package and so no type "
+            "of ROS; record it again"
+        )
+    name = name.rpartition("/")[2]
     typename = f"{package}/msg/{name}"
     if topic.schema_encoding not in ("ros2msg", "ros1msg"):
         store = get_typestore(Stores.LATEST)

@@ -36,6 +36,13 @@ NEGLIGIBLE = 1e-3
 """Jitter that is not worth resampling [periods]."""
 
 
+PIECE = 2**14
+"""Samples that are looked at together: of a long recording, each column more fills the memory."""
+
+MARGIN = 64
+"""Samples on either side of a piece: a spline forgets one by a factor of 3.7, 64 to rounding."""
+
+
 class Span(NamedTuple):
     """Samples without a long gap.
 
@@ -156,13 +163,25 @@ def interpolate(
     reach : float
         In usual steps of ``time``.
     """
+    result = np.empty(at.size)
+    usual = np.median(np.diff(time))
+    for first in range(0, at.size, PIECE):
+        piece = slice(first, first + PIECE)
+        begin, end = np.searchsorted(time, [at[piece][0], at[piece][-1]])
+        near = slice(max(int(begin) - MARGIN, 0), int(end) + MARGIN)
+        result[piece] = _piece(time[near], values[near], at[piece], reach * usual)
+    return result
+
+
+def _piece(time: FloatArray, values: FloatArray, at: FloatArray, longest: float) -> FloatArray:
+    """Return values at ascending times, by one spline; NaN in steps longer than ``longest`` [s]."""
     known = np.isfinite(values)
     result = np.full(at.size, np.nan)
     if np.count_nonzero(known) < 2:
         return result
     t, y = time[known], values[known]
     after = np.clip(np.searchsorted(t, at), 1, t.size - 1)
-    near = t[after] - t[after - 1] <= reach * np.median(np.diff(time))
+    near = t[after] - t[after - 1] <= longest
     inside = near & (at >= t[0]) & (at <= t[-1])
     from scipy.interpolate import CubicSpline  # only where times are uneven
 
@@ -249,17 +268,21 @@ def _period(time: FloatArray, rows: list[slice]) -> float:
 
 def _jitter(time: FloatArray, period: float) -> float:
     """Return the largest deviation from a grid of this period [s]."""
-    deviations = time - time[0]
-    deviations -= period * np.arange(time.size)
-    return float(np.ptp(deviations)) / 2.0
+    least, most = np.inf, -np.inf
+    for first in range(0, time.size, PIECE):
+        own = time[first : first + PIECE]
+        deviations = own - time[0] - period * np.arange(first, first + own.size)
+        least, most = min(least, float(deviations.min())), max(most, float(deviations.max()))
+    return (most - least) / 2.0
 
 
 def _rounding(time: FloatArray) -> float:
     """Return by how much rounding to the digits that the times have moves them at most [s]."""
     largest = max(abs(float(time.max())), abs(float(time.min())))
     precision = 4.0 * np.spacing(largest)
+    pieces = [time[first : first + PIECE] for first in range(0, time.size, PIECE)]
     for digits in range(10):
-        if np.abs(time - np.round(time, digits)).max() <= precision:
+        if all(np.abs(own - np.round(own, digits)).max() <= precision for own in pieces):
             return 0.75 * 10.0**-digits + precision
     return precision
 

@@ -41,6 +41,10 @@ class FolderBag:
         for bag in self._bags:
             yield from bag.messages(topics)
 
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are."""
+        return sum(bag.count(topics) for bag in self._bags)
+
 
 def files_of(folder: Path) -> list[Path]:
     """Return the files of a folder that ``ros2 bag`` wrote, in the order in which it did.
@@ -50,7 +54,7 @@ def files_of(folder: Path) -> list[Path]:
     Raises
     ------
     RecordingError
-        If there are none, or no ``metadata.yaml``: they may be separate runs.
+        If there are none, or several and no ``metadata.yaml``: they may be separate runs.
     """
     found = sorted((file for file in folder.iterdir() if _FILE.fullmatch(file.name)), key=_number)
     packed = {file.name for file in found}
@@ -60,6 +64,9 @@ def files_of(folder: Path) -> list[Path]:
             f"{folder} is a folder without a bag (no .mcap or .db3 in it); "
             "give a recorded file or its folder"
         )
+    if not (folder / METADATA).is_file() and len(files) == 1:
+        _log.warning("%s has no %s: its recorder was killed, perhaps", folder, METADATA)
+        return files
     if not (folder / METADATA).is_file():  # perhaps a folder of separate runs
         raise RecordingError(
             f"{folder} is a folder without {METADATA}; give one of its files "

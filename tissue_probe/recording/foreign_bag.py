@@ -16,6 +16,7 @@ import numpy as np
 
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.clocks import ClockedTimes
+from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
 from tissue_probe.recording.fresh_values import fresh_values
@@ -32,14 +33,10 @@ from tissue_probe.recording.two_clocks import by_one_clock
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
 
-PIECE = 2**14
-"""Samples that are brought to other times at once."""
 
-MARGIN = 64
-"""Samples on either side of a piece: a spline forgets one by a factor of 3.7, 64 to rounding."""
-
-
-def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, tuple[str, ...]]:
+def read_foreign_bag(
+    bag: Bag, path: Path, layout: Layout, progress: Progress = lambda share: None
+) -> tuple[Recording, tuple[str, ...]]:
     """Read a force and a position topic; return the recording, and notes on what was done.
 
     Samples are those of the force, at the stamps in its headers; the position is brought to them by
@@ -54,6 +51,8 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
         What to call it in messages.
     layout : Layout
         Names the fields and the force's polarity.
+    progress : callable
+        Told the share that is read, from 0 to 1.
 
     Raises
     ------
@@ -63,13 +62,15 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
     """
     if layout.force is None or layout.position is None or layout.force_polarity is None:
         raise RecordingError(_what_to_state(bag, path, layout))
-    force = read_field(bag, path, layout.force, FORCE_FIELDS | POSITION_FIELDS)
-    position = read_field(bag, path, layout.position, POSITION_FIELDS)
+    fields = FORCE_FIELDS | POSITION_FIELDS
+    force = read_field(bag, path, layout.force, fields, progress, (0.0, 0.5))
+    position = read_field(bag, path, layout.position, POSITION_FIELDS, progress, (0.5, 1.0))
     f_clock, u_clock, cuts, notes = by_one_clock(
         path, force, position, layout.clock, layout.sample_rate
     )
     u_unit = layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
     f_unit = layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
+    ticks = max(f_clock.tick, u_clock.tick) / 2.0 / NANOSECONDS  # known to half a step
     f_clock, f, told_force = _fresh(force, f_clock)
     u_clock, u, told_position = _fresh(position, u_clock)
     notes = [*force.notes, *position.notes, *notes, *told_force, *told_position]
@@ -86,7 +87,7 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
             )
             continue
         grid = even_grid(f_time, f"{path}, {f_name}", BRIDGED)
-        positions = [_brought(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
+        positions = [interpolate(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
         forces = [grid.values(span, f_time, f[part_f] * f_unit) for span in grid.spans]
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
@@ -101,7 +102,7 @@ def read_foreign_bag(bag: Bag, path: Path, layout: Layout) -> tuple[Recording, t
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    return Recording(tuple(blocks)), (read, *notes, *told_slow)
+    return Recording(tuple(blocks), time_doubt=ticks), (read, *notes, *told_slow)
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:
@@ -147,21 +148,6 @@ def _parts(
     for f, u in zip(*(pairwise(each) for each in ends), strict=True):
         if f[0] < f[1]:
             yield slice(*f), slice(*u)
-
-
-def _brought(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Return values at other times by a spline, piece by piece: a whole one takes much memory."""
-    found = [
-        interpolate(time[first:stop], values[first:stop], part)
-        for part in np.array_split(at, max(1, at.size // PIECE))
-        for first, stop in [_around(time, part)]
-    ]
-    return np.concatenate(found)
-
-
-def _around(time: FloatArray, at: FloatArray) -> tuple[int, int]:
-    first, stop = np.searchsorted(time, [at[0], at[-1]])
-    return max(int(first) - MARGIN, 0), int(stop) + MARGIN
 
 
 def _numbered_on(before: list[SampleBlock], blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:

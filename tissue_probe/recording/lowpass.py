@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tissue_probe.errors import ParameterError
 from tissue_probe.signals import SampleBlock
 
 ORDER = 4
@@ -40,12 +41,14 @@ def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
     """
     rate = 1.0 / block.sample_period
     if not 0.0 < KEPT * frequency <= rate:
-        raise ValueError(
-            f"--lowpass {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
+        raise ParameterError(
+            f"`lowpass` {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
             f"and up to {rate / KEPT:.4g} Hz"
         )
     if len(block) < 100:
-        raise ValueError(f"--lowpass: {len(block)} samples are too few to be filtered; give 100")
+        raise ParameterError(
+            f"`lowpass`: {len(block)} samples are too few to be filtered; give 100"
+        )
     from scipy.signal import butter, sosfiltfilt  # only where a low-pass is asked for
 
     sections = butter(ORDER, frequency, fs=rate, output="sos")

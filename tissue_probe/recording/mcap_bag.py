@@ -113,6 +113,10 @@ class McapBag:
                             content = unpack_message(self._name, content, budget)
                         yield RawMessage(topic, log_time, publish_time, content)
 
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are."""
+        return sum(self._counts[n] for n, topic in self._channels.items() if topic.name in topics)
+
     def _scan(self, file: BinaryIO) -> _Summary:
         """Note what is where in the data, and return what the summary says, if it holds."""
         complete = len(MCAP0_MAGIC)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tissue_probe.recording import decoding
 from tissue_probe.recording.bag import Bag, RawMessage, Topic, by_log_time
+from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.decoding import Decoder, RecordedMap
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.open_bag import open_bag
@@ -37,12 +38,19 @@ def read_recording(path: str | Path, samples_topic: str | None = None) -> Record
     return recording_of(open_bag(path), path, samples_topic)
 
 
-def recording_of(bag: Bag, path: str | Path, samples_topic: str | None = None) -> Recording:
-    """Read what ``read_recording`` does of a bag that is open; ``path`` is its name in messages."""
+def recording_of(
+    bag: Bag,
+    path: str | Path,
+    samples_topic: str | None = None,
+    progress: Progress = lambda share: None,
+) -> Recording:
+    """Read what ``read_recording`` does of a bag that is open; ``path`` is its name in messages.
+
+    ``progress`` is told the share of the samples that is read, from 0 to 1.
+    """
     topic = _samples_topic(bag, path, samples_topic)
-    blocks = join(
-        Decoder(topic, path).decode_sound(by_log_time(bag, [topic.name]), decoding.samples)
-    )
+    messages = by_log_time(bag, [topic.name], progress)
+    blocks = join(Decoder(topic, path).decode_sound(messages, decoding.samples))
     if not blocks:
         raise RecordingError(f"{path} has no samples: nothing was published on {topic.name}")
     return Recording(tuple(blocks), tuple(_sites(bag, path, topic)), bag.metadata)

@@ -69,6 +69,11 @@ class Ros1Bag:
             for connection, time, data in reader.messages(chosen):
                 yield RawMessage(channels[connection.id], time, time, bytes(data))
 
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are."""
+        with self._reader() as reader:
+            return sum(entry.msgcount for entry in reader.connections if entry.topic in topics)
+
     @contextmanager
     def _reader(self) -> Iterator[Reader]:
         """Open ``rosbags``' reader: bounded, and in the order in which messages were stored."""

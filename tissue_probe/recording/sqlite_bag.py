@@ -65,11 +65,8 @@ class SqliteBag:
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of the topics so named, in the order in which they were stored."""
-        wanted = {number: topic for number, topic in self._topics.items() if topic.name in topics}
-        query = (
-            "SELECT topic_id, timestamp, data FROM messages "
-            f"WHERE topic_id IN ({','.join('?' * len(wanted))}) ORDER BY id"
-        )
+        wanted = self._wanted(topics)
+        query = f"SELECT topic_id, timestamp, data FROM messages {_of(wanted)} ORDER BY id"
         budget = Budget(self._path, self._name)
         try:
             with closing(self._connection()) as connection:
@@ -80,6 +77,19 @@ class SqliteBag:
                     yield RawMessage(wanted[number], time, time, content)
         except sqlite3.Error as error:
             raise self._damaged(error) from error
+
+    def count(self, topics: Collection[str]) -> int:
+        """Return how many messages of the topics so named there are."""
+        wanted = self._wanted(topics)
+        query = f"SELECT COUNT(*) FROM messages {_of(wanted)}"
+        try:
+            with closing(self._connection()) as connection:
+                return connection.execute(query, tuple(wanted)).fetchone()[0]
+        except sqlite3.Error as error:
+            raise self._damaged(error) from error
+
+    def _wanted(self, topics: Collection[str]) -> dict[int, Topic]:
+        return {number: topic for number, topic in self._topics.items() if topic.name in topics}
 
     def _connection(self) -> sqlite3.Connection:
         # Immutable: what is recorded is not touched, whatever lies beside it.
@@ -116,6 +126,10 @@ class SqliteBag:
         return RecordingError(
             f"{self._name} is damaged ({error}); sqlite3's .recover may save what is left"
         )
+
+
+def _of(topics: Collection[int]) -> str:
+    return f"WHERE topic_id IN ({','.join('?' * len(topics))})"
 
 
 def _topics(connection: sqlite3.Connection) -> dict[int, Topic]:

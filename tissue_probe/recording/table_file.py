@@ -137,7 +137,10 @@ def _position(
         column, bits = unwrapped(column)
         if bits:
             name = found.names["position"]
-            said.append(f"{name} is a counter of {bits} bits that began again, and is counted on")
+            said.append(
+                f"{name} is a counter of {bits} bits that began again, and is counted on; its "
+                "zero may lie whole turns away"
+            )
     values = _scaled(source, found, "position", column, layout.position_sign)
     if not found.velocity:
         return values

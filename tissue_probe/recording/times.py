@@ -6,6 +6,7 @@ What does not: whether they are even (``even_grid``).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -83,7 +84,7 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
         )
     if not whole:
         column, bits = unwrapped(column)
-    elif bool((np.diff(column) < 0).any()):
+    elif bool((column[1:] < column[:-1]).any()):
         column, bits = unwrapped(column.astype(np.float64))
     else:
         bits = None
@@ -107,11 +108,19 @@ def _since(column: np.ndarray, size: float, told: tuple[str, ...]) -> Times:
 
 def _latest(column: np.ndarray) -> float:
     """Return the largest time that is known; minus infinity where none is."""
-    return float(np.max(column, where=np.isfinite(column), initial=-(2.0**62)))
+    return _extreme(np.max, column, -np.inf)
+
+
+def _extreme(function: Callable, column: np.ndarray, otherwise: float) -> float:
+    """Return the least or largest time that is known, of a column of any type."""
+    known = np.isfinite(column)
+    if not known.any():
+        return otherwise
+    return float(function(column, where=known, initial=column[np.argmax(known)]))
 
 
 def _telling_epoch(column: np.ndarray) -> str | None:
-    low = float(np.min(column, where=np.isfinite(column), initial=2.0**62))
+    low = _extreme(np.min, column, np.inf)
     high = _latest(column)
     for unit in _TELLING:
         if EPOCH[0] <= low * TIME_UNITS[unit] and high * TIME_UNITS[unit] <= EPOCH[1]:

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from tissue_probe.recording.bag import Bag, Topic
+from tissue_probe.recording.bag import Bag, Topic, watched
+from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.decoding import Decoder
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
@@ -56,7 +57,14 @@ class FieldValues:
     notes: tuple[str, ...] = ()
 
 
-def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> FieldValues:
+def read_field(
+    bag: Bag,
+    path: object,
+    name: str,
+    defaults: dict[str, str],
+    progress: Progress = lambda share: None,
+    share: tuple[float, float] = (0.0, 1.0),
+) -> FieldValues:
     """Read a field of all messages of a topic, in the order stored.
 
     Messages without any content are left out.
@@ -73,6 +81,8 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
         ``@`` and the ``frame_id`` of one of them: ``/topic.field@frame``.
     defaults : dict
         Field by the name of the type.
+    progress, share
+        Told how much is read, between these two of all.
 
     Raises
     ------
@@ -87,7 +97,7 @@ def read_field(bag: Bag, path: object, name: str, defaults: dict[str, str]) -> F
     logged, stamps, values = array("q"), array("q"), array("d")
     frames: set[str] = set()
     empty = 0
-    for raw in bag.messages([topic.name]):
+    for raw in watched(bag, [topic.name], progress, share):
         if not raw.data:
             empty += 1
             continue

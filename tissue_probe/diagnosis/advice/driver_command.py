@@ -103,7 +103,7 @@ def _contact(preload: float) -> str:
         f"Press the probe in by {1e3 * preload:g} mm before the driver is activated (stage or "
         f"robot; the simulated stage: {STAGE} -p z:={_ros(-preload)}). The position does not hold "
         f"that way: diagnose what you record with "
-        f"--constant contact_position={_ros(-preload)}+-{TOUCH:g}."
+        f"`constant` contact_position={_ros(-preload)}+-{TOUCH:g}."
     )
 
 

@@ -119,7 +119,7 @@ def _check_sign(found: CoarseResponse, scale: float) -> Iterator[Finding]:
         yield Finding(
             "wrong_polarity",
             "The force falls as the probe goes in: force or position has the wrong sign; state "
-            "--force-polarity, or --position-polarity for heights.",
+            "`force_polarity`, or `position_polarity` for heights.",
             fatal=True,
         )
     elif floats or (

@@ -11,6 +11,8 @@ from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
+_PIECE = 2**20  # bytes of a column that are read at a time
+
 
 def open_parquet(path: Path) -> Columns:
     """Open a Parquet file; columns of timestamps become dates.
@@ -20,10 +22,11 @@ def open_parquet(path: Path) -> Columns:
     RecordingError
         If it is none, or too long.
     """
-    from pyarrow import ArrowException, parquet
+    from pyarrow import ArrowException, default_memory_pool, parquet
 
     try:
-        file = parquet.ParquetFile(path)
+        # In pieces: by default a row group, which may be all of the file, is in memory as it lies.
+        file = parquet.ParquetFile(path, buffer_size=_PIECE, pre_buffer=False)
     except (ArrowException, OSError) as error:
         raise RecordingError(f"{path} is not a Parquet file: {error}") from error
     check_rows(path, file.metadata.num_rows)
@@ -32,6 +35,7 @@ def open_parquet(path: Path) -> Columns:
         columns = []
         for number, name in enumerate(names, 1):
             columns.append(_column(path, file, name))
+            default_memory_pool().release_unused()  # it keeps what it had, a hundred megabytes
             progress(number / len(names))
         return Loaded(columns)
 
