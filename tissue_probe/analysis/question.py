@@ -9,15 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES, RigName, TissueName
 from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
 from tissue_probe.errors import ParameterError
-from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
 from tissue_probe.physics.fitted_model import FittedModel
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
@@ -38,16 +41,29 @@ class Question:
         The model to begin with; without values, where it comes from no file.
     instrument : Instrument
         The rig's constants.
-    library : mapping of str to Effect
-        Effects that are tried.
     notes : tuple of str
         What to know of the model, in sentences.
     """
 
     model: FittedModel
     instrument: Instrument
-    library: Mapping[str, Effect]
     notes: tuple[str, ...] = ()
+
+    @cached_property
+    def library(self) -> Mapping[str, Effect]:
+        """Effects that are tried.
+
+        A comparison with a model whose machine code is on disk needs none, nor the seconds that
+        SymPy and Numba take to be imported.
+
+        Raises
+        ------
+        EffectError
+            If a file of effects cannot be used.
+        """
+        from tissue_probe.physics import library
+
+        return library.effects(self.model.effect_files)
 
     @property
     def composition(self) -> Composition:
@@ -93,7 +109,7 @@ def question(
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     instrument = _instrument(begun.composition.rig, known_rig, constants or {})
-    return Question(begun, instrument, library.effects(begun.effect_files), notes)
+    return Question(begun, instrument, notes)
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
