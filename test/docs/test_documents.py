@@ -31,8 +31,6 @@ ALL_DOCUMENTS = {
 ARCHITECTURE = ALL_DOCUMENTS["docs/architecture.md"]
 DIAGNOSIS = ALL_DOCUMENTS["docs/diagnosis.md"]
 EVERYTHING = "\n".join(ALL_DOCUMENTS.values())
-#: These hold the record of what was measured and tried, with names of then.
-RECORDS = {"docs/measured_data.md"}
 NODES = ROOT / "tissue_probe" / "nodes"
 SOURCES = "\n".join(path.read_text(encoding="utf-8") for path in sorted(NODES.glob("*.py")))
 PROGRAM = typer.main.get_command(app)
