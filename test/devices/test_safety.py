@@ -117,7 +117,7 @@ class AnyUse(RuleBasedStateMachine):
 @pytest.mark.slow
 def test_in_any_of_thousands_of_uses_nothing_is_driven_beyond_limits_or_after_a_trip():
     run_state_machine_as_test(
-        AnyUse, settings=settings(max_examples=2000, stateful_step_count=20, deadline=None)
+        AnyUse, settings=settings(max_examples=600, stateful_step_count=20, deadline=None)
     )
 
 

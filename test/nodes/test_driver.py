@@ -50,6 +50,13 @@ def health_of(running) -> list[DiagnosticStatus]:
     return statuses
 
 
+def test_a_driver_that_starts_itself_needs_no_request(session):
+    running = session(driver(autostart=True))
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    running.wait_until(lambda: len(blocks) >= 20, "samples")
+    assert state_of(running) == State.PRIMARY_STATE_ACTIVE
+
+
 def test_samples_are_numbered_from_zero_and_stamped_at_exactly_2_khz(session):
     running = session(driver())
     blocks = collect(running.node, ProbeSamples, "/probe/samples")

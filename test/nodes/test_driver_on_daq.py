@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import signal
+import subprocess
+import sys
 import time
 from contextlib import ExitStack
 from pathlib import Path
@@ -267,3 +269,15 @@ def test_the_papers_daq_gives_a_stiffness_where_the_coil_moves_slowly():
     assert last.status == TissueEstimate.CONVERGED
     assert last.stiffness == pytest.approx(620.0, rel=0.02)
     assert abs(last.stiffness - 620.0) < 5.0 * last.stiffness_variance**0.5 < 0.02 * 620.0
+
+
+def test_the_daq_and_the_driver_are_tried_by_one_command(graph):
+    blocks = collect(graph.node, ProbeSamples, "/probe/samples")
+    command = [sys.executable, "-m", "daq_server", "--drive", "--port", "0"]
+    program = subprocess.Popen(command, start_new_session=True)
+    try:
+        graph.wait_until(lambda: len(blocks) >= 20)
+        program.send_signal(signal.SIGINT)
+        assert program.wait(PATIENCE) == 0
+    finally:
+        program.kill()

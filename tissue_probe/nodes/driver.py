@@ -81,6 +81,9 @@ class DriverSettings(BaseModel):
     device_description: str = setting(
         "", "", "what the configured device is, in YAML; set by the driver, for recordings"
     )
+    autostart: bool = setting(
+        False, "", "configure and activate as soon as the node runs, and drive the coil"
+    )
 
 
 class ExcitationSettings(BaseModel):
@@ -157,6 +160,14 @@ class Driver(SturdyLifecycleNode):
         self._rate = Rate()
         self._diagnostics = Diagnostics(self, self._examine)
         every(0.05, self, self._deactivate_after_fault)
+        if read(self, DriverSettings).autostart:
+            self._begin = every(0.0, self, self._autostart)
+
+    def _autostart(self) -> None:
+        """Configure and activate once; what fails is told in the log, as at any other time."""
+        self._begin.cancel()
+        if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
+            self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the device; fails, with one sentence in the log, if that cannot be done.
