@@ -125,6 +125,23 @@ def test_a_diagnosis_shows_itself_as_text_table_frame_and_json(diagnosed):
     assert len(diagnosed.ladder) == 1
 
 
+def test_a_diagnosis_tells_what_is_under_way_and_can_be_ended(measured):
+    class Enough(Exception):
+        pass
+
+    told = []
+
+    def progress(doing):
+        told.append(doing)
+        if len(told) == 2:
+            raise Enough
+
+    with pytest.raises(Enough):
+        tp.diagnose(measured, starts="moving", progress=progress)
+    assert told[0] == "the model that is asked about is fitted"
+    assert "effects is added to it" in told[1]
+
+
 def test_a_model_is_kept_and_held_on_what_it_predicts(diagnosed, tmp_path):
     path = tmp_path / "model.yaml"
     diagnosed.model.save(path)

@@ -167,6 +167,7 @@ def diagnose(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    progress: Callable[[str], None] = lambda doing: None,
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
 
@@ -182,6 +183,8 @@ def diagnose(
         See ``question``.
     starts, site, lowpass
         See ``segments``.
+    progress : callable
+        Told what is under way; an exception that it raises ends the diagnosis.
 
     Raises
     ------
@@ -204,6 +207,7 @@ def diagnose(
         [each.measurement(output) for each in tried],
         tuple(add),
         asked.model.values,
+        progress,
     )
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
     sources = tuple(each.source for each in found)
@@ -235,6 +239,7 @@ def improve(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    progress: Callable[[str], None] = lambda doing: None,
 ) -> DiagnosisResult:
     """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
 
@@ -253,6 +258,7 @@ def improve(
         starts=starts,
         site=site,
         lowpass=lowpass,
+        progress=progress,
     )
     if output is not None:
         result.save(output)

@@ -68,19 +68,21 @@ def diagnose(
 
     from tissue_probe.analysis.diagnosing import diagnose as search
 
-    result = search(
-        fitted,
-        validate=tried,
-        model=model,
-        rig=asked.name(rig),
-        tissue=asked.name(tissue),
-        known_rig=known_rig,
-        constants=known,
-        effects=effects or [],
-        starts=starts.value,
-        site=site,
-        lowpass=lowpass,
-    )
+    with measured.under_way() as progress:
+        result = search(
+            fitted,
+            validate=tried,
+            model=model,
+            rig=asked.name(rig),
+            tissue=asked.name(tissue),
+            known_rig=known_rig,
+            constants=known,
+            effects=effects or [],
+            starts=starts.value,
+            site=site,
+            lowpass=lowpass,
+            progress=progress,
+        )
     measured.tell(result.notes)
     # Units stand in square brackets.
     Console(markup=False, highlight=False).print(ranked(result))

@@ -79,20 +79,22 @@ def improve(
 
     from tissue_probe.analysis.diagnosing import diagnose
 
-    result = diagnose(
-        fitted,
-        validate=tried,
-        add=add or [],
-        model=model,
-        rig=asked.name(rig),
-        tissue=asked.name(tissue),
-        known_rig=known_rig,
-        constants=known,
-        effects=effects or [],
-        starts=starts.value,
-        site=site,
-        lowpass=lowpass,
-    )
+    with measured.under_way() as progress:
+        result = diagnose(
+            fitted,
+            validate=tried,
+            add=add or [],
+            model=model,
+            rig=asked.name(rig),
+            tissue=asked.name(tissue),
+            known_rig=known_rig,
+            constants=known,
+            effects=effects or [],
+            starts=starts.value,
+            site=site,
+            lowpass=lowpass,
+            progress=progress,
+        )
     measured.tell(result.notes)
     console = Console(markup=False, highlight=False)  # units stand in square brackets
     console.print(_table(result.ladder))

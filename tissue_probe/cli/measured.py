@@ -6,7 +6,8 @@ What belongs here: how the user names the signals in any file. What does not: re
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -245,3 +246,16 @@ def tell(notes: Sequence[str]) -> None:
     """Print how samples were read, and what is wrong with them."""
     for note in notes:
         print(f"note: {with_options(note)}")
+
+
+@contextmanager
+def under_way() -> Iterator[Callable[[str], None]]:
+    """Show what is under way: on a terminal in one line that changes, else a line each."""
+    from rich.console import Console
+
+    console = Console(stderr=True, highlight=False, markup=False)
+    if not console.is_terminal:
+        yield lambda doing: console.print(f"... {doing}", soft_wrap=True)
+        return
+    with console.status("begins") as shown:
+        yield shown.update

@@ -23,7 +23,13 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.improvement.ladder import Ladder, Verdict, climb, climb_by
+from tissue_probe.diagnosis.improvement.ladder import (
+    Ladder,
+    Progress,
+    Verdict,
+    climb,
+    climb_by,
+)
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -147,6 +153,7 @@ def diagnose(
     validation: Sequence[Measurement] = (),
     wanted: Sequence[str] = (),
     begin_at: Mapping[str, float] | None = None,
+    progress: Progress = lambda doing: None,
 ) -> Diagnosis:
     """Say what a model misses.
 
@@ -166,6 +173,8 @@ def diagnose(
         Effects to be added in this order, whether they are missing or not.
     begin_at : mapping of str to float, optional
         Values of the model, found before, at which the search for it begins.
+    progress : callable
+        Told what is under way; an exception that it raises ends the diagnosis.
 
     Raises
     ------
@@ -188,13 +197,15 @@ def diagnose(
         ladder = climb_by(composition, clean, instrument, effects, begin_at)
     else:
         coloured = _coloured(composition, clean, instrument, library, begin_at)
-        ladder = climb(composition, coloured, instrument, library, begin_at)
+        ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition)
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
+    if validation:
+        progress("the models are tried on the second recording")
     models = [ladder.base, *ladder.steps, *ladder.rivals, *ladder.ranking[:VALIDATED]]
     moved = {
         fit.composition.names: carried_over(fit, validation, instrument)
@@ -207,6 +218,7 @@ def diagnose(
     indistinguishable = ladder.tied if ladder.alternatives else ()
     if ladder.verdict in ("missing", "ambiguous"):
         hidden = unseen(ladder.final, admitted, instrument, composition)
+    progress("the next experiment is chosen")
     rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)

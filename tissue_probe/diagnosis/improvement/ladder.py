@@ -6,7 +6,7 @@ What does not: which models are tried on the way (``paths``), comparing models (
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -36,6 +36,9 @@ from tissue_probe.physics.composition import Composition
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+
+Progress = Callable[[str], None]
+"""Told what is under way."""
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Effects in all.
@@ -106,7 +109,7 @@ class Ladder:
         return tuple(map(self._more, self.rivals)) if len(self.rivals) > 1 else ()
 
     def _more(self, fit: Fit) -> tuple[str, ...]:
-        return fit.composition.names[len(self.base.composition.names) :]
+        return _names(fit, self.base)
 
 
 def climb(
@@ -116,6 +119,7 @@ def climb(
     library: Mapping[str, Effect],
     begin_at: Mapping[str, float] | None = None,
     rounds: int = ROUNDS,
+    progress: Progress = lambda doing: None,
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
@@ -135,13 +139,17 @@ def climb(
         Values at which the search for the model itself begins, see ``fit_base``.
     rounds : int
         How often outliers are left out at the most.
+    progress : callable
+        Told what is under way; an exception that it raises ends the search.
     """
+    progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library).values()
+    progress(f"each of {len(allowed)} effects is added to it")
     ranking = ranked(fit_candidates(base, allowed, instrument))
     best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
     if kept := _rest(best_so_far, rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1)
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress)
     if not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
@@ -153,6 +161,7 @@ def climb(
     best = paths[0]
     # Where none leads, no two effects are accepted.
     while leading and (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
+        progress(f"further effects are sought beside {', '.join(_names(best[-1], base))}")
         with effort.counted():
             longer = longest(further, paths, ranking, leading)
             curtailed |= further.is_spent()
@@ -165,7 +174,7 @@ def climb(
             break
         best, paths = longer, [longer]
     if kept := _rest(best[-1], rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1)
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress)
     steps = _needed(best, further)
     if len(steps) < len(best):  # beside what is no more there another form may have been the better
         steps = exchanged(steps, ranking, further)
@@ -184,6 +193,11 @@ def climb(
     return Ladder(
         base, tuple(ranking), tuple(steps), tuple(rivals), verdict, harmonic, curtailed=curtailed
     )
+
+
+def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
+    """Return the names of the effects that a model has beside the base."""
+    return fit.composition.names[len(base.composition.names) :]
 
 
 def _rest(fit: Fit, rounds: int) -> list[Measurement] | None:
