@@ -17,6 +17,7 @@ from matplotlib.ticker import LogFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from tissue_probe.diagnosis.residuals.localise import Localisation, Profile
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
@@ -100,7 +101,7 @@ def draw_comparison(
     name : str
         Which of several records this is.
     """
-    figure = Figure(figsize=(12.0, 12.0), layout="constrained")
+    figure = ShownFigure(figsize=(12.0, 12.0), layout="constrained")
     rows = figure.add_gridspec(4, 1, height_ratios=(1.0, 0.8, 1.1, 1.1), hspace=0.06)
     shown = Comparison(time, measured, predicted, localisation, noise, output)
     _draw_signals(figure, rows[:2], shown)

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 from numpy.typing import NDArray
 
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,
@@ -108,7 +109,7 @@ def draw_estimates(
     scan = _Span(recording.blocks[0].stamp, recording.blocks[-1].end)
     estimates = [_lifted_between(dwells, each) for each in estimates]
 
-    figure = Figure(figsize=(12.0, 10.0), layout="constrained")
+    figure = ShownFigure(figsize=(12.0, 10.0), layout="constrained")
     panels = figure.subplots(4, 2, sharex="col", width_ratios=(2, 3))
     for column, span, visible in ((panels[:, 0], detail, [shown]), (panels[:, 1], scan, dwells)):
         selected = [each[span.holds(each.stamp)] for each in estimates]

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import LogFormatter
 
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.signals import FloatArray
 
@@ -83,7 +84,7 @@ def draw_ladder(rungs: Rungs) -> Figure:
         The ladder.
     """
     width = max(6.0, min(12.0, STEP_WIDTH * (len(rungs.models) + 1)))
-    figure = Figure(figsize=(width, 5.0), layout="constrained")
+    figure = ShownFigure(figsize=(width, 5.0), layout="constrained")
     draw_rungs(figure.subplots(), rungs, width)
     return figure
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.identification.ring_down import RingDown
 from tissue_probe.signals import FloatArray
 
@@ -29,7 +30,7 @@ def draw_ring_down(force: FloatArray, sample_period: float, found: RingDown) -> 
     time = (np.arange(force.size) - impulse) * sample_period
     last = found.begin + SWINGS * swing
     shown, fitted = slice(max(0, impulse - swing), last), slice(found.begin, last)
-    figure = Figure(figsize=(8.0, 4.5), layout="constrained")
+    figure = ShownFigure(figsize=(8.0, 4.5), layout="constrained")
     axes = figure.subplots()
     axes.plot(time[shown], force[shown], color="0.65", linewidth=3.0, label="measured")
     drawn = found.fitted[: SWINGS * swing]

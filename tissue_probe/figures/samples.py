@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
 #: More points than that no picture shows.
@@ -24,7 +25,7 @@ def draw_samples(
     names : sequence of str
         One each.
     """
-    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
+    figure = ShownFigure(figsize=(9.0, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
     for (time, position, force), name in zip(recordings, names, strict=True):
         every = slice(None, None, max(1, time.size // DRAWN))

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from matplotlib.patheffects import withStroke
 
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.regions import Region
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
@@ -63,7 +64,7 @@ def draw_map(
     zero = np.where(stiffness_map.measured, 0.0, np.nan)
     rows, columns = stiffness_map.grid.shape
     height = PANEL_WIDTH * min(max(rows / columns, 0.3), 2.0) + ROOM_FOR_LEGENDS
-    figure = Figure(figsize=(12.0, height), layout="constrained")
+    figure = ShownFigure(figsize=(12.0, height), layout="constrained")
     panels = zip(
         figure.subplots(1, 3, sharey=True),
         ("stiffness k [N/m]", "damping β [N s/m]", "covariance trace, mixed units"),

@@ -28,6 +28,7 @@ from tissue_probe.figures.compare import (
     zoom,
 )
 from tissue_probe.figures.ladder import HEAD, Rungs, draw_rungs, multiple, wrapped
+from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
 SHOWN = 8  # effects of the ranking
@@ -92,7 +93,7 @@ def draw_story(
     """
     beside = bool(ranking) and len(rungs.models) <= BESIDE
     rows = 2 if beside or not ranking else 3
-    figure = Figure(figsize=(WIDTH, 4.2 * rows), layout="constrained")
+    figure = ShownFigure(figsize=(WIDTH, 4.2 * rows), layout="constrained")
     figure.get_layout_engine().set(hspace=0.06, wspace=0.04, h_pad=0.06, w_pad=0.06)
     grid = figure.add_gridspec(rows, 2, height_ratios=(1.2, *(rows - 1) * (1.0,)))
     _draw_base(figure, grid[0, :], base, rungs.models[0], name)
