@@ -15,6 +15,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle
 from matplotlib.patheffects import withStroke
+from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.mapping.grid import Grid
@@ -75,7 +76,9 @@ def draw_map(
     for axes, label, values, stddev in panels:
         if stiffness_map.measured.any():
             image = _draw_surface(axes, stiffness_map.grid, values, stddev)
-            figure.colorbar(image, ax=axes, orientation="horizontal", label=label, aspect=30)
+            bar = figure.colorbar(image, ax=axes, orientation="horizontal", label=label, aspect=30)
+            bar.locator = MaxNLocator(5)  # more long numbers do not fit side by side
+            bar.update_ticks()
         else:
             axes.set_title(f"{label}: nothing measured", fontsize=10)
         _draw_sites(axes, stiffness_map)
