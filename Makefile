@@ -45,10 +45,11 @@ hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find
 	@echo "The seal is opened. Hidden were:"
 	@sed -n '/"effects": \[/,/\]/s/^ *"\([a-z_]*\)",*$$/- \1/p' hidden-effect/answers.sealed.json
 
-lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings and import contracts.
+lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings, import contracts, types.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
+	$(BIN)/mypy
 
 benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, latency and losses.
 	$(BIN)/python -m benchmarks

@@ -9,6 +9,7 @@ from typing import Literal
 from tissue_probe.analysis.measurements import Measurements, read
 from tissue_probe.challenge.simulator import Answer, Measurement
 from tissue_probe.challenge.simulator import make_challenge as make
+from tissue_probe.challenge.trajectory import Kind
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class ChallengeResult:
 def make_challenge(
     seed: int,
     effects: Sequence[str] = (),
-    excitation: str = "chirp60",
+    excitation: Kind = "chirp60",
     rig: Literal["exact", "tolerant"] = "exact",
 ) -> ChallengeResult:
     """Hide effects in a simulated specimen, and measure it twice.

@@ -64,7 +64,7 @@ class EstimateResult:
     @property
     def stiffness_deviation(self) -> float:
         """Standard deviation of its error [N/m]."""
-        return float(self.last.stiffness_variance[-1]) ** 0.5
+        return math.sqrt(self.last.stiffness_variance[-1])
 
     @property
     def damping(self) -> float:
@@ -78,7 +78,7 @@ class EstimateResult:
         Where position and force may be apart in time, the stiffness times that poses as damping.
         """
         apart = self.measured.recording.time_doubt
-        return math.hypot(float(self.last.damping_variance[-1]) ** 0.5, apart * self.stiffness)
+        return math.hypot(math.sqrt(self.last.damping_variance[-1]), apart * self.stiffness)
 
     @property
     def status(self) -> Status:

@@ -246,7 +246,7 @@ def _latex(expression: sp.Expr) -> str:
     """
     names = {symbol: LETTERS.get(str(symbol)) or _words(str(symbol))
              for symbol in expression.free_symbols}  # fmt: skip
-    return sp.latex(expression, symbol_names=names, mul_symbol="dot")
+    return str(sp.latex(expression, symbol_names=names, mul_symbol="dot"))
 
 
 def _words(name: str) -> str:
@@ -301,9 +301,9 @@ def _next(diagnosis: Diagnosis, wording: Callable[[str], str]) -> tuple[ReportEx
     found = [
         ReportExcitation(
             shown if suggestion.shows else apart,
-            command.line,
+            command.line if command else "",
             words.settings(suggestion),
-            tuple(map(wording, command.notes)),
+            tuple(map(wording, command.notes)) if command else (),
         )
     ]
     if suggestion.calibration:

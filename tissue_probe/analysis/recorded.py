@@ -76,7 +76,7 @@ def estimator_settings(
 
 def restarts_at_sites(recording: Recording, estimator: str) -> bool:
     """Return whether the recorded estimator forgot the tissue at each site; yes if not known."""
-    return node_parameters(recording, "estimator", estimator).get("restart_at_site", True)
+    return bool(node_parameters(recording, "estimator", estimator).get("restart_at_site", True))
 
 
 def estimate_again(

@@ -87,7 +87,7 @@ def _driven(
     if isinstance(excitation, Mapping):
         excitation = parse_excitation(dict(excitation))
     if callable(excitation):
-        return excitation(np.arange(round(duration / period)) * period)
+        return excitation(np.arange(round(duration / period), dtype=np.float64) * period)
     samples = np.asarray(excitation, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2 or not np.isfinite(samples).all():
         raise ParameterError("`excitation` needs at least two finite samples, one after another")

@@ -7,7 +7,7 @@ from tissue_probe.estimation.kernel import ByHand, KalmanFilter
 
 HERE = Path(__file__).parent
 
-ESTIMATORS = {
+ESTIMATORS: dict[str, KalmanFilter | ByHand] = {
     "robust_ekf": KalmanFilter(robust_ekf, force_offset=True),
     "ekf": KalmanFilter(ekf),
     "ukf": KalmanFilter(ukf),
