@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from multiprocessing import Value
 
@@ -13,6 +14,14 @@ from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.fitting.search import Bar
 from tissue_probe.diagnosis.sharing import in_turns, mapped
+
+
+@pytest.fixture(autouse=True, scope="module")
+def alone():
+    """As in a program by itself: the thread of pytest-xdist waits, and holds no lock."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(threading, "active_count", lambda: 1)
+        yield
 
 
 def _processes(number: int) -> tuple[int, int]:
@@ -143,3 +152,9 @@ def test_the_lowest_cost_is_known_to_both_processes() -> None:
     bar = Bar(100.0)
     mapped(bar.reached, [70.0, 50.0, 90.0, 60.0])
     assert bar.cost == 50.0
+
+
+def test_a_process_with_other_threads_makes_no_copy_of_itself(monkeypatch) -> None:
+    """A lock that one of them holds would stay locked in the copy."""
+    monkeypatch.setattr(threading, "active_count", lambda: 2)
+    assert {process for _, process in mapped(_processes, range(8))} == {os.getpid()}

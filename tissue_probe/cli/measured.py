@@ -252,10 +252,12 @@ def tell(notes: Sequence[str]) -> None:
 def under_way() -> Iterator[Callable[[str], None]]:
     """Show what is under way: on a terminal in one line that changes, else a line each."""
     from rich.console import Console
+    from rich.live import Live
 
     console = Console(stderr=True, highlight=False, markup=False)
     if not console.is_terminal:
         yield lambda doing: console.print(f"... {doing}", soft_wrap=True)
         return
-    with console.status("begins") as shown:
-        yield shown.update
+    # Refreshed by nobody else: a search makes no copy of a process that has other threads.
+    with Live(console=console, auto_refresh=False, transient=True) as shown:
+        yield lambda doing: shown.update(f"... {doing}", refresh=True)
