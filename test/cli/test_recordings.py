@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -202,3 +203,10 @@ def test_map_refuses_an_unknown_filter_and_an_unknown_picture(fails, bag):
     recorded = bag()
     assert "there is no estimator 'magic'" in fails("map", recorded, "-e", "magic")
     assert "'xyz' is not supported" in fails("map", recorded, "-e", "ekf", "-o", "map.xyz")
+
+
+def test_estimates_of_one_site_begin_at_time_zero(bag, run):
+    outcome = run("estimate", bag(), "--site", "5", "--output", "estimates.csv")
+    assert outcome.status == 0, outcome.err
+    first = Path("estimates.csv").read_text().splitlines()[1]
+    assert float(first.split(",")[0]) == 0.0

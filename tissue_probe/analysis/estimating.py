@@ -182,7 +182,8 @@ def estimate(
     recording = part.recording
     if site is not None:
         recording = replace(recording, blocks=dwell_blocks(recording, site))
-        part = replace(part, recording=recording)
+        begins = recording.blocks[0].stamp if part.origin else 0
+        part = replace(part, recording=recording, origin=begins)
     notes = (*part.notes, *_doubts(part))
     changes = {**(settings or {}), **({"model": str(model)} if model else {})}
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))

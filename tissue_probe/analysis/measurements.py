@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tissue_probe.recording.any_file import is_own, read_any
+from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.layout import Clock, ForcePolarity, Layout, PositionPolarity
@@ -229,19 +229,11 @@ def _read_one(source: Source, layout: Layout, progress: Progress, name: str) -> 
         return list(source.parts)
     if isinstance(source, (str, os.PathLike)):
         path = Path(source)
-        recording, notes = read_any(path, layout, progress)
-        bag = is_bag(path)
-        origin = recording.blocks[0].stamp if bag and recording.blocks else 0
-        return [ReadRecording(str(path), path, recording, notes, is_own(path, layout), origin)]
-    recording, notes = read_columns(columns_in_memory(_named(source), name), layout, progress)
+        recording, notes, own = read_file(path, layout, progress)
+        origin = recording.blocks[0].stamp if is_bag(path) and recording.blocks else 0
+        return [ReadRecording(str(path), path, recording, notes, own, origin)]
+    recording, notes = read_columns(columns_in_memory(source, name), layout, progress)
     return [ReadRecording(name, None, recording, notes)]
-
-
-def _named(source: Source) -> Source:
-    """Refuse arrays without names: nothing tells which column is which."""
-    if isinstance(source, (Mapping, np.ndarray)) or hasattr(source, "columns"):
-        return source
-    return np.asarray(source)
 
 
 def _told(part: ReadRecording) -> str:

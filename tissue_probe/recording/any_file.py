@@ -8,6 +8,7 @@ only when a bag comes: they bring all that decodes messages.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.columns.source import Progress
@@ -40,25 +41,41 @@ def read_any(
     RecordingError
         If it cannot be read, or something that must be stated is not; says which parameter does it.
     """
+    recording, notes, _ = read_file(path, layout, progress)
+    return recording, notes
+
+
+class ReadFile(NamedTuple):
+    """What is in a file, how it was read, and whether this suite recorded it."""
+
+    recording: Recording
+    notes: tuple[str, ...]
+    is_own: bool
+
+
+def read_file(
+    path: str | Path, layout: Layout, progress: Progress = lambda share: None
+) -> ReadFile:
+    """Read as ``read_any`` does, and tell whether it is a recording of this suite.
+
+    To ask that of the file afterwards would go over all of a bag once more.
+    """
     path = Path(path)
     if not is_bag(path):
-        return read_table(path, layout, progress)
+        return ReadFile(*read_table(path, layout, progress), is_own=False)
     from tissue_probe.recording.foreign_bag import read_foreign_bag
     from tissue_probe.recording.reader import recording_of
 
     bag = open_bag(path)
     if _is_own(bag, layout):
         _refuse_statements(path, layout)
-        return recording_of(bag, path, layout.samples_topic, progress), ()
-    return read_foreign_bag(bag, path, layout, progress)
-
-
-def is_own(path: str | Path, layout: Layout) -> bool:
-    """Whether a file is a recording of this suite, and is to be read as such."""
-    return is_bag(path) and _is_own(open_bag(path), layout)
+        own = recording_of(bag, path, layout.samples_topic, progress)
+        return ReadFile(own, (), is_own=True)
+    return ReadFile(*read_foreign_bag(bag, path, layout, progress), is_own=False)
 
 
 def _is_own(bag: Bag, layout: Layout) -> bool:
+    """Whether a bag is a recording of this suite, and is to be read as such."""
     from tissue_probe.recording.reader import has_samples
 
     return layout.position is None and layout.force is None and has_samples(bag)
