@@ -26,7 +26,7 @@ def predict(filter):
 
 def weigh(constants, memory, innovation, S):
     """Let the past fade as far as the innovations exceed their prediction: eqs. 26-28."""
-    R = constants[FORCE_VARIANCE]
+    R = noise(constants, memory)
     recent = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S
     memory[RECENT_NIS] = recent
     fading = 0.5 * (recent * S - R) / (S - R)

@@ -7,6 +7,12 @@ keep the first eight rows of the latest estimate in ``memory`` from ``LAST`` on.
 
 
 @njit(error_model="numpy")
+def noise(constants, memory):
+    """Return the variance of the force's noise [N^2]."""
+    return constants[FORCE_VARIANCE]
+
+
+@njit(error_model="numpy")
 def record(constants, memory, estimates, sample, innovation, normalized):
     """Write down what is known after a sample."""
     for row in range(8):

@@ -34,4 +34,4 @@ def update(filter):
 
 def weigh(constants, memory, innovation, S):
     """Return the variances of the innovation and of the force: those that were predicted."""
-    return S, constants[FORCE_VARIANCE]
+    return S, noise(constants, memory)

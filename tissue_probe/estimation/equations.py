@@ -101,15 +101,18 @@ class Filter:
 
     def _tell_signals(self, expressions: sp.Matrix) -> None:
         """Assign the coil's position and the time, as far as expressions of the output need."""
-        if expressions.has(self.model.input):
-            self.program.load("memory", self.layout.history, [str(self.model.input)])
+        if expressions.has(*self.model.course):
+            course = self.model.course if self.layout.windowed else self.model.course[:1]
+            self.program.load("memory", self.layout.history, list(map(str, course)))
         if expressions.has(TIME):
             self.program.set(str(TIME), self.time)
 
     @property
     def force_variance(self) -> sp.Expr:
         """H P H^T + R [N^2], the variance of the predicted force with its noise (eqs. 25, 39)."""
-        return (self.H * self.P * self.H.T)[0] + self.constant("force_variance")
+        noise = sp.Symbol("noise_variance", real=True)
+        self.program.line(f"{noise} = noise(constants, memory)")
+        return (self.H * self.P * self.H.T)[0] + noise
 
     def let(self, name: str, value: sp.Matrix) -> sp.Matrix:
         """Give a matrix a name: it is computed once, here."""
@@ -121,6 +124,8 @@ class Filter:
 
         They are computed where this is called first.
         """
+        if not self.model.states:
+            return self.X, self.I
         step = self.motion(derivatives=True)
         count = len(self.model.parameters)
         F = step.jacobian.col_join(sp.zeros(count, len(self.model.states)).row_join(sp.eye(count)))
@@ -128,6 +133,8 @@ class Filter:
 
     def step_of(self, point: sp.Matrix) -> sp.Matrix:
         """Return another point's state one sample later (eq. 34)."""
+        if not self.model.states:
+            return point
         point = self.let("point", point)
         arguments = ["constants", "memory", *map(str, point)]
         self._step += 1

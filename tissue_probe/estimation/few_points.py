@@ -3,6 +3,8 @@
 In well-conditioned problems it is the prediction of ``ukf`` to the last few bits, at less cost.
 """
 
+from tissue_probe.estimation import ekf
+
 KAPPA = 2
 
 
@@ -18,9 +20,12 @@ def spread(filter, tangent):
         P = sum of (F U_i) (F U_i)^T over the first columns
             + sum of ((a_j - f(X)) (a_j - f(X))^T + b_j b_j^T) / c^2 - d d^T + Q
 
-    The parameters do not move. Their part of P is put together from U all the same: where rounding
+    The parameters do not move; where nothing else does either, no point is needed. Their part of P is put together from U all the same: where rounding
     left P indefinite, this is what mends it.
     """
+    if not filter.model.states:
+        ekf.predict(filter)
+        return
     import sympy as sp  # only where a kernel has to be generated: it takes half a second
 
     moving, c_squared = len(filter.model.states), len(filter.X) + KAPPA

@@ -27,6 +27,8 @@ from tissue_probe.physics.model import Model
 #: What calls these functions is compiled code, too.
 OPTIONS = 'error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True'
 LOOP = Path(__file__).with_name("loop.py")
+PAST_INPUTS = Path(__file__).with_name("past_inputs.py")
+WINDOWS = Path(__file__).with_name("windows.py")
 VERDICT = Path(__file__).with_name("verdict.py")
 BY_HAND = Path(__file__).with_name("by_hand.py")
 ENTRIES = Path(__file__).with_name("entries.py")
@@ -35,6 +37,8 @@ ENTRIES = Path(__file__).with_name("entries.py")
 LARGEST = 1e4
 # Stands for a pivot of 0, which divides nothing but 0 where a matrix is semidefinite.
 TINY = sp.Float(1e-300)
+# What ``windows`` carries along: its sums, from the first of these places on.
+WINDOW_SUMS = {"WINDOWS": 0.0, **{f"WINDOWS_{place}": 0.0 for place in range(1, 8)}}
 # How many numbers an estimator written by hand may carry along for itself: the first in ``memory``.
 OWN = 32
 
@@ -65,7 +69,9 @@ def source(model: Model, discretisation: str, layout: Layout, equations: ModuleT
         return f"@njit({OPTIONS})\n{body}"
 
     states = ", ".join(layout.states)
+    taking_in = WINDOWS if layout.windowed else PAST_INPUTS
     functions = [
+        taking_in.read_text(),
         function("start(constants, memory)", _start),
         function("reopen(constants, memory)", _reopen),
         function("forget(constants, memory)", _forget),
@@ -110,6 +116,7 @@ def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
         "HISTORY": layout.history,
         "PRIMED": layout.primed,
         "PREDICTED": layout.predicted,
+        "LATEST": layout.latest,
         "VERDICT": verdict,
         "FOLLOWS": follows,
         "CONSTANTS": layout.constant_count,
@@ -131,7 +138,7 @@ def _start(filter: Filter) -> None:
     """Know nothing but the prior, and no input yet."""
     layout = filter.layout
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("prior_variance")))
-    filter.program.store("memory", layout.history, [0.0] * 6)
+    filter.program.store("memory", layout.history, [0.0] * 8)
     filter.program.store("memory", layout.verdict, [1.0] + (VERDICT_SIZE - 1) * [0.0])
     filter.program.store("memory", layout.verdict + VERDICT_SIZE, list(layout.extra.values()))
 
@@ -210,4 +217,7 @@ def _tick(filter: Filter) -> None:
 
 def _step(filter: Filter) -> list[sp.Symbol]:
     """Advance the motion of one point by one sample (a sigma point, eq. 34)."""
+    if not filter.model.states:
+        filter.program.line("return")
+        return []
     return list(filter.motion(derivatives=False).states)

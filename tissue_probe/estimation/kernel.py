@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -76,10 +77,10 @@ class KalmanFilter:
         """Return the compiled kernel, generated the first time that it is wanted."""
         if settings.model:
             return self._composed(settings)
-        code = _code(
-            f"{self._name}_{settings.discretisation}", lambda: self._source(settings.discretisation)
-        )
-        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"])
+        how, rigid = settings.discretisation, settings.rig == "rigid_probe"
+        name = f"{self._name}_rigid" if rigid else f"{self._name}_{how}"
+        code = _code(name, lambda: self._source(settings.rig, how))
+        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"], windowed=rigid)
         return Kernel(layout.constants, code, layout)
 
     def _composed(self, settings: EstimatorSettings) -> Kernel:
@@ -103,14 +104,16 @@ class KalmanFilter:
     def _name(self) -> str:
         return self.equations.__name__.rpartition(".")[2]
 
-    def _source(self, discretisation: str) -> str:
+    def _source(self, rig: str, discretisation: str) -> str:
         # SymPy is imported only where a kernel has to be generated: it takes half a second.
-        from tissue_probe.estimation.generate import source
-        from tissue_probe.physics.rigs import compliant_probe
+        from tissue_probe.estimation.generate import WINDOW_SUMS, source
+        from tissue_probe.physics.rigs import RIGS
 
-        model = compliant_probe(force_offset=self.force_offset)
+        model = RIGS[rig].compose(force_offset=self.force_offset)
         states = tuple(map(str, [*model.states, *model.parameters]))
-        layout = Layout(states, self.equations.EXTRA)
+        windowed = not model.states  # the force follows the input's derivatives at once
+        extra = {**self.equations.EXTRA, **(WINDOW_SUMS if windowed else {})}
+        layout = Layout(states, extra, windowed=windowed)
         return source(model, discretisation, layout, self.equations)
 
 
@@ -145,12 +148,24 @@ class ByHand:
                 "only: choose a Kalman filter such as robust_ekf, or leave model empty"
             )
         layout = Layout(("tip_position", "tip_velocity", "stiffness", "damping"))
-        return Kernel(layout.constants, _code(self.path.stem, lambda: self._source(layout)))
+
+        def constants(settings: EstimatorSettings, sample_period: float) -> FloatArray:
+            return layout.constants(_stiff(settings), sample_period)
+
+        return Kernel(constants, _code(self.path.stem, lambda: self._source(layout)))
 
     def _source(self, layout: Layout) -> str:
         from tissue_probe.estimation.generate import source_by_hand
 
         return source_by_hand(layout, self.path)
+
+
+def _stiff(settings: EstimatorSettings) -> EstimatorSettings:
+    """Return a rigid probe's settings as those of a load cell that yields nothing: the limit."""
+    if settings.rig == "compliant_probe":
+        return settings
+    stiff = {"load_cell_stiffness": math.inf, "load_cell_damping": 0.0}
+    return settings.model_copy(update=stiff)
 
 
 def _code(name: str, write: Callable[[], str]) -> MachineCode:

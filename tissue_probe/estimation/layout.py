@@ -37,12 +37,15 @@ SETTINGS = tuple(
     for name, entry in EstimatorSettings.model_fields.items()
     if entry.annotation in (float, int)
 )
-DERIVED = ("sample_period", "force_variance", "batch")
+DERIVED = ("sample_period", "force_variance", "batch", "window")
 PER_STATE = ("prior", "prior_variance", "largest_variance", "process_variance", "lower", "upper")
 
 # Samples whose innovations are held against the batch before (see ``verdict``): at least 50 ms, in
 # which a hum beside a harmonic turns its phase, and so many that their sum is normal.
 BATCH_TIME, BATCH_SAMPLES = 0.05, 100.0
+# Time and samples of a window (see ``windows``): in 10 ms an encoder's steps average out, and 100 Hz,
+# faster than tissue is palpated, still get through; sums of 16 samples are integrals to 1e-4.
+WINDOW_TIME, WINDOW_SAMPLES = 0.01, 16
 # How many numbers the verdict carries along.
 VERDICT_SIZE = 56
 
@@ -64,12 +67,15 @@ class Layout:
         Constants of the model that are no settings: names and values.
     priors : mapping
         Of the states that the settings do not know.
+    windowed : bool
+        Whether samples are taken in by windows (``windows``), not one by one.
     """
 
     states: tuple[str, ...]
     extra: Mapping[str, float] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     priors: Mapping[str, Prior] = field(default_factory=dict)
+    windowed: bool = False
 
     def constant(self, name: str) -> int:
         """Place in ``constants`` of a setting, a derived number, or a constant of the model."""
@@ -88,7 +94,10 @@ class Layout:
 
     @property
     def history(self) -> int:
-        """Place in ``memory`` of u[t], u[t-1], u[t-2], u[t-3]; the end of mean and covariance."""
+        """Place in ``memory`` of u[t], u[t-1], u[t-2], u[t-3]; the end of mean and covariance.
+
+        Of u, u', u'' of a window where samples are taken in by windows.
+        """
         count = len(self.states)
         return count + count * (count + 1) // 2
 
@@ -103,9 +112,14 @@ class Layout:
         return self.history + 5
 
     @property
+    def latest(self) -> int:
+        """Place in ``memory`` of the innovation taken in last [N], and of its normalized square."""
+        return self.history + 6
+
+    @property
     def verdict(self) -> int:
         """Place in ``memory`` of the first of the numbers that ``verdict`` carries along."""
-        return self.history + 6
+        return self.history + 8
 
     def carried(self, name: str) -> int:
         """Place in ``memory`` of one of the ``extra`` numbers."""
@@ -125,7 +139,9 @@ class Layout:
         """Return the array ``constants`` for given settings and sample period [s]."""
         values = [float(getattr(settings, name)) for name in SETTINGS]
         values += [sample_period, force_variance(settings)]
-        values += [max(BATCH_SAMPLES, BATCH_TIME / sample_period)]
+        window = window_samples(sample_period) if self.windowed else 1
+        between = max(window // 2, 1) * sample_period
+        values += [max(BATCH_SAMPLES, BATCH_TIME / between), float(window)]
         for name in PER_STATE:
             for state in self.states:
                 prior = self.priors.get(state)
@@ -141,10 +157,18 @@ def force_variance(settings: EstimatorSettings) -> float:
     """R [N^2]: the load cell's noise, and the encoder's rounding seen through its stiffness.
 
     An error of the position shifts the predicted force k0 (u - x); rounding to steps q has the
-    variance q^2 / 12.
+    variance q^2 / 12. Where the tip follows the position rigidly, it is seen through the tissue
+    only (``windows``), and not counted here.
     """
+    if settings.rig == "rigid_probe":
+        return settings.force_noise**2
     rounding = settings.load_cell_stiffness * settings.encoder_resolution / math.sqrt(12.0)
     return settings.force_noise**2 + rounding**2
+
+
+def window_samples(sample_period: float) -> int:
+    """Return how many samples make a window: an even number."""
+    return 2 * math.ceil(max(WINDOW_SAMPLES, WINDOW_TIME / sample_period * (1.0 - 1e-9)) / 2)
 
 
 def _of_prior(prior: Prior, name: str, sample_period: float, ceiling: float) -> float:

@@ -1,36 +1,13 @@
 # ruff: noqa: F821
-"""The loop around every Kalman filter: input history, missing samples, bounds, status.
+"""The loop around every Kalman filter: missing samples, bounds, status.
 
 Never imported: this text becomes part of each generated kernel module, which supplies ``start``,
 ``reopen``, ``predict``, ``output``, ``update``, ``cap``, ``true_position`` and ``tick``, all from
-symbols, the estimator's ``weigh``, and the names in capitals: places in ``constants`` and in
-``memory``. All that a filter knows is in ``memory``, so that cutting the stream into blocks of any
-size cannot change a bit of the estimates.
+symbols, the estimator's ``weigh``, the rig's ``take_in`` and ``noise`` (``past_inputs`` or
+``windows``), and the names in capitals: places in ``constants`` and in ``memory``. All that a
+filter knows is in ``memory``, so that cutting the stream into blocks of any size cannot change a
+bit of the estimates.
 """
-
-
-@njit(error_model="numpy")
-def advance(constants, memory, position):
-    """Take in the coil's position and, from the second sample on, predict.
-
-    The cubic of the exact step needs u[t-3..t]. After a start it has fewer points, and the missing
-    ones are extrapolated by the straight line, then the parabola through those there are.
-    """
-    u1, u2, u3 = memory[HISTORY], memory[HISTORY + 1], memory[HISTORY + 2]
-    primed = memory[PRIMED]
-    if primed < 4.0:
-        memory[PRIMED] = primed + 1.0
-        if primed == 1.0:
-            u2 = 2.0 * u1 - position
-        if primed <= 2.0:
-            u3 = 3.0 * u2 - 3.0 * u1 + position
-    memory[HISTORY] = position
-    memory[HISTORY + 1] = u1
-    memory[HISTORY + 2] = u2
-    memory[HISTORY + 3] = u3
-    if primed == 0.0:
-        return
-    predict(constants, memory)
 
 
 @njit(error_model="numpy")
@@ -105,32 +82,38 @@ def run(constants, memory, position, force, estimates, begin, end):
     """Filter samples ``begin`` to ``end``; fill ``estimates`` (11, n); return how many missed."""
     missing = 0
     for sample in range(begin, end):
-        innovation = normalized = math.nan
+        innovation = normalized = measured = math.nan
+        due = True
         if abs(position[sample]) < LARGEST:
-            advance(constants, memory, true_position(constants, memory, position[sample]))
+            true = true_position(constants, memory, position[sample])
+            due, measured = take_in(constants, memory, true, force[sample])
+        elif memory[PRIMED] > 0.0:
+            reopen(constants, memory)
+            interrupt(memory)
+        if due and memory[PRIMED] > 0.0:
             predicted, variance = output(constants, memory)
-            if variance < 0.5 * constants[FORCE_VARIANCE]:
+            if variance < 0.5 * noise(constants, memory):
                 # Rounding has left a covariance that no numbers have: all begins anew.
                 start(constants, memory)
                 predicted, variance = output(constants, memory)
             memory[PREDICTED] = predicted
-            innovation = force[sample] - predicted
+            innovation = measured - predicted
             normalized = innovation * innovation / variance
-        elif memory[PRIMED] > 0.0:
-            reopen(constants, memory)
-            interrupt(memory)
-        if abs(force[sample]) < LARGEST and math.isfinite(normalized):
+        if due and abs(measured) < LARGEST and math.isfinite(normalized):
+            memory[LATEST], memory[LATEST + 1] = innovation, normalized
             judge_noise(memory, normalized)
             standard = math.copysign(math.sqrt(normalized), innovation)
             judge_model(constants, memory, position[sample], innovation, standard)
             S, R = weigh(constants, memory, innovation, variance)
             predicted, _ = output(constants, memory)  # anew, in case that all was forgotten
-            update(constants, memory, force[sample] - predicted, S, R)
+            update(constants, memory, measured - predicted, S, R)
             if has_recovered(memory):
                 start(constants, memory)
-        else:
+        elif due:
             innovation = normalized = math.nan
             missing += 1
+        elif memory[PRIMED] >= constants[WINDOW]:  # part of a window: the latest one's hold
+            innovation, normalized = memory[LATEST], memory[LATEST + 1]
         keep_sound(constants, memory)
         tick(constants, memory)
         record(constants, memory, estimates, sample)

@@ -6,7 +6,8 @@ With the tip at x = u - F / k0, eq. 1 is linear in k and beta,
     y = F + (beta0 / k0) F' - m x'' = k x + beta x',
 
 and stays so if all signals pass the same filter, 1 / (1 + s / w_f)^3 at 100 Hz, whose states are
-the derivatives. Samples count less the older they are (``forgetting``). A cross-check with hardly
+the derivatives; at a twentieth of the sample rate where that is less, since signals are taken as
+straight between samples. Of a rigid probe k0 is infinite. Samples count less the older they are (``forgetting``). A cross-check with hardly
 a prior and no motion to estimate; a constant error of force or contact point biases it. Never
 imported: this text becomes part of a kernel module.
 """
@@ -17,7 +18,7 @@ imported: this text becomes part of a kernel module.
 X, F, LAST_X, LAST_F, SUMS, COUNT, LAST = 0, 3, 6, 7, 8, 13, 14
 STIFFNESS = LAST
 
-CUTOFF = 2.0 * math.pi * 100.0
+CUTOFF, CUTOFF_SHARE = 100.0, 0.05
 
 
 @njit(error_model="numpy")
@@ -109,10 +110,13 @@ def run(constants, memory, position, force, estimates, begin, end):
     missing = 0
     m, k0, R = constants[TIP_MASS], constants[LOAD_CELL_STIFFNESS], constants[FORCE_VARIANCE]
     c = constants[LOAD_CELL_DAMPING] / k0
-    steps = CUTOFF * constants[SAMPLE_PERIOD]
+    cutoff = 2.0 * math.pi * min(CUTOFF, CUTOFF_SHARE / constants[SAMPLE_PERIOD])
+    steps = cutoff * constants[SAMPLE_PERIOD]
     # White noise of the force comes through (1 + p s + q s^2) / (1 + s)^3 in units of w_f.
-    p, q = c * CUTOFF, m * CUTOFF**2 / k0
+    p, q = c * cutoff, m * cutoff**2 / k0
     passed = steps * (3.0 + p * p - 2.0 * q + 3.0 * q * q) / 16.0
+    # That of the position is in R, seen through k0; a rigid probe's is seen through the tissue.
+    rounding = constants[ENCODER_RESOLUTION] ** 2 / 12.0 if math.isinf(k0) else 0.0
     for sample in range(begin, end):
         innovation = normalized = math.nan
         if abs(position[sample]) < LARGEST and abs(force[sample]) < LARGEST:
@@ -122,12 +126,14 @@ def run(constants, memory, position, force, estimates, begin, end):
             memory[COUNT] += 1.0
             advance(memory, X, LAST_X, tip, steps)
             advance(memory, F, LAST_F, force[sample], steps)
-            x, v = memory[X], CUTOFF * memory[X + 1]
-            y = memory[F] + c * CUTOFF * memory[F + 1] - m * CUTOFF**2 * memory[X + 2]
+            x, v = memory[X], cutoff * memory[X + 1]
+            y = memory[F] + c * cutoff * memory[F + 1] - m * cutoff**2 * memory[X + 2]
             innovation = y - memory[LAST] * x - memory[LAST + 1] * v
             spread = x * (x * memory[LAST + 3] + 2.0 * v * memory[LAST + 5])
             spread += v * v * memory[LAST + 4]
-            normalized = innovation * innovation / (R * passed + max(spread, 0.0))
+            k, b, i = memory[LAST], memory[LAST + 1] * cutoff, m * cutoff**2
+            seen = rounding * steps * (3.0 * k * k + b * b - 2.0 * k * i + 3.0 * i * i) / 16.0
+            normalized = innovation * innovation / (R * passed + seen + max(spread, 0.0))
             memory[LAST + 7] = force[sample] - innovation
             if memory[COUNT] * steps > 12.0:
                 judge_noise(memory, normalized)

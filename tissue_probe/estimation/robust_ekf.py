@@ -38,6 +38,9 @@ def predict(filter):
     The tissue's force k x + beta x' is a product of unknowns: the tangent at their mean leaves out
     errors of the variance P_kk P_xx + P_bb P_vv [N^2], which move the tip by dt / m.
     """
+    if not filter.model.states:
+        ekf.predict(filter)
+        return
     filter.step()  # which both need
     P, Q = filter.diagonal(filter.P), filter.diagonal(filter.Q)
     rate = filter.constant("sample_period") / filter.constant("tip_mass")
@@ -52,7 +55,7 @@ def predict(filter):
 
 def weigh(constants, memory, innovation, S):
     """Return the variances of innovation and force; re-open the covariance where these say so."""
-    R = constants[FORCE_VARIANCE]
+    R = predicted = noise(constants, memory)
     memory[RECENT_NIS] = 0.9 * memory[RECENT_NIS] + 0.1 * innovation * innovation / S
     memory[RECENT_SQUARE] = 0.9 * memory[RECENT_SQUARE] + 0.1 * innovation * innovation
     memory[OPENINGS] *= 0.98
@@ -85,4 +88,4 @@ def weigh(constants, memory, innovation, S):
         return S, R
     cap(constants, memory)
     _, S = output(constants, memory)
-    return S - constants[FORCE_VARIANCE] + R, R
+    return S - predicted + R, R

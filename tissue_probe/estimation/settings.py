@@ -27,8 +27,14 @@ class EstimatorSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    rig: Literal["compliant_probe", "rigid_probe"] = _setting(
+        "compliant_probe",
+        "",
+        "How the coil moves the tip: through a load cell that yields, or rigidly, so that the "
+        "position is the tip's (then load_cell_* and velocity_noise mean nothing)",
+    )
     tip_mass: float = _setting(
-        0.04, "kg", "Moving mass m between load cell and tissue", gt=0, le=10
+        0.04, "kg", "Moving mass m between load cell and tissue", ge=0, le=10
     )
     load_cell_stiffness: float = _setting(
         9700.0, "N/m", "Stiffness k0 of the load cell between coil and tip", ge=1e-3, le=1e8
@@ -42,7 +48,8 @@ class EstimatorSettings(BaseModel):
     encoder_resolution: float = _setting(
         1e-7,
         "m",
-        "Step of the encoder; its rounding adds noise to the predicted force",
+        "Step of the encoder, or 3.5 times the noise of the position; it adds noise to the "
+        "predicted force",
         ge=0,
         le=1e-3,
     )
@@ -140,6 +147,8 @@ class EstimatorSettings(BaseModel):
                     f"{name}_prior is {prior:g} {unit}, outside of {name}_minimum, {low:g}, to "
                     f"{name}_maximum, {high:g} {unit}: estimates are held within these"
                 )
+        if self.rig == "compliant_probe" and self.tip_mass == 0.0:
+            raise ValueError("tip_mass is 0 kg; only the tip of rig rigid_probe may have no mass")
         if too_fast := self.too_fast():
             raise ValueError(too_fast)
         return self
@@ -153,9 +162,10 @@ class EstimatorSettings(BaseModel):
         """Say why the exact step cannot follow the tip; nothing where it can.
 
         The tip on its load cell and the stiffest tissue that a filter may try moves at the rates
-        sqrt(k / m) and beta / m. Forward Euler does not try to follow.
+        sqrt(k / m) and beta / m. Forward Euler does not try to follow, and a rigid probe's moves as
+        it is led.
         """
-        if self.discretisation == "euler":
+        if self.discretisation == "euler" or self.rig == "rigid_probe":
             return ""
         parts = {name: self._parts(name) for name in ("stiffness", "damping")}
         rates = {name: sum(part.values()) / self.tip_mass for name, part in parts.items()}

@@ -115,7 +115,7 @@ def compare(constants, memory):
     """Hold a full batch against the one before: reject the model, or count the batch as calm."""
     taken = memory[TAKEN]
     elastic = TOLERATED * max(abs(memory[STIFFNESS]), constants[CONTACT_STIFFNESS])
-    more_than_noise = memory[FORCE_SQUARE] / taken - constants[FORCE_VARIANCE]
+    more_than_noise = memory[FORCE_SQUARE] / taken - noise(constants, memory)
     matters = more_than_noise > elastic * elastic * memory[SQUARE]
     memory[SHORT] = max(memory[SHORT], taken)
     for place in range(BEFORE):
