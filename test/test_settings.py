@@ -114,6 +114,7 @@ def test_no_number_of_any_settings_takes_what_is_no_finite_number(model, name, v
 #: Values beside which a filter's setting may have all that its own rule allows.
 WIDE = {"stiffness_minimum": -1e6, "stiffness_maximum": 1e6}
 WIDE |= {"damping_minimum": -1e4, "damping_maximum": 1e4, "discretisation": "euler"}
+WIDE |= {"rig": "rigid_probe"}
 
 
 def beside(model, name):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tissue_probe.analysis.choices import FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
 from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
 from tissue_probe.diagnosis.inspection.inspection import inspect
@@ -28,6 +29,11 @@ STIFFEST = 1e5
 #: A tissue pushes back: an estimate is negative by so much, and by three standard deviations, where
 #: the force has the wrong sign [N/m].
 PULLING = -10.0
+#: The paper's tip is none of a testing machine or a robot, whose motions are slow.
+NO_MASS = (
+    "the tip is taken to have no mass, as `settings` tells none: a mass m that moves beyond the "
+    "load cell makes the stiffness too small by m (2 pi f)^2 at a frequency f; state tip_mass"
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -145,6 +151,7 @@ def estimate(
     settings: Mapping[str, object] | None = None,
     model: str | Path | None = None,
     effects: Sequence[str | Path] = (),
+    rig: FilteredRig | None = None,
     restart_at_site: bool | None = None,
     site: int | None = None,
 ) -> EstimateResult:
@@ -164,6 +171,9 @@ def estimate(
         Model file whose tool and effects a Kalman filter takes.
     effects : sequence of path
         Python files with effects of the user's own that the model needs; they are run.
+    rig : {"compliant_probe", "rigid_probe"}, optional
+        How the instrument couples to the tissue; by default as recorded, else compliant_probe. A
+        known force that drives (``force_driven``) no filter takes: ``compare`` does.
     restart_at_site : bool, optional
         Whether the tissue is forgotten where a dwell begins; by default as recorded, else yes.
     site : int, optional
@@ -185,7 +195,11 @@ def estimate(
         begins = recording.blocks[0].stamp if part.origin else 0
         part = replace(part, recording=recording, origin=begins)
     notes = (*part.notes, *_doubts(part))
-    changes = {**(settings or {}), **({"model": str(model)} if model else {})}
+    stated = {"model": str(model) if model else None, "rig": rig}
+    changes = {**(settings or {}), **{name: each for name, each in stated.items() if each}}
+    if changes.get("rig") == "rigid_probe" and "tip_mass" not in changes and not part.is_own:
+        changes["tip_mass"] = 0.0
+        notes = (*notes, NO_MASS)
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tissue_probe.analysis.choices import FilteredRig
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.recorded import build_map, estimate_again, recorded_phantom
 from tissue_probe.analysis.result_table import Column, ResultTable, number
@@ -119,7 +120,11 @@ class MapResult:
 
 
 def map_sites(
-    measured: Source, *, estimators: Sequence[str] = (), effects: Sequence[str | Path] = ()
+    measured: Source,
+    *,
+    estimators: Sequence[str] = (),
+    effects: Sequence[str | Path] = (),
+    rig: FilteredRig | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan.
 
@@ -131,6 +136,8 @@ def map_sites(
         Filters to run on the samples; by default the recorded estimates are taken.
     effects : sequence of path
         Python files with effects of the user's own that a recorded model needs; they are run.
+    rig : {"compliant_probe", "rigid_probe"}, optional
+        How the instrument couples to the tissue; by default as recorded, else compliant_probe.
 
     Raises
     ------
@@ -144,7 +151,8 @@ def map_sites(
     estimators = [estimators] if isinstance(estimators, str) else estimators
     if estimators:
         files = tuple(map(Path, effects))
-        estimates = [estimate_again(part.recording, name, files) for name in estimators]
+        stated = {"rig": rig} if rig else {}
+        estimates = [estimate_again(part.recording, name, files, stated) for name in estimators]
     else:
         estimates = list(read_estimates(part.path).values()) if part.is_own and part.path else []
         if not estimates:

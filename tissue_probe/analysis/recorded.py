@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationError
@@ -80,16 +81,20 @@ def restarts_at_sites(recording: Recording, estimator: str) -> bool:
 
 
 def estimate_again(
-    recording: Recording, estimator: str, effect_files: Sequence[Path] = ()
+    recording: Recording,
+    estimator: str,
+    effect_files: Sequence[Path] = (),
+    changes: Mapping[str, object] = MappingProxyType({}),
 ) -> TissueEstimates:
     """Run an estimator on a recording as it ran when recorded, one estimate a sample.
 
-    ``effect_files`` are Python files with the effects of the user's own that its model needs.
+    ``effect_files`` are Python files with the effects of the user's own that its model needs,
+    ``changes`` settings that are to be others than recorded.
     """
     return estimate(
         recording,
         estimator,
-        estimator_settings(recording, estimator, {}, effect_files),
+        estimator_settings(recording, estimator, changes, effect_files),
         restart_at_site=restarts_at_sites(recording, estimator),
     )
 

@@ -40,6 +40,7 @@ def estimate(
         ),
     ] = None,
     effects: EffectFiles = None,
+    rig: measured.FilteredRigOption = None,
     restart_at_site: Annotated[
         bool | None,
         typer.Option(
@@ -82,6 +83,7 @@ def estimate(
         settings=_changes(settings or []),
         model=model,
         effects=effects or [],
+        rig=rig.value if rig else None,
         restart_at_site=restart_at_site,
         site=site,
     )

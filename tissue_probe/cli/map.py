@@ -45,6 +45,7 @@ def map_command(
     topic: measured.SamplesTopic = None,
     clock: measured.ClockOption = None,
     effects: EffectFiles = None,
+    rig: measured.FilteredRigOption = None,
 ) -> None:
     """Draw the map of a recorded scan, and list the stiff regions.
 
@@ -58,7 +59,12 @@ def map_command(
     )  # fmt: skip
     recordings = measured.read([samples], layout)
     measured.tell(recordings.notes)
-    result = map_sites(recordings, estimators=estimator or [], effects=effects or [])
+    result = map_sites(
+        recordings,
+        estimators=estimator or [],
+        effects=effects or [],
+        rig=rig.value if rig else None,
+    )
     result.plot().savefig(output, dpi=100)
     summarize(result)
     print(f"The map is in {output}.")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.choices import STARTS
+from tissue_probe.analysis.choices import FILTERED_RIGS, STARTS
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -176,6 +176,18 @@ Lowpass = Annotated[
         metavar="HERTZ",
         help="Take out of position and force alike what is faster, and keep 2.5 samples a cycle "
         "of it.",
+    ),
+]
+
+#: Rigs that filters run on.
+FilteredRig = Enum("FilteredRig", {name: name for name in FILTERED_RIGS}, type=str)
+
+FilteredRigOption = Annotated[
+    FilteredRig | None,
+    typer.Option(
+        "--rig",
+        help="How the instrument couples to the tissue; a filter takes no force that drives.",
+        show_default="the recording's own, else compliant_probe",
     ),
 ]
 

@@ -20,8 +20,8 @@ def spread(filter, tangent):
         P = sum of (F U_i) (F U_i)^T over the first columns
             + sum of ((a_j - f(X)) (a_j - f(X))^T + b_j b_j^T) / c^2 - d d^T + Q
 
-    The parameters do not move; where nothing else does either, no point is needed. Their part of P is put together from U all the same: where rounding
-    left P indefinite, this is what mends it.
+    The parameters do not move; where nothing else does either, no point is needed. Their part of P
+    is put together from U all the same: where rounding left P indefinite, this is what mends it.
     """
     if not filter.model.states:
         ekf.predict(filter)

@@ -120,6 +120,11 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         If the file cannot be used, or holds something that cannot run live.
     """
     path = Path(settings.model)
+    if settings.rig != "compliant_probe":
+        raise SettingsError(
+            f"rig is {settings.rig}, but the filters take model files of compliant_probe only: "
+            "leave model empty"
+        )
     fitted = load(path, settings.effects)
     composition = fitted.composition
     for reason in _refusals(fitted):
@@ -145,7 +150,7 @@ def _refusals(fitted: FittedModel) -> list[str]:
     """Say what cannot run live, and why."""
     composition = fitted.composition
     if composition.rig != "compliant_probe":
-        return [f"the rig {composition.rig} cannot run live: the filters know compliant_probe only"]
+        return [f"the rig {composition.rig} cannot run live: model files of compliant_probe can"]
     said = {
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None

@@ -7,6 +7,8 @@ amplitudes U and F the tip moves by X = U - F / k0, and eq. 1 becomes
 
     k + i w beta = F (1 + i w beta0 / k0) / X + m w^2
 
+with an infinite k0 where the probe is rigid.
+
 A cross-check: constant errors of force and contact point drop out, but it sees one tone only and
 needs an established motion: where the position deviates from its fit by more than a hundredth of
 its motion (a pause, another frequency, a sweep), the window holds no steady drive, and nothing is
@@ -115,7 +117,10 @@ def estimate(constants, memory, w):
     X = complex(u[0] - f[0] / k0, f[1] / k0 - u[1])
     c = complex(1.0, w * constants[LOAD_CELL_DAMPING] / k0)
     # Each quadrature of F has the variance 2 R (sum of w^2) / (sum of w)^2, and dZ/dF = c U / X^2.
-    R = constants[FORCE_VARIANCE] * max(1.0, memory[MEAN_NIS])
+    # The position's noise is in R, seen through k0; a rigid probe's is seen through all that moves.
+    rounding = constants[ENCODER_RESOLUTION] ** 2 / 12.0 if math.isinf(k0) else 0.0
+    R = constants[FORCE_VARIANCE] + rounding * abs(F) ** 2 / abs(X) ** 2
+    R *= max(1.0, memory[MEAN_NIS])
     noise = 2.0 * R * memory[SQUARED_WEIGHTS] / memory[5] ** 2
     variance = max(noise * abs(c * U) ** 2 / abs(X) ** 4, FLOOR)
     # A motion that is not ten times its noise is none.

@@ -7,9 +7,9 @@ With the tip at x = u - F / k0, eq. 1 is linear in k and beta,
 
 and stays so if all signals pass the same filter, 1 / (1 + s / w_f)^3 at 100 Hz, whose states are
 the derivatives; at a twentieth of the sample rate where that is less, since signals are taken as
-straight between samples. Of a rigid probe k0 is infinite. Samples count less the older they are (``forgetting``). A cross-check with hardly
-a prior and no motion to estimate; a constant error of force or contact point biases it. Never
-imported: this text becomes part of a kernel module.
+straight between samples. Of a rigid probe k0 is infinite. Samples count less the older they are
+(``forgetting``). A cross-check with hardly a prior and no motion to estimate; a constant error of
+force or contact point biases it. Never imported: this text becomes part of a kernel module.
 """
 
 # Places in memory: filter states of x and of F (signal, first, second derivative); their last
