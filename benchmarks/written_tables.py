@@ -14,6 +14,7 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 import pyarrow
+import xlwt
 from nptdms import ChannelObject, RootObject, TdmsWriter
 from pyarrow import parquet
 from scipy.io import savemat
@@ -97,6 +98,16 @@ def ods(path, rows):
     return path
 
 
+def xls(path):
+    """Write a workbook as Excel did until 2003, with a title above the table."""
+    sheet = (book := xlwt.Workbook()).add_sheet("run")
+    for row, values in enumerate([["Operator"], ["t", "u", "F"], *MATRIX.tolist()]):
+        for column, value in enumerate(values):
+            sheet.write(row, column, value)
+    book.save(str(path))
+    return path
+
+
 def ods_rows():
     def cell(value):
         if isinstance(value, str):
@@ -176,6 +187,7 @@ KINDS = {
     name: Kind(*each)
     for name, each in {
         "x.xlsx": (lambda p: xlsx(p, {"run": sheet_rows()}), POLARITY),
+        "x.xls": (xls, {}),
         "x.ods": (lambda p: ods(p, ods_rows()), {}),
         "x.tdms": (tdms, POLARITY),
         "wave.tdms": (lambda p: tdms(p, wf_increment=1e-3), POLARITY),

@@ -180,8 +180,44 @@ def test_no_stamps_and_uneven_arrival_ask_for_the_rate_and_take_it(read_with, tm
     with pytest.raises(RecordingError, match=r"recorded irregularly, 500.* state `sample_rate`"):
         read_with({"/ft": unstamped})
     recording, notes = read(tmp_path / "bag", sample_rate=500.0)
-    assert "taken as sampled evenly at 500 Hz, as stated" in notes
+    assert "taken as sampled evenly at 500 Hz, none of its" in notes
     assert right(recording, tolerance=0.05)
+
+
+@pytest.mark.parametrize("rate", [1000.0, 480.0, 520.0])
+def test_a_rate_that_the_times_of_recording_contradict_is_refused_with_theirs(rate, read_with):
+    def unstamped(logged, stamps):
+        return logged, 0 * stamps
+
+    with pytest.raises(RecordingError, match=r"`sample_rate` is .* recorded at 500 a second"):
+        read_with({"/ft": unstamped}, stated={"sample_rate": rate})
+
+
+def test_a_rate_that_is_nearly_right_is_put_right_by_the_recorder(read_with):
+    recording, notes = read_with(
+        {"/ft": lambda logged, stamps: (logged, 0 * stamps)}, stated={"sample_rate": 499.0}
+    )
+    assert "499 Hz was stated, which the recorder's clock shows to be 500 Hz" in notes
+    assert right(recording)
+
+
+def test_a_step_between_even_stamps_leaves_no_doubt(read_with):
+    def step(logged, stamps):
+        return logged, stamps + np.where(after(stamps), 3 * 10**8, 0)
+
+    recording, _ = read_with({"/ft": step})
+    assert recording.time_doubt == 0.0
+
+
+def test_the_doubt_of_a_step_between_uneven_stamps_is_that_of_the_stamps(read_with):
+    generator = np.random.default_rng(1)
+
+    def step(logged, stamps):
+        early = np.rint(generator.normal(0.0, 2e5, stamps.size)).astype(np.int64)
+        return logged, stamps + np.where(after(stamps), 3 * 10**8, 0) + early
+
+    recording, _ = read_with({"/ft": step})
+    assert 1e-4 < recording.time_doubt < 1e-3
 
 
 def test_a_position_without_stamps_that_comes_unevenly_is_refused(read_with):

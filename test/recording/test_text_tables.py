@@ -122,6 +122,38 @@ def test_a_row_that_does_not_fit_is_refused_with_its_line(header, row, said, tmp
     assert said in str(raised.value)
 
 
+@pytest.mark.parametrize("comment", ["# a comment", "# of, three, cells", "% three blank cells"])
+def test_a_comment_within_a_table_does_not_end_it(comment, tmp_path):
+    """However many cells it may be cut into."""
+    lines = rows()
+    lines.insert(50, comment)
+    recording, notes = read_any(text(tmp_path / "x.csv", "t,u,F", *lines), Layout())
+    assert len(recording) == ROWS
+    assert "1 row left out: line 52" in notes[0]
+
+
+def test_a_time_that_comes_twice_is_told_with_its_line(tmp_path):
+    """Lines count from the file's first, with the preamble, comments and blank lines."""
+    lines = rows()
+    lines[100] = lines[99]
+    lines.insert(50, "# a comment")
+    lines.insert(20, "")
+    path = text(tmp_path / "x.csv", "a preamble", "", "t,u,F", *lines)
+    with pytest.raises(RecordingError, match=r"line 106 \(t = 0\.099 s\): a time not later"):
+        read_any(path, Layout())
+
+
+def test_a_time_that_comes_twice_far_down_is_told_with_its_line(tmp_path):
+    """Of a file of many blocks, whose rows were not kept as text."""
+    count = 400_000
+    lines = [f"{n * 1e-3:.3f},{n % 7},{n % 5}" for n in range(count)]
+    lines[count - 1] = lines[count - 2]
+    lines.insert(9, "")
+    path = text(tmp_path / "x.csv", "t,u,F", *lines)
+    with pytest.raises(RecordingError, match=rf"line {count + 2} "):
+        read_any(path, Layout())
+
+
 def test_commas_between_cells_and_within_numbers_are_refused(tmp_path):
     lines = [row.replace(".", ",") for row in rows()]
     with pytest.raises(RecordingError, match="are commas both between cells and within numbers"):

@@ -117,7 +117,7 @@ def _tell_table(path: Path) -> None:
     told = list(source.told)
     for name in source.names:
         try:
-            (column,), said = source.read([name])
+            (column,), said, _ = source.read([name])
         except RecordingError:
             table.add_row(name, "", "", "no numbers")
             continue

@@ -33,6 +33,9 @@ CERTAIN = 8.0
 RUN = 8
 """Messages before and after a step back that show whether it lasts, or one message came late."""
 
+PIECE = 2**16
+"""Blocks that are looked at together: of a long bag, each array more fills the memory."""
+
 MANY = 256
 """Messages on each side of a step whose median delays tell its size, to a sixteenth of the jitter.
 """
@@ -56,9 +59,9 @@ class ClockedTimes:
     times : array of int
         When each was measured, by the clock of the stamps; by the recorder's where there are none
         [ns].
-    rows : array of int
+    rows : array of int, or slice
         Which message each is, in the order stored: what came late is in its place, what came twice
-        is there once.
+        is there once. A slice of all where they came in order: arrays of a long bag are large.
     stamped : bool
         Whether the times are those of stamps.
     cuts : array of int, shape (k,)
@@ -82,12 +85,15 @@ class ClockedTimes:
         Step of the stamps where it is coarser than the sampling, else 0 [ns].
     even : bool
         Whether even sampling explains coarse stamps: then the times are even.
+    doubt : float
+        Standard error of what was taken out of the times, steps or a rate that was not quite the
+        one stated: by so much they may be off against the other channel [ns].
     notes : tuple of str
         What was found, in sentences.
     """
 
     times: IntArray
-    rows: IntArray
+    rows: IntArray | slice
     stamped: bool
     cuts: IntArray
     setbacks: IntArray
@@ -99,6 +105,7 @@ class ClockedTimes:
     jitter: float = 0.0
     tick: float = 0.0
     even: bool = True
+    doubt: float = 0.0
     notes: tuple[str, ...] = ()
 
     @property
@@ -125,14 +132,16 @@ def clocked(name: str, logged: IntArray, stamped: IntArray | None) -> ClockedTim
         return _ordered(name, times, logged, setbacks, places, [], notes, stamped=False)
     notes: list[str] = []
     stamps = _unrolled(name, stamped, logged, notes)
-    stamps, steps, known = _without_steps(name, stamps, logged, notes)
+    stamps, steps, known, doubt = _without_steps(name, stamps, logged, notes)
     times, setbacks, places = _without_setbacks(stamps)
     # A step that both clocks share is one of the host's.
     logged, _, _ = _without_setbacks(logged) if setbacks.size else (logged, None, None)
     notes += _tell_setbacks(name, setbacks, stamped, places)
     found = _ordered(name, times, logged, setbacks, places, steps, notes, stamped=True)
-    delays = logged[found.rows] - found.times - known[found.rows]
-    return _with_delays(name, found, delays.astype(np.float64))
+    delays = _difference(logged[found.rows], found.times)
+    if known is not None:
+        delays -= known[found.rows]
+    return replace(_with_delays(name, found, delays), doubt=doubt)
 
 
 def onto_recorder(clock: ClockedTimes, drift: float | None = None) -> ClockedTimes:
@@ -158,29 +167,51 @@ def onto_recorder(clock: ClockedTimes, drift: float | None = None) -> ClockedTim
 
 
 def evenly(clock: ClockedTimes, name: str, logged: IntArray, rate: float) -> ClockedTimes:
-    """Return times of messages sent at an even rate [Hz], none lost, of which none came early."""
-    numbers = np.arange(logged.size)
-    even = numbers * (NANOSECONDS / rate)
-    begin = int(np.quantile(logged - logged[0] - even, LEAST)) + int(logged[0])
+    """Return times of messages sent at an even rate [Hz], none lost, of which none came early.
+
+    Their drift is that of the recorder's clock against this rate.
+    """
+    even = np.arange(logged.size) * (NANOSECONDS / rate)
+    delays = logged - logged[0] - even
+    drift, error = _slope(even, delays)
+    begin = int(np.quantile(delays, LEAST)) + int(logged[0])
     none = np.array([], dtype=np.int64)
     times = begin + np.rint(even).astype(np.int64)
     said = (
-        f"{name} is taken as sampled evenly at {rate:g} Hz, as stated, none of its {logged.size} "
-        "messages lost; it begins where the earliest of them allow, by the recorder's clock"
+        f"{name} is taken as sampled evenly at {rate:.6g} Hz, none of its {logged.size} messages "
+        "lost; it begins where the earliest of them allow, by the recorder's clock"
     )
     return replace(
-        clock, times=times, rows=numbers, cuts=none, setbacks=none, setback_cuts=none, notes=(said,)
-    )
+        clock, times=times, rows=slice(None), cuts=none, setbacks=none, setback_cuts=none,
+        drift=drift, drift_error=error, notes=(said,),
+    )  # fmt: skip
 
 
 def usual_step(times: IntArray) -> float:
     """Return the usual time between two messages [ns]."""
     steps = np.diff(times)
-    return float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if steps.min(initial=1) <= 0:
+        steps = steps[steps > 0]
+    return float(np.median(steps, overwrite_input=True)) if steps.size else 0.0
+
+
+def _difference(logged: IntArray, times: IntArray) -> FloatArray:
+    """Return log times less times [ns], without an array between."""
+    return np.subtract(logged, times, out=np.empty(times.size))
+
+
+def _block_medians(values: FloatArray) -> FloatArray:
+    """Return the median of each whole block, of a long column piece by piece."""
+    blocks = values.size // BLOCK
+    whole = values[: blocks * BLOCK].reshape(blocks, BLOCK)
+    pieces = [np.median(whole[i : i + PIECE], axis=1) for i in range(0, blocks, PIECE)]
+    return np.concatenate(pieces) if pieces else np.empty(0)
 
 
 def _unrolled(name: str, stamps: IntArray, logged: IntArray, notes: list[str]) -> IntArray:
     """Count on where a counter of 32 bits began anew."""
+    if np.diff(stamps).min(initial=0) > -min(ROLLOVERS.values()) / 2:
+        return stamps
     usual = usual_step(stamps)
     steps = np.diff(stamps)
     delays = np.diff(logged - stamps)
@@ -199,15 +230,16 @@ def _unrolled(name: str, stamps: IntArray, logged: IntArray, notes: list[str]) -
 
 def _without_steps(
     name: str, stamps: IntArray, logged: IntArray, notes: list[str]
-) -> tuple[IntArray, list[int], IntArray]:
+) -> tuple[IntArray, list[int], IntArray | None, float]:
     """Take steps of the stamps' clock out of the stamps.
 
-    Returns the stamps, where they stepped, and what of the delay is left that is no property of
-    the clocks at the beginning: steps of the recorder's clock, or of the way, shape (n,).
+    Returns the stamps, where they stepped, what of the delay is left that is no property of
+    the clocks at the beginning (steps of the recorder's clock, or of the way, shape (n,); None
+    where there are none), and how exactly steps were taken out [ns].
     """
     usual = usual_step(stamps)
-    steps, known = [], np.zeros(stamps.size, dtype=np.int64)
-    delays = (logged - stamps).astype(np.float64)
+    steps, known, doubt = [], None, 0.0
+    delays = _difference(logged, stamps)
     for first, stop, size, drift in _level_steps(delays):
         place = np.arange(first, stop)
         of_stamps, of_logs = (
@@ -221,6 +253,7 @@ def _without_steps(
         seconds = (logged[at] - logged[0]) / NANOSECONDS
         if not stepped:
             at = int(place[np.argmax(of_logs * np.sign(size))])
+            known = np.zeros(stamps.size, dtype=np.int64) if known is None else known
             known[at:] += round(size)
             notes.append(
                 f"{name} comes {_size(size)} {'later' if size > 0 else 'earlier'} from "
@@ -228,7 +261,9 @@ def _without_steps(
                 "changed; it goes by its stamps, which did not"
             )
             continue
-        shift = _exact_shift(delays, at, exact, usual, drift)
+        uneven = 1.4826 * float(np.median(np.abs(of_stamps)))
+        shift, error = _exact_shift(delays, at, exact, usual, uneven, drift)
+        doubt = float(np.hypot(doubt, error))
         stamps = stamps.copy()
         stamps[at:] += shift
         steps.append(at)
@@ -237,20 +272,30 @@ def _without_steps(
             f"{_size(shift)}, {seconds:.4g} s after the first message: the step is taken out by "
             "the recorder's clock, and the recording split there"
         )
-    return stamps, steps, known
+    return stamps, steps, known, doubt
 
 
-def _exact_shift(delays: FloatArray, at: int, jump: float, usual: float, drift: float) -> int:
+def _exact_shift(
+    delays: FloatArray, at: int, jump: float, usual: float, uneven: float, drift: float
+) -> tuple[int, float]:
     """Return what takes a step out of the stamps [ns], from the delays on both sides of it.
 
-    As exact as the stamps are even, where the delays are sure enough of how many are missing there.
+    As exact as the stamps are even, where the delays are sure enough of how many are missing there;
+    and its standard error [ns]: ``uneven``, that of a step of the stamps, or of the medians of the
+    delays else.
     """
     sides = delays[max(at - MANY, 0) : at], delays[at : at + MANY]
     size = float(np.median(sides[1]) - np.median(sides[0]))
     size -= drift * sum(side.size for side in sides) / 2.0
     missing = round((jump + size) / usual) if usual else 0
     exact = missing * usual - jump
-    return round(exact if abs(exact - size) < usual / 4 else size)
+    if abs(exact - size) < usual / 4:
+        return round(exact), uneven
+    spread = [1.4826 * np.median(np.abs(side - np.median(side))) for side in sides]
+    of_medians = [
+        np.sqrt(np.pi / 2.0 / side.size) * each for side, each in zip(sides, spread, strict=True)
+    ]
+    return round(size), float(np.hypot(*of_medians))
 
 
 def _level_steps(delays: FloatArray) -> Iterator[tuple[int, int, float, float]]:
@@ -261,7 +306,7 @@ def _level_steps(delays: FloatArray) -> Iterator[tuple[int, int, float, float]]:
     blocks = delays.size // BLOCK
     if blocks < 3:
         return
-    medians = np.median(delays[: blocks * BLOCK].reshape(blocks, BLOCK), axis=1)
+    medians = _block_medians(delays)
     changes = medians[2:] - medians[:-2]  # the block between may hold the step
     usual = np.median(changes)
     scatter = 1.4826 * np.median(np.abs(changes - usual))
@@ -283,8 +328,11 @@ def _level_steps(delays: FloatArray) -> Iterator[tuple[int, int, float, float]]:
 
 def _without_setbacks(times: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     """Make good where a clock steps back for good; return also by how much, and where."""
-    usual = usual_step(times)
     steps = np.diff(times)
+    if steps.min(initial=0) >= 0:
+        none = np.array([], dtype=np.int64)
+        return times, none, none
+    usual = usual_step(times)
     scatter = 1.4826 * np.median(np.abs(steps - usual)) if steps.size else 0.0
     back = np.flatnonzero(steps < min(0.0, usual - CERTAIN * scatter)) + 1
     # Of one that comes late, those before and behind go on as if nothing was.
@@ -342,13 +390,26 @@ def _ordered(
         tick = float(np.median(steps_up[steps_up > 0])) if (steps_up > 0).any() else 0.0
         times, even = _spread(times, tick)
         notes.append(_tell_ticks(name, tick, times, even))
+    rows = _rows_in_order(name, times, stamped, even, notes)
+    return ClockedTimes(
+        times[rows], rows, stamped, cuts, setbacks, setback_cuts, tick=tick, even=even,
+        notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _rows_in_order(
+    name: str, times: IntArray, stamped: bool, even: bool, notes: list[str]
+) -> IntArray | slice:
+    """Return which messages to take, in the order of their times."""
+    steps = np.diff(times)
+    if steps.min(initial=1) > 0:
+        return slice(None)
     rows = np.argsort(times, kind="stable")
-    late = np.flatnonzero(np.diff(times) < 0)
-    if late.size:
-        lateness = (np.maximum.accumulate(times) - times).max()
+    if (steps < 0).any():
+        latest = np.maximum.accumulate(times)
         notes.append(
-            f"{np.count_nonzero(np.maximum.accumulate(times) > times)} messages of {name} were "
-            f"stored out of order, by up to {_size(lateness)}; put in the order of their "
+            f"{np.count_nonzero(latest > times)} messages of {name} were stored out of order, by "
+            f"up to {_size((latest - times).max())}; put in the order of their "
             f"{'stamps' if stamped else 'log times'}"
         )
     first = np.r_[True, np.diff(times[rows]) > 0]
@@ -358,10 +419,7 @@ def _ordered(
             "are left out"
         )
         rows = rows[first]
-    return ClockedTimes(
-        times[rows], rows, stamped, cuts, setbacks, setback_cuts, tick=tick, even=even,
-        notes=tuple(notes),
-    )  # fmt: skip
+    return rows
 
 
 def _is_ticked(times: IntArray) -> BoolArray:
@@ -392,10 +450,12 @@ def _tell_ticks(name: str, tick: float, times: IntArray, even: bool) -> str:
 
 def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedTimes:
     """Add what the delays tell: level, drift, jitter."""
-    since = (found.times - found.times[0]).astype(np.float64)
-    drift, error = _slope(since, delays)
-    rest = delays - drift * since
-    low, high = np.quantile(rest, [0.05, 0.95])
+    drift, error = _slope(found.times, delays)
+    delay = float(np.median(delays))
+    for first in range(0, delays.size, PIECE):
+        piece = slice(first, first + PIECE)
+        delays[piece] -= drift * (found.times[piece] - found.times[0])
+    least, low, high = np.quantile(delays, [LEAST, 0.05, 0.95], overwrite_input=True)
     notes = list(found.notes)
     if high - low > WORTH_TELLING:
         notes.append(
@@ -403,8 +463,8 @@ def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedT
         )
     return replace(
         found,
-        delay=float(np.median(delays)),
-        least_delay=float(np.quantile(rest, LEAST)),
+        delay=delay,
+        least_delay=float(least),
         drift=drift,
         drift_error=error,
         jitter=float(high - low),
@@ -412,14 +472,14 @@ def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedT
     )
 
 
-def _slope(since: FloatArray, delays: FloatArray) -> tuple[float, float]:
+def _slope(times: IntArray | FloatArray, delays: FloatArray) -> tuple[float, float]:
     """Return the slope of the median delays of blocks, and its standard error."""
     blocks = delays.size // BLOCK
     if blocks < 4:
         return 0.0, np.inf
-    t, d = (
-        np.median(each[: blocks * BLOCK].reshape(blocks, BLOCK), axis=1) for each in (since, delays)
-    )
+    # Blocks of times have their middle between two of them, which is their median.
+    middle = times[: blocks * BLOCK].reshape(blocks, BLOCK)[:, BLOCK // 2 - 1 : BLOCK // 2 + 1]
+    t, d = (middle - times[0]).mean(axis=1), _block_medians(delays)
     t = t - t.mean()
     power = float(t @ t)
     if power == 0.0:

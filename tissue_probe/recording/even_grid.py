@@ -6,13 +6,14 @@ What does not: where the times come from (``table_file``, ``foreign_bag``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from tissue_probe.recording.columns.source import row_place
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
 
@@ -89,7 +90,9 @@ class EvenGrid:
         return values
 
 
-def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
+def even_grid(
+    time: FloatArray, where: str, bridged: int = 0, place: Callable[[int], str] = row_place
+) -> EvenGrid:
     """Find the even grid that times lie on, or jitter about.
 
     A step longer than 1.5 periods is a gap. Deviations from even spacing that rounding of the
@@ -104,6 +107,8 @@ def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
     bridged : int
         Gaps of up to so many samples, if it goes on in step behind them, do not split: the samples
         missing there are not known, as others of the file may be.
+    place : callable
+        Says where in the file a time (from 0) is.
 
     Raises
     ------
@@ -111,7 +116,7 @@ def even_grid(time: FloatArray, where: str, bridged: int = 0) -> EvenGrid:
         If there are fewer than two times, one is not known or not later than the one before, or
         more than 5 % of the steps are off by more than half a period, and no whole number of them.
     """
-    _check(time, where)
+    _check(time, where, place)
     steps = np.diff(time)
     usual = np.quantile(steps, 0.5, method="lower")  # one of the steps, no mean of two
     _refuse_irregular(steps, usual, where)
@@ -164,7 +169,7 @@ def interpolate(
         In usual steps of ``time``.
     """
     result = np.empty(at.size)
-    usual = np.median(np.diff(time))
+    usual = np.median(np.diff(time), overwrite_input=True)
     for first in range(0, at.size, PIECE):
         piece = slice(first, first + PIECE)
         begin, end = np.searchsorted(time, [at[piece][0], at[piece][-1]])
@@ -207,7 +212,7 @@ def sample_blocks(
         )
 
 
-def _check(time: FloatArray, where: str) -> None:
+def _check(time: FloatArray, where: str, place: Callable[[int], str]) -> None:
     if time.size < 2:
         raise RecordingError(f"{where} has {time.size} samples; give at least two")
     for wrong, what in (
@@ -217,7 +222,7 @@ def _check(time: FloatArray, where: str) -> None:
         if wrong.any():
             row = int(np.argmax(wrong))
             raise RecordingError(
-                f"{where}, row {row + 1} (t = {time[row]:g} s): {what}; correct it, or give "
+                f"{where}, {place(row)} (t = {time[row]:g} s): {what}; correct it, or give "
                 "`sample_rate` and leave the times out"
             )
 

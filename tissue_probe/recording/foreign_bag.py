@@ -70,17 +70,21 @@ def read_foreign_bag(
     )
     u_unit = layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
     f_unit = layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
-    ticks = max(f_clock.tick, u_clock.tick) / 2.0 / NANOSECONDS  # known to half a step
+    # Coarse stamps are known to half a step; a step that was taken out is, to its own error.
+    doubts = max(f_clock.tick, u_clock.tick) / 2.0, f_clock.doubt, u_clock.doubt
+    doubt = float(np.hypot.reduce(doubts)) / NANOSECONDS
     f_clock, f, told_force = _fresh(force, f_clock)
     u_clock, u, told_position = _fresh(position, u_clock)
     notes = [*force.notes, *position.notes, *notes, *told_force, *told_position]
-    f_name, u_name, f_times, u_times = force.name, position.name, f_clock.times, u_clock.times
-    del force, position, f_clock, u_clock  # of a long bag, hundreds of megabytes
-    origin = int(f_times[0])
+    f_name, u_name, origin = force.name, position.name, int(f_clock.times[0])
+    parts = list(_parts(f_clock.times, u_clock.times, cuts))
+    del force, position  # of a long bag, hundreds of megabytes
+    f_times, f_clock = _seconds(f_clock.times, origin), None
+    u_times, u_clock = _seconds(u_clock.times, origin), None
     blocks: list[SampleBlock] = []
     rates, slow = [], []
-    for part_f, part_u in _parts(f_times, u_times, cuts):
-        f_time, u_time = (_seconds(times, origin) for times in (f_times[part_f], u_times[part_u]))
+    for part_f, part_u in parts:
+        f_time, u_time = f_times[part_f], u_times[part_u]
         if f_time.size < 2 or u_time.size < 2:
             notes.append(
                 f"{f_time.size} samples of the force between two steps of a clock are left out"
@@ -102,7 +106,7 @@ def read_foreign_bag(
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    return Recording(tuple(blocks), time_doubt=ticks), (read, *notes, *told_slow)
+    return Recording(tuple(blocks), time_doubt=doubt), (read, *notes, *told_slow)
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:
@@ -134,7 +138,8 @@ def _fresh(field: FieldValues, clock: ClockedTimes) -> tuple[ClockedTimes, Float
         f"{field.name} repeats old values, each {share:.3g} times: {kept.size} fresh ones, at "
         f"{rate:.4g} Hz, of {values.size} are used"
     )
-    thinned = replace(clock, times=clock.times[fresh], rows=clock.rows[fresh])
+    rows = kept if isinstance(clock.rows, slice) else clock.rows[fresh]
+    thinned = replace(clock, times=clock.times[fresh], rows=rows)
     return thinned, values[fresh], [said]
 
 

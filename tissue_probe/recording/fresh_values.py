@@ -43,6 +43,8 @@ def fresh_values(values: FloatArray) -> BoolArray:
     -------
     array of bool, shape (n,)
     """
+    if np.count_nonzero(values[1:] == values[:-1]) < REPEATED * values.size:
+        return np.ones(values.size, dtype=bool)
     fresh = np.ones(values.size, dtype=bool)
     fresh[1:] = values[1:] != values[:-1]  # NaN differs from everything
     changes = np.abs(np.diff(values[fresh & np.isfinite(values)]))

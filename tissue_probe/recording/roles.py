@@ -31,9 +31,9 @@ USUAL = {
         "zeit", "testzeit", "prüfzeit", "temps", "tiempo", "tempo",
     ),
     "position": (
-        "position", "displacement", "extension", "compressive extension", "crosshead", "stroke",
-        "compressive displacement", "axial displacement", "indentation", "indentation depth",
-        "depth", "travel", "weg", "standardweg", "traversenweg",
+        "position", "pos", "displacement", "disp", "extension", "compressive extension",
+        "crosshead", "stroke", "compressive displacement", "axial displacement", "indentation",
+        "indentation depth", "depth", "travel", "weg", "standardweg", "traversenweg",
     ),
     "force": (
         "force", "load", "compressive load", "axial force", "axial load", "normal force",

@@ -7,7 +7,7 @@ uneven ones (``even_grid``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,7 @@ def read_columns(
     """
     path = source.path
     found = roles(source, layout)
-    columns, told = source.read(list(found.names.values()), progress)
+    columns, told, place = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
     del columns
     said = [*source.told, *found.told, *told]
@@ -85,6 +85,7 @@ def read_columns(
     notes = [f"{path}: {'; '.join(said)}"] if said else []
     sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
     known = np.isfinite(time.seconds)
+    taken = [known]
     if not known.all():
         if not known.any():
             raise RecordingError(f"{path}: column {found.names['time']} tells no time in any row")
@@ -94,10 +95,13 @@ def read_columns(
         position, force = position[known], force[known]
     fresh, doubt = _fresh(path, time.seconds, position, force, notes)
     if fresh is not None:
+        taken.append(fresh)
         time = time._replace(seconds=time.seconds[fresh])
         position, force = position[fresh], force[fresh]
     if "time" in found.names or fresh is not None:
-        grid = even_grid(time.seconds, str(path), BRIDGED)
+        grid = even_grid(
+            time.seconds, str(path), BRIDGED, lambda row: place(_among_all(row, taken))
+        )
     else:
         grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
     notes += grid.notes
@@ -107,6 +111,13 @@ def read_columns(
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     return Recording(blocks, sites, time_doubt=doubt), tuple(notes)
+
+
+def _among_all(row: int, taken: Sequence[np.ndarray]) -> int:
+    """Return which of a file's rows one of those is that were taken, step after step."""
+    for each in reversed(taken):
+        row = int(np.flatnonzero(each)[row])
+    return row
 
 
 def _values(grid: EvenGrid, time: FloatArray, column: FloatArray) -> list[FloatArray]:

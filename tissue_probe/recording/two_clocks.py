@@ -68,7 +68,7 @@ def by_one_clock(
         force = replace(force, stamped=None)
     both = [_refined(path, field, clock) for field in (force, position)]
     if sample_rate is not None:
-        both[0] = evenly(both[0], force.name, force.logged, sample_rate)
+        both[0] = _at_the_rate(path, force, both[0], sample_rate)
     notes = [note for found in both for note in found.notes]
     both = _made_good_alike(path, force, position, *both)
     if sample_rate is None and not both[0].stamped:
@@ -107,6 +107,32 @@ def _refined(path: object, field: FieldValues, clock: Clock | None) -> ClockedTi
         "messages to a step, and not evenly; state `clock` recorder to go by when they were "
         "recorded, or stamp them more finely"
     )
+
+
+def _at_the_rate(
+    path: object, force: FieldValues, clock: ClockedTimes, rate: float
+) -> ClockedTimes:
+    """Return even times at a stated rate [Hz], or nearly: the recorder's clock counts.
+
+    Raises
+    ------
+    RecordingError
+        If the messages came at a rate that no error of clocks makes of it.
+    """
+    even = evenly(clock, force.name, force.logged, rate)
+    if not _drifts(even.drift, even.drift_error, even.duration):
+        return even
+    came = rate / (1.0 + even.drift)
+    if abs(even.drift) > SIMULATED:
+        raise RecordingError(
+            f"{path}: `sample_rate` is {rate:g} Hz, but the messages of {force.name} were recorded "
+            f"at {came:.6g} a second on average, and no clock is wrong by so much; state the rate "
+            "at which they were taken, or record with stamps if some were lost"
+        )
+    error = even.drift_error * even.duration / 2.0  # at the ends, in the middle there is none
+    even = evenly(clock, force.name, force.logged, came)
+    said = f"{rate:g} Hz was stated, which the recorder's clock shows to be {came:.6g} Hz"
+    return replace(even, doubt=error, notes=(*even.notes, said))
 
 
 def _require_stamps(path: object, *fields: FieldValues) -> None:

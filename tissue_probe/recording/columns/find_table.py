@@ -188,7 +188,9 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
             continue
         header = {row.cells for row in _above(rows, run, decimal, splits)}
         between = [
-            _fitted(row, run.width, splits) for row in rows[run.stop : best.first] if not row.blank
+            _fitted(row, run.width, splits)
+            for row in rows[run.stop : best.first]
+            if not (row.blank or row.comment)
         ]
         names = [cells for cells in between if cells and all(cells)]
         if any(cells not in header for cells in names):

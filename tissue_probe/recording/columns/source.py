@@ -19,14 +19,21 @@ Progress = Callable[[float], None]
 """Told the share of a file that is read, from 0 to 1."""
 
 
+def row_place(row: int) -> str:
+    """Say where a row is, in a file that has nothing but rows."""
+    return f"row {row + 1}"
+
+
 class Loaded(NamedTuple):
     """Columns of one length, and what was done to read them, in phrases.
 
     A column is of floats, of whole numbers, of ``datetime64[ns]``, or of texts that tell times.
+    ``place`` says where in the file a row (from 0) is, as its user finds it.
     """
 
     columns: list[np.ndarray]
     told: tuple[str, ...] = ()
+    place: Callable[[int], str] = row_place
 
 
 @dataclass(frozen=True)

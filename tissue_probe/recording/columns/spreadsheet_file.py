@@ -131,7 +131,7 @@ def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int
     told = [f"{left_out} rows left out: they are headers again"] if left_out else []
     told += [f"{pending} row{'s' if pending > 1 else ''} below the table"] if pending else []
     columns = [_column(path, name, place, kept) for name, place in places.items()]
-    return Loaded(columns, tuple(told))
+    return Loaded(columns, tuple(told), lambda row: f"row {kept[row].line}")
 
 
 def _column(path: Path, name: str, place: int, rows: Sequence[Row]) -> np.ndarray:

@@ -15,6 +15,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -199,11 +200,13 @@ class _Reading:
         self._begins = rows[found.first].line
         self._left_out: list[int] = []
         self._pending: list[int] = []  # lines of no numbers: the table's end, or a fault in it
+        self._blocks: list[tuple[int, int]] = []  # of each block, its first line and its first row
 
     def run(self, progress: Progress) -> Loaded:
         parts: list[list[np.ndarray]] = [[] for _ in self._names]
         count = 0
         for text in _texts(self._path, self._dialect.encoding, BLOCK, progress):
+            self._blocks.append((self._line + 1, count))
             if self._line + text.count("\n") < self._begins:
                 self._line += text.count("\n")
                 continue
@@ -215,7 +218,17 @@ class _Reading:
         for part in parts:
             columns.append(np.concatenate(part) if part else np.empty(0))
             part.clear()
-        return Loaded(columns, tuple(self._told()))
+        return Loaded(columns, tuple(self._told()), self._place)
+
+    def _place(self, row: int) -> str:
+        """Say in which line a row is; its block is read again, as which rows it has is not kept."""
+        number = max(n for n, (_, first) in enumerate(self._blocks) if first <= row)
+        texts = _texts(self._path, self._dialect.encoding, BLOCK, lambda share: None)
+        line, before = self._blocks[number]
+        lines = next(islice(texts, number, None)).split("\n")[:-1]
+        rows = [Row(line + n, self._dialect.split(each), each) for n, each in enumerate(lines)]
+        rows = [each for each in rows if each.line >= self._begins and self._is_row(each)]
+        return f"line {rows[row - before].line}"
 
     def _told(self) -> Iterator[str]:
         for lines, what in ((self._left_out, "left out"), (self._pending, "below the table")):
