@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -245,3 +247,46 @@ def test_a_deviation_is_told_to_two_digits_or_the_usual_decimals_however_small(
     assert float(within) == pytest.approx(deviation, abs=0.5 * 10.0**-decimals, rel=0.05)
     assert float(within) > 0.0
     assert abs(float(told) - value) <= max(deviation, 10.0**-decimals)
+
+
+def rigid(path, stiffness=500.0, damping=3.0, rate=500.0):
+    """Write what a testing machine measures at 5 Hz, its tip without mass."""
+    t = np.arange(int(4.0 * rate)) / rate
+    w, random = 2.0 * np.pi * 5.0, np.random.default_rng(7)
+    u = 2e-3 + 1e-3 * np.sin(w * t)
+    force = stiffness * u + damping * 1e-3 * w * np.cos(w * t)
+    table = np.column_stack([
+        t, 1e3 * u + 1e-3 * random.standard_normal(t.size),
+        force + 5e-3 * random.standard_normal(t.size),
+    ])  # fmt: skip
+    np.savetxt(path, table, delimiter=",", header="t_s,u_mm,F", comments="", fmt="%.9g")
+    return path
+
+
+@pytest.mark.parametrize("estimator", ["robust_ekf", "ukf", "rls"])
+def test_a_rigid_probe_is_estimated_too(estimator, run, tmp_path):
+    path = rigid(tmp_path / "machine.csv")
+    outcome = run("estimate", path, "-e", estimator, "--rig", "rigid_probe", "--set",
+                  "encoder_resolution=3.5e-6")  # fmt: skip
+    assert outcome.status == 0, outcome.err
+    assert "the tip is taken to have no mass, as --set tells none" in " ".join(outcome.out.split())
+    found = re.search(
+        r"stiffness ([\d.]+) ± ([\d.]+) N/m, damping ([\d.]+) ± ([\d.]+)", outcome.out
+    )
+    k, k_deviation, beta, beta_deviation = map(float, found.groups())
+    assert k == pytest.approx(500.0, abs=3.0 * k_deviation)
+    assert k == pytest.approx(500.0, rel=0.01)
+    assert beta == pytest.approx(3.0, abs=3.0 * beta_deviation)
+
+
+def test_a_value_that_the_settings_hold_back_is_told_with_the_setting(run, tmp_path):
+    path = rigid(tmp_path / "machine.csv", damping=40.0)
+    outcome = run("estimate", path, "--rig", "rigid_probe", "--set", "damping_maximum=20")
+    told = " ".join(outcome.out.split())
+    assert "the damping ends at 20 N s/m, where damping_maximum holds it" in told
+
+
+def test_a_force_that_drives_is_refused_by_filters(run, tmp_path):
+    outcome = run("estimate", rigid(tmp_path / "machine.csv"), "--rig", "force_driven")
+    assert outcome.status == 2
+    assert "is not one of 'compliant_probe', 'rigid_probe'" in " ".join(outcome.err.split())

@@ -13,6 +13,7 @@ from tissue_probe.analysis.measurements import ReadRecording, Source, measuremen
 from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
+from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate as run_estimator
 from tissue_probe.recording.stretches import dwell_blocks
 from tissue_probe.recording.tables import estimate_columns, write_estimates
@@ -204,7 +205,8 @@ def estimate(
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)
-    return EstimateResult(found, part, notes)
+    result = EstimateResult(found, part, notes)
+    return replace(result, notes=(*notes, *_at_limits(result, chosen)))
 
 
 def _doubts(part: ReadRecording) -> Iterator[str]:
@@ -222,6 +224,19 @@ def _doubts(part: ReadRecording) -> Iterator[str]:
             raise MeasurementError(f"{part.name}: {found.sentence}")
         if not part.is_own or found.name in TOLD_OF_OWN:
             yield f"{part.name}: {found.sentence}"
+
+
+def _at_limits(result: EstimateResult, settings: EstimatorSettings) -> Iterator[str]:
+    """Yield a sentence for each value that the settings hold back."""
+    for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
+        for side in ("minimum", "maximum"):
+            limit = getattr(settings, f"{name}_{side}")
+            if getattr(result, name) == limit:
+                yield (
+                    f"the {name} ends at {limit:g} {unit}, where {name}_{side} holds it: if the "
+                    "tissue may be so, state a wider one by `settings`, with the prior's standard "
+                    f"deviation, {name}_prior_sd"
+                )
 
 
 def _within(value: float, deviation: float, decimals: int) -> str:
