@@ -82,27 +82,25 @@ def runs(name, count, rate, duration, frequencies, position_noise=POSITION_NOISE
     [(2000.0, 1.0, (2.0, 5.0, 10.0, 20.0, 40.0, 80.0), 1e-6), (100.0, 20.0, (0.5, 1.0, 2.0), 2e-6)],
 )
 def test_two_standard_deviations_hold_the_truth(name, rate, duration, frequencies, position_noise):
-    """With 95 % of 40 runs more than five miss once in 70 times; what fades claims too little."""
-    found = list(runs(name, 40, rate, duration, frequencies, position_noise))
+    """Of 30 runs more than five miss once in 600 times if 95 % hold.
+
+    Filters that forget nothing claim no more than they need: the mean square of their errors over
+    the claim is 1, give or take 0.26.
+    """
+    found = list(runs(name, 30, rate, duration, frequencies, position_noise))
     true, estimated, deviations = (np.array(each) for each in zip(*found, strict=True))
-    inside = np.abs(estimated - true) < 2.0 * deviations
-    assert (np.mean(inside, axis=0) >= 0.85).all()
+    scores = (estimated - true) / deviations
+    assert (np.mean(np.abs(scores) < 2.0, axis=0) >= 0.83).all()
     assert np.max(np.abs(estimated[:, 0] / true[:, 0] - 1.0)) < 0.01
-
-
-@pytest.mark.parametrize("name", ["robust_ekf", "ekf", "ukf"])
-def test_the_claim_is_no_larger_than_the_errors(name):
-    """The mean square of the errors over what is claimed, which is 1 if the claim is right."""
-    found = list(runs(name, 40, 2000.0, 1.0, (2.0, 5.0, 10.0, 20.0)))
-    true, estimated, deviations = (np.array(each) for each in zip(*found, strict=True))
-    squares = np.mean(((estimated - true) / deviations) ** 2, axis=0)
-    assert (squares > 0.4).all()
-    assert (squares < 1.8).all()
+    if name in ("ekf", "ukf"):
+        squares = np.mean(scores**2, axis=0)
+        assert (squares > 0.4).all()
+        assert (squares < 1.8).all()
 
 
 @pytest.mark.parametrize("name", ["robust_ekf", "ekf", "afukf", "rls"])
 def test_any_motion_will_do(name):
-    for seed in range(5):
+    for seed in range(3):
         k, beta, _ = tissue(seed)
         t, u, v, a = wandering(seed, 4.0, 2000.0, knots=20.0)
         block = block_of(seed, t, u, MASS * a + k * u + beta * v)
