@@ -114,8 +114,8 @@ def test_a_setting_changes_what_the_filter_works_with(run, csv):
         (["--estimator", "magic"], "there is no estimator 'magic'; there are "),
         (["--set", "tip_mass"], "--set tip_mass: write NAME=VALUE, such as force_noise=0.01"),
         (["--set", "mass=1"], "there is no mass; there are tip_mass, load_cell_stiffness, "),
-        (["--set", "tip_mass=heavy"], "tip_mass is 'heavy': give a number above 0 to 10 [kg]"),
-        (["--set", "tip_mass=11"], "tip_mass is '11': give a number above 0 to 10 [kg]"),
+        (["--set", "tip_mass=heavy"], "tip_mass is 'heavy': give a number from 0 to 10 [kg]"),
+        (["--set", "tip_mass=11"], "tip_mass is '11': give a number from 0 to 10 [kg]"),
         (["--set", "force_noise=nan"], "force_noise is 'nan': give a number from 1e-09 to 100 [N]"),
         (["--set", "discretisation=best"], "discretisation is 'best': give one of exact, euler"),
         (["--output", "estimates.xlsx"], "estimates.xlsx ends in '.xlsx'; tables are .csv or "),
@@ -199,7 +199,7 @@ def test_metadata_of_other_recorders_does_no_harm(run, bag):
 
 def test_a_recorded_setting_out_of_range_is_named(fails, bag):
     recorded = bag(metadata={"/probe/ekf": {"estimator": "ekf", "tip_mass": "-1.0"}})
-    assert "tip_mass is -1.0: give a number above 0 to 10 [kg]" in fails("estimate", recorded)
+    assert "tip_mass is -1.0: give a number from 0 to 10 [kg]" in fails("estimate", recorded)
 
 
 def test_a_topic_that_is_not_there_is_said_with_those_that_are(fails, bag):

@@ -27,12 +27,6 @@ class EstimatorSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    rig: Literal["compliant_probe", "rigid_probe"] = _setting(
-        "compliant_probe",
-        "",
-        "How the coil moves the tip: through a load cell that yields, or rigidly, so that the "
-        "position is the tip's (then load_cell_* and velocity_noise mean nothing)",
-    )
     tip_mass: float = _setting(
         0.04, "kg", "Moving mass m between load cell and tissue", ge=0, le=10
     )
@@ -52,6 +46,12 @@ class EstimatorSettings(BaseModel):
         "predicted force",
         ge=0,
         le=1e-3,
+    )
+    rig: Literal["compliant_probe", "rigid_probe"] = _setting(
+        "compliant_probe",
+        "",
+        "How the coil moves the tip: through a load cell that yields, or rigidly, so that the "
+        "position is the tip's (then load_cell_* and velocity_noise mean nothing)",
     )
     discretisation: Literal["exact", "euler"] = _setting(
         "exact", "", "Step from sample to sample: exact, or the paper's forward Euler"
