@@ -32,6 +32,7 @@ SOURCES = (
     "physics/machine_code.py",
     "physics/model_functions.py",
     "physics/numba_code.py",
+    "physics/pointers.py",
     "physics/response_code.py",
     "physics/rigs.py",
     "physics/runge_kutta.py",

@@ -30,7 +30,7 @@ def _code() -> machine_code.MachineCode:
     return machine_code.load(
         name,
         lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}")),
-        (f"physics/{name}.py",),
+        (f"physics/{name}.py", "physics/pointers.py"),
     )
 
 
