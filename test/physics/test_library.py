@@ -63,6 +63,17 @@ MISTAKES = {
         ("drag=DRAG", 'drag=sp.Symbol("viscosity")'), "uses the symbol viscosity"
     ),
     "an effect at no strength": (("drag=DRAG *", "drag=(1 + DRAG) *"), "must leave the model as"),
+    "a function without machine code": (
+        ("sp.Abs(TIP_VELOCITY)", "sp.besselj(0, TIP_VELOCITY)"),
+        "effect 'quadratic_drag' cannot be composed: no machine code can be made of besselj",
+    ),
+    "a function without derivative": (
+        ("sp.Abs(TIP_VELOCITY)", "sp.floor(TIP_VELOCITY)"), "of the derivative of floor"
+    ),
+    "a signal where it is not known": (
+        ("* TIP_VELOCITY,", "* TIP_VELOCITY, inertia=DRAG * sp.Symbol('stretch', real=True),"),
+        "nothing tells the symbol stretch",
+    ),
     "starts for what is not there": (
         ("    drag=", '    starts=lambda extent: [{"width": 1.0}],\n    drag='), "starts for width"
     ),

@@ -4,21 +4,16 @@ import ctypes
 import os
 import subprocess
 import sys
+from functools import partial
 
 import pytest
+import sympy as sp
+from llvmlite import ir
 
-from tissue_probe.physics import machine_code
+from tissue_probe.physics import compiled, llvm_code, machine_code, numba_code
+from tissue_probe.physics.llvm_code import Function
+from tissue_probe.physics.machine_code import Text
 
-TWICE = """
-from numba import cfunc
-
-ANSWER = 42
-
-
-@cfunc("float64(float64)")
-def twice(number):
-    return 2.0 * number
-"""
 # An array that is made, and a division that may raise.
 NEEDS_NUMBA = """
 import numpy as np
@@ -31,28 +26,26 @@ def share(count, number):
 """
 
 
-# A function that is linked later, by its name, and what calls it.
-CALLER = """
-import ctypes
-
-import llvmlite.binding as llvm
-from numba import cfunc, types
-
-LINKED = ("wanted",)
-llvm.add_symbol("wanted", ctypes.cast(ctypes.pythonapi.Py_FatalError, ctypes.c_void_p).value)
-wanted = types.ExternalFunction("wanted", types.float64(types.float64))
-
-
-@cfunc("float64(float64)")
-def one_more(number):
-    return wanted(number) + 1.0
-"""
-
-
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("TISSUE_PROBE_CACHE", str(tmp_path))
     return tmp_path
+
+
+NUMBER = sp.Symbol("number", real=True)
+
+
+def made(value, name="answer"):
+    """A function of one number, kept with a fact."""
+    module = ir.Module()
+    function = Function(module, name, {"number": llvm_code.NUMBER}, llvm_code.NUMBER)
+    function.name(NUMBER, "number")
+    function.end(value)
+    return Text(str(module), (name,), {"ANSWER": 42})
+
+
+def called(code, name, number):
+    return ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(code.addresses[name])(number)
 
 
 def test_code_is_made_once_and_kept(folder):
@@ -60,35 +53,39 @@ def test_code_is_made_once_and_kept(folder):
 
     def write():
         calls.append(1)
-        return TWICE
+        return made(2 * NUMBER)
 
-    code = machine_code.load("twice", write, ("ANSWER",))
-    assert machine_code.load("twice", write, ("ANSWER",)) is code
+    code = machine_code.load("twice", write)
+    assert machine_code.load("twice", write) is code
     (path,) = folder.glob("tissue_probe_twice_*.o")
     del machine_code._loaded[path]
-    again = machine_code.load("twice", write, ("ANSWER",))
+    again = machine_code.load("twice", write)
     assert again is not code
     assert calls == [1]
     for each in (code, again):
         assert each.facts == {"ANSWER": 42}
-        twice = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(each.addresses["twice"])
-        assert twice(1.5) == 3.0
+        assert called(each, "answer", 1.5) == 3.0
 
 
-def test_functions_of_two_modules_are_linked_by_their_names(folder, monkeypatch):
-    (folder / "caller_of_wanted.py").write_text(CALLER)
-    monkeypatch.syspath_prepend(str(folder))
-    for name, factor in (("first", 2.0), ("second", 3.0)):
-        write = TWICE.replace("2.0", str(factor)).replace("twice", "wanted").__str__
-        code = machine_code.load(name, write, ("ANSWER",), beside=lambda _: "caller_of_wanted")
-        call = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(code.addresses["one_more"])
-        assert call(1.5) == factor * 1.5 + 1.0
+def test_functions_of_two_texts_are_linked_by_their_names():
+    caller = ir.Module()
+    signature = ir.FunctionType(llvm_code.NUMBER, [llvm_code.NUMBER])
+    wanted = ir.Function(caller, signature, "answer")
+    calls = ir.Function(caller, signature, "calls")
+    builder = ir.IRBuilder(calls.append_basic_block())
+    builder.ret(builder.call(wanted, calls.args))
+    beside = ("caller", lambda: Text(str(caller), ("calls",), {}, ("answer",)))
+    for factor in (2, 3):
+        write = partial(made, factor * NUMBER)
+        code = machine_code.load(f"times_{factor}", write, beside=lambda _: beside)
+        assert called(code, "calls", 1.5) == factor * 1.5
 
 
 def test_code_that_needs_numba_is_refused_when_it_is_made(folder):
     """A process without Numba would be ended by LLVM."""
+    module = compiled.module("needs_numba", lambda: NEEDS_NUMBA)
     with pytest.raises(RuntimeError, match="NRT_"):
-        machine_code.load("needs_numba", lambda: NEEDS_NUMBA, ())
+        machine_code.load("needs_numba", lambda: numba_code.text(module))
     assert not list(folder.glob("*.o"))
 
 

@@ -6,6 +6,7 @@ What does not: what is in them (``program``); running them without Numba (``mach
 
 from __future__ import annotations
 
+import getpass
 import hashlib
 import importlib.util
 import os
@@ -76,7 +77,7 @@ def _folder() -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
-        folder = Path(tempfile.gettempdir()) / f"tissue_probe_{os.getuid()}"
+        folder = Path(tempfile.gettempdir()) / f"tissue_probe_{getpass.getuser()}"
         folder.mkdir(exist_ok=True)
     return folder
 

@@ -20,6 +20,7 @@ from tissue_probe.quantities import FORCE, Quantity
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.machine_code import Text
     from tissue_probe.physics.model import Model
     from tissue_probe.physics.response import Kernel
 
@@ -27,9 +28,11 @@ if TYPE_CHECKING:
 SOURCES = (
     "physics/coil_course.py",
     "physics/effects/effect.py",
+    "physics/llvm_code.py",
     "physics/machine_code.py",
     "physics/model_functions.py",
-    "physics/program.py",
+    "physics/numba_code.py",
+    "physics/pointers.py",
     "physics/response_code.py",
     "physics/rigs.py",
     "physics/runge_kutta.py",
@@ -120,14 +123,14 @@ class Composition:
         """The compiled code, made where no earlier process has."""
         from tissue_probe.physics.response import Kernel
 
-        said = "\n".join((self.rig, self.tissue, *map(_text, self.all_effects)))
+        said = "\n".join((self.rig, self.tissue, *map(_declared, self.all_effects)))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
-        return Kernel.load(f"response_{digest}", self._source, SOURCES)
+        return Kernel.load(f"response_{digest}", self._text, SOURCES)
 
-    def _source(self) -> str:
-        from tissue_probe.physics.response_code import source
+    def _text(self) -> Text:
+        from tissue_probe.physics.response_code import text
 
-        return source(self.model)
+        return text(self.model)
 
     @cached_property
     def values(self) -> tuple[Entry, ...]:
@@ -150,6 +153,6 @@ def _composed(rig: str, tissue: str, effects: tuple[Effect, ...]) -> Composition
 
 
 @cache
-def _text(effect: Effect) -> str:
+def _declared(effect: Effect) -> str:
     """Return all that an effect declares but its other forms, kept since SymPy prints slowly."""
     return repr(effect.plain)

@@ -8,33 +8,35 @@ The third derivative goes on through the second sample and the last but one ("no
 thousands of times in a fit, of many columns at once, and lets other threads run meanwhile.
 """
 
-from numba import carray, cfunc, njit
+from numba import cfunc, njit
+
+from tissue_probe.physics.pointers import OPTIONS
 
 
-@njit(error_model="numpy")
-def _slopes(values, period, slopes, factors):
-    """Fill the spline's derivatives at the samples, of each column; four samples at least.
+@njit(**OPTIONS)
+def _slopes(n, m, values, period, slopes, factors):
+    """Fill the spline's derivatives at the samples, of m columns of n samples, four at least.
 
     Between are s[i-1] + 4 s[i] + s[i+1] = 3 (d[i-1] + d[i]) for the differences d over the period,
     at the ends s[0] + 2 s[1] = (5 d[0] + d[1]) / 2 and its mirror image: Thomas's algorithm.
     """
-    n, m = values.shape
     factors[0] = 2.0
     for j in range(m):
-        slopes[0, j] = (values[2, j] + 4.0 * values[1, j] - 5.0 * values[0, j]) / (2.0 * period)
+        rise = values[2 * m + j] + 4.0 * values[m + j] - 5.0 * values[j]
+        slopes[j] = rise / (2.0 * period)
     for i in range(1, n - 1):
         factors[i] = 1.0 / (4.0 - factors[i - 1])
-        for j in range(m):
-            right = 3.0 * (values[i + 1, j] - values[i - 1, j]) / period
-            slopes[i, j] = (right - slopes[i - 1, j]) * factors[i]
+        for at in range(i * m, (i + 1) * m):
+            right = 3.0 * (values[at + m] - values[at - m]) / period
+            slopes[at] = (right - slopes[at - m]) * factors[i]
     last = n - 1
-    for j in range(m):
-        right = 5.0 * values[last, j] - 4.0 * values[last - 1, j] - values[last - 2, j]
-        right = right / (2.0 * period) - 2.0 * slopes[last - 1, j]
-        slopes[last, j] = right / (1.0 - 2.0 * factors[last - 1])
+    for at in range(last * m, n * m):
+        right = 5.0 * values[at] - 4.0 * values[at - m] - values[at - 2 * m]
+        right = right / (2.0 * period) - 2.0 * slopes[at - m]
+        slopes[at] = right / (1.0 - 2.0 * factors[last - 1])
     for i in range(last - 1, -1, -1):
-        for j in range(m):
-            slopes[i, j] -= factors[i] * slopes[i + 1, j]
+        for at in range(i * m, (i + 1) * m):
+            slopes[at] -= factors[i] * slopes[at + m]
 
 
 @cfunc(
@@ -44,15 +46,14 @@ def _slopes(values, period, slopes, factors):
 )
 def pieces(n, period, values, slopes, factors, coefficients):
     """Fill coefficients, shape (4, n - 1), highest power first, of the pieces of one signal."""
-    values, slopes = carray(values, (n, 1)), carray(slopes, (n, 1))
-    c = carray(coefficients, (4, n - 1))
-    _slopes(values, period, slopes, carray(factors, n))
-    for i in range(n - 1):
-        rise = (values[i + 1, 0] - values[i, 0]) / period
-        c[0, i] = (slopes[i, 0] + slopes[i + 1, 0] - 2.0 * rise) / (period * period)
-        c[1, i] = (3.0 * rise - 2.0 * slopes[i, 0] - slopes[i + 1, 0]) / period
-        c[2, i] = slopes[i, 0]
-        c[3, i] = values[i, 0]
+    count = n - 1
+    _slopes(n, 1, values, period, slopes, factors)
+    for i in range(count):
+        rise = (values[i + 1] - values[i]) / period
+        coefficients[i] = (slopes[i] + slopes[i + 1] - 2.0 * rise) / (period * period)
+        coefficients[count + i] = (3.0 * rise - 2.0 * slopes[i] - slopes[i + 1]) / period
+        coefficients[2 * count + i] = slopes[i]
+        coefficients[3 * count + i] = values[i]
 
 
 @cfunc(
@@ -65,9 +66,7 @@ def later(n, m, period, delay, values, slopes, factors, read, rate):
 
     What lies beyond either end stands still.
     """
-    values, slopes = carray(values, (n, m)), carray(slopes, (n, m))
-    read, rate = carray(read, (n, m)), carray(rate, n)
-    _slopes(values, period, slopes, carray(factors, n))
+    _slopes(n, m, values, period, slopes, factors)
     for k in range(n):
         at = k - delay / period
         inside = 0.0 <= at <= n - 1.0
@@ -77,14 +76,16 @@ def later(n, m, period, delay, values, slopes, factors, read, rate):
         own, next_own = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
         slope, next_slope = period * s * (1.0 - s) ** 2, period * s * s * (s - 1.0)
         for j in range(m):
-            read[k, j] = (
-                own * values[i, j]
-                + next_own * values[i + 1, j]
-                + slope * slopes[i, j]
-                + next_slope * slopes[i + 1, j]
+            at_sample, at_next = i * m + j, (i + 1) * m + j
+            read[k * m + j] = (
+                own * values[at_sample]
+                + next_own * values[at_next]
+                + slope * slopes[at_sample]
+                + next_slope * slopes[at_next]
             )
         rate[k] = 0.0
         if inside:
-            rise = 6.0 * s * (1.0 - s) * (values[i + 1, 0] - values[i, 0]) / period
+            first, second = i * m, (i + 1) * m
+            rise = 6.0 * s * (1.0 - s) * (values[second] - values[first]) / period
             own, other = (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)
-            rate[k] = rise + own * slopes[i, 0] + other * slopes[i + 1, 0]
+            rate[k] = rise + own * slopes[first] + other * slopes[second]

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import ctypes
 from functools import cache
-from pathlib import Path
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.physics import machine_code
+from tissue_probe.physics import machine_code, numba_code
 
 FloatArray = NDArray[np.float64]
 
@@ -26,8 +26,12 @@ _LATER = ctypes.CFUNCTYPE(
 
 @cache
 def _code() -> machine_code.MachineCode:
-    source = Path(__file__).with_name("even_spline.py")
-    return machine_code.load(source.stem, source.read_text, (), (f"physics/{source.name}",))
+    name = "even_spline"
+    return machine_code.load(
+        name,
+        lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}")),
+        (f"physics/{name}.py", "physics/pointers.py"),
+    )
 
 
 def cubics(values: FloatArray, period: float) -> FloatArray:

@@ -19,6 +19,7 @@ from typing import Any
 import sympy as sp
 
 from tissue_probe.errors import TissueProbeError
+from tissue_probe.physics import response_code
 from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
@@ -227,7 +228,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
             f"{effect.neutral:g}: there it must leave the model as it is"
         )
     try:
-        Composition(effects=(effect,)).model.state_jacobian  # noqa: B018
+        response_code.text(Composition(effects=(effect,)).model)
     except (TypeError, ValueError, AttributeError) as error:
         yield f"cannot be composed: {' '.join(str(error).split())}"
 

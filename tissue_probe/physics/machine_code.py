@@ -1,12 +1,10 @@
-"""Machine code of generated functions, kept on disk and called without Numba.
+"""Machine code of generated functions, kept on disk.
 
-What belongs here: from a module's compiled functions to an object file, and back to functions.
-What does not: what is in the functions (``program``), where files lie (``compiled``).
+What belongs here: from LLVM's text of functions to an object file, and back to functions.
+What does not: who writes the text (``llvm_code``, ``numba_code``), where files lie (``compiled``).
 
-Numba takes most of a second to be imported and to find its own compiled functions again, half of it
-for linear algebra that no kernel uses. Who finds an object file here needs LLVM and ctypes only.
-The code is faster, too: Numba optimises each function as one that anybody may call, and counts
-references to arrays; here only the entries remain visible, and the rest is optimised into them.
+Who finds an object file here needs LLVM and ctypes only. Of a text only the entries remain visible,
+and the rest is optimised into them.
 """
 
 from __future__ import annotations
@@ -14,14 +12,13 @@ from __future__ import annotations
 import ctypes
 import gc
 import hashlib
-import importlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import llvmlite
@@ -31,15 +28,37 @@ from tissue_probe.physics import compiled
 
 
 @dataclass(frozen=True)
+class Text:
+    """Functions in LLVM's language.
+
+    Attributes
+    ----------
+    code : str
+        The text.
+    entries : sequence of str
+        Names of the functions that are to be called from outside.
+    facts : mapping
+        What is kept with the code, of types that JSON knows.
+    linked : sequence of str
+        Names of functions that are called, and come from another text.
+    """
+
+    code: str
+    entries: Sequence[str]
+    facts: Mapping[str, Any]
+    linked: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
 class MachineCode:
     """Functions in this process.
 
     Attributes
     ----------
     addresses : mapping of int
-        Where each entry begins: a C function of the signature that its module gives it.
+        Where each entry begins: a C function.
     facts : mapping
-        What the module says of itself.
+        Those of the text.
     engine : object
         Keeps the functions in memory.
     """
@@ -53,57 +72,55 @@ _loaded: dict[Path, MachineCode] = {}
 
 
 def loaded() -> int:
-    """Return how many modules' functions this process has."""
+    """Return of how many names this process has the functions."""
     return len(_loaded)
+
+
+#: A name, and what writes the text that is kept under it.
+Written = tuple[str, Callable[[], Text]]
 
 
 def load(
     name: str,
-    write: Callable[[], str],
-    facts: tuple[str, ...],
+    write: Callable[[], Text],
     sources: tuple[str, ...] = compiled.ALL,
-    beside: Callable[[Mapping[str, Any]], str] = lambda _: "",
+    beside: Callable[[Mapping[str, Any]], Written] | None = None,
 ) -> MachineCode:
-    """Return the functions of a generated module, compiled first where no earlier process has.
+    """Return the functions of a text, compiled first where no earlier process has.
 
     Parameters
     ----------
-    name, write, sources
-        Of the module, as for ``compiled.module``. Its entries are what it makes by ``cfunc``.
-    facts : tuple of str
-        Names of constants of the module that are kept with the code, of types that JSON knows.
-    beside : callable
-        Returns, of these constants, the name of a module that calls entries by their names, and
-        whose own are entries too; or nothing.
+    name, sources
+        As for ``compiled.place``.
+    write : callable
+        Returns the text; called only where no machine code is on disk.
+    beside : callable, optional
+        Returns, of the text's facts, another text that calls entries by their names, and whose own
+        are entries too.
     """
-    path = _object(name, lambda: compiled.module(name, write, sources), facts, sources)
+    path = _object(name, write, sources)
     if path not in _loaded:
         machine, (told, *codes) = _machine(), _read(path)
-        if other := beside(told["facts"]):
-            short = other.rpartition(".")[2]
-            more, code = _read(_object(short, lambda: importlib.import_module(other), (), sources))
+        if beside is not None:
+            more, code = _read(_object(*beside(told["facts"]), sources))
             told["entries"] += more["entries"]
             codes.append(code)
         _loaded[path] = _link(told, codes, machine)
     return _loaded[path]
 
 
-def _object(
-    name: str, module: Callable[[], ModuleType], facts: tuple[str, ...], sources: tuple[str, ...]
-) -> Path:
-    """Return where a module's object file is, written first where no earlier process has."""
+def _object(name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Path:
+    """Return where a text's object file is, written first where no earlier process has."""
     path = compiled.place(f"{name}_{_host()}", ".o", sources)
     if not path.exists():
         with _keeping_garbage():
-            made = module()
-            told = {fact: getattr(made, fact) for fact in facts}
-            compiled.replace(path, _compile(made, told))
+            compiled.replace(path, _compile(name, write()))
     return path
 
 
 @contextmanager
 def _keeping_garbage() -> Iterator[None]:
-    """Look for no garbage meanwhile: Numba makes objects by the million, and keeps most."""
+    """Look for no garbage meanwhile: who writes makes objects by the million, and keeps most."""
     enabled = gc.isenabled()
     gc.disable()
     try:
@@ -139,47 +156,37 @@ def _host() -> str:
     return hashlib.sha256(told.encode()).hexdigest()[:8]
 
 
-def _compile(module: ModuleType, facts: dict[str, Any]) -> bytes:
-    """Return an object file of a module's entries, after a line of JSON that says what is in it."""
-    from numba.core.ccallback import CFunc  # only where something has to be compiled
-
-    entries = {name: entry for name, entry in vars(module).items() if isinstance(entry, CFunc)}
-    texts = []
-    for name, entry in entries.items():
-        text = llvm.parse_assembly(entry.inspect_llvm())
-        text.get_function(entry.native_name).name = name
-        texts.append(text)
-    code = _joined(texts)
+def _compile(name: str, text: Text) -> bytes:
+    """Return an object file of a text's entries, after a line of JSON that says what is in it."""
+    code = llvm.parse_assembly(text.code)
     for function in code.functions:
-        if not function.is_declaration and function.name not in entries:
+        if not function.is_declaration and function.name not in text.entries:
             function.linkage = "internal"
     machine = _machine()
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(code, builder)
-    _check_calls(module, code)
-    head = json.dumps({"entries": list(entries), "facts": facts})
+    _check_calls(name, text, code)
+    head = json.dumps({"entries": list(text.entries), "facts": dict(text.facts)})
     return head.encode() + b"\n" + machine.emit_object(code)
 
 
-def _joined(modules: list[llvm.ModuleRef]) -> llvm.ModuleRef:
-    first, *others = modules
-    for other in others:
-        first.link_in(other)
-    return first
-
-
-def _check_calls(module: ModuleType, code: llvm.ModuleRef) -> None:
+def _check_calls(name: str, text: Text, code: llvm.ModuleRef) -> None:
     """Raise RuntimeError where code calls what only a process with Numba in it has.
 
     That is its runtime, for arrays that are made and for exceptions. LLVM would end the process.
     """
-    here, linked = ctypes.CDLL(None), getattr(module, "LINKED", ())
+    here = _c_library()
     declared = [function.name for function in code.functions if function.is_declaration]
-    wanted = [n for n in declared if not n.startswith("llvm.") and n not in linked]
+    wanted = [n for n in declared if not n.startswith("llvm.") and n not in text.linked]
     unknown = [n for n in wanted if not hasattr(here, n)]
     if unknown:
-        raise RuntimeError(f"{module.__name__} calls {', '.join(unknown)}")
+        raise RuntimeError(f"{name} calls {', '.join(unknown)}")
+
+
+def _c_library() -> ctypes.CDLL:
+    """Return what has C's functions in this process: on Windows the runtime of Python itself."""
+    return ctypes.CDLL("ucrtbase" if os.name == "nt" else None)
 
 
 def _link(told: dict[str, Any], codes: list[bytes], machine: llvm.TargetMachine) -> MachineCode:

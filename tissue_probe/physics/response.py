@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.physics import machine_code
+from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import cubics, later
-from tissue_probe.physics.machine_code import MachineCode
+from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 
 FloatArray = NDArray[np.float64]
@@ -85,11 +86,10 @@ class Kernel:
     width: int
 
     @classmethod
-    def load(cls, name: str, write: Callable[[], str], sources: tuple[str, ...]) -> Kernel:
-        """Return the kernel of a module of ``response_code``, as ``machine_code.load`` does."""
-        facts = tuple(field.name for field in fields(cls) if field.name != "code")
-        code = machine_code.load(name, write, facts, sources, _integration)
-        return cls(code, *(code.facts[fact] for fact in facts))
+    def load(cls, name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Kernel:
+        """Return the kernel of a text of ``response_code``, as ``machine_code.load`` does."""
+        code = machine_code.load(name, write, sources, _integration)
+        return cls(code, **code.facts)
 
     @property
     def corrects(self) -> bool:
@@ -127,9 +127,10 @@ class Kernel:
         _RUN(self.code.addresses["run"])(addresses.ctypes.data, sizes.ctypes.data, period, begins)
 
 
-def _integration(facts: Mapping[str, Any]) -> str:
-    """Return the name of the module that integrates a model of which this is known."""
-    return f"tissue_probe.physics.{'transition' if facts['linear'] else 'runge_kutta'}"
+def _integration(facts: Mapping[str, Any]) -> Written:
+    """Return what integrates a model of which this is known."""
+    name = "transition" if facts["linear"] else "runge_kutta"
+    return name, lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}"))
 
 
 @dataclass(frozen=True)

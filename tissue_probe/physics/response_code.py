@@ -1,6 +1,6 @@
 """Code of a composed model for ``response``: its motion, output and switches, with tangents.
 
-What belongs here: from a ``Model``'s symbols to the source of one generated module.
+What belongs here: from a ``Model``'s symbols to LLVM's text of its functions.
 What does not: running it.
 
 What depends on the values alone, such as the weights of a ladder of branches, is computed once a
@@ -10,45 +10,25 @@ simulation by ``prepare``, and follows the values in ``p``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
 import sympy as sp
+from llvmlite import ir
 
 from tissue_probe.physics.effects.effect import FORCE, POSITION, TIME, State
+from tissue_probe.physics.llvm_code import ARRAY, COUNT, NUMBER, Function
+from tissue_probe.physics.machine_code import Text
 from tissue_probe.physics.model import Model
-from tissue_probe.physics.program import Program
 
-HEADER = '''"""Generated from the symbols of a model; do not edit."""
-import math
-
-from numba import cfunc
-
-from tissue_probe.physics.model_functions import BEGIN, OUTPUT, POSITION, PREPARE, RATE, SWITCH
-
-states = {states}
-values = {values}
-first = {first}
-spreads = {spreads}
-linear = {linear}
-course_columns = {columns}
-moves_position = {moves}
-delays = {delays}
-shifts = {shifts}
-delay = {delay}
-late = {late}
-rounded = {rounded}
-prepared = {prepared}
-width = {width}
-'''
-# Contracted: a product and a sum are rounded once, as processors do it in one instruction.
-COMPILE = '\n\n@cfunc({signature}, error_model="numpy", fastmath={{"contract"}})\n{source}\n'
-ARGUMENTS = "t, z, p, u, mode, T, dU"
 PREPARED = "prepared"
+#: What all functions along the motion take: time, states, values and what is prepared of them,
+#: (u, u', u''), switches, tangents of states and of u.
+ALONG = {"t": NUMBER, **dict.fromkeys(("z", "p", "u", "mode", "T", "dU"), ARRAY)}
 
 
-def source(model: Model) -> str:
-    """Return the source text of the module that ``response`` runs for a model."""
+def text(model: Model) -> Text:
+    """Return the functions that ``response`` runs for a model, and what it has to know of it."""
     values = list(model.values)
     moves = [s for s in values if model.position.has(s)]
     late, delay = model.delay.as_coeff_Mul()
@@ -58,34 +38,30 @@ def source(model: Model) -> str:
     moved = [*moves, delay] if shifts else moves
     columns = [len(model.states) + values.index(s) for s in moved]
     constants = _Constants(values)
-    functions = {
-        "RATE": _Function(model, bool(columns), constants).rate(),
-        "OUTPUT": _Function(model, bool(columns), constants).output(),
-        "SWITCH": _Function(model, bool(columns), constants).switch(),
-        "BEGIN": _begin(model),
-        "PREPARE": constants.source(),
-    }
+    module = ir.Module()
+    for write in (_rate, _output, _switch):
+        write(_Along(module, model, bool(columns), constants))
+    constants.prepare(module)
+    _begin(module, model)
     if model.position != POSITION:
-        functions["POSITION"] = _position(model, moves)
-    text = HEADER.format(
-        states=[str(state) for state in model.states],
-        values=[str(value) for value in values],
-        first=[float(switch.first) for switch in model.switches],
-        spreads=[state.spread for state in model.begin],
-        linear=_is_steady(model),
-        columns=columns,
-        moves=model.position != POSITION,
-        delays=delays and not shifts,
-        shifts=shifts,
-        delay=values.index(delay) if delays else -1,
-        late=float(late),
-        rounded=values.index(model.rounded) if model.rounded != 0 else -1,
-        prepared=len(constants.known),
-        width=_width(model),
-    )
-    for signature, function in functions.items():
-        text += COMPILE.format(signature=signature, source=function)
-    return text
+        _position(module, model, moves)
+    facts = {
+        "states": [str(state) for state in model.states],
+        "values": [str(value) for value in values],
+        "first": [float(switch.first) for switch in model.switches],
+        "spreads": [state.spread for state in model.begin],
+        "linear": _is_steady(model),
+        "course_columns": columns,
+        "moves_position": model.position != POSITION,
+        "delays": delays and not shifts,
+        "shifts": shifts,
+        "delay": values.index(delay) if delays else -1,
+        "late": float(late),
+        "rounded": values.index(model.rounded) if model.rounded != 0 else -1,
+        "prepared": len(constants.known),
+        "width": _width(model),
+    }
+    return Text(str(module), tuple(each.name for each in module.functions if each.blocks), facts)
 
 
 def _width(model: Model) -> int:
@@ -134,128 +110,121 @@ class _Constants:
         """Whether it is a number that the values give; a condition is none."""
         return isinstance(expression, sp.Expr) and expression.free_symbols.issubset(self.values)
 
-    def load(self, program: Program) -> None:
+    def load(self, function: Function) -> None:
         """Read them, and the values, from ``p``."""
-        program.load("p", 0, list(map(str, [*self.values, *self.known.values()])))
+        function.load("p", [*self.values, *self.known.values()])
 
-    def source(self) -> str:
-        """Write the function that fills what is prepared."""
-        program = Program()
-        program.load("p", 0, list(map(str, self.values)))
-        prepared = program.let_matrix("c", sp.Matrix(len(self.known), 1, list(self.known)))
-        program.store("p", len(self.values), list(prepared))
-        return program.source("prepare(p)")
-
-
-@dataclass(frozen=True)
-class _Tangents:
-    """Derivatives of rows: by the states, by the input's course where values move it, by values."""
-
-    by_state: sp.Matrix
-    by_input: sp.Matrix
-    by_value: sp.Matrix
+    def prepare(self, module: ir.Module) -> None:
+        """Add the function that fills what is prepared."""
+        function = Function(module, "prepare", {"p": ARRAY})
+        function.load("p", self.values)
+        function.store("p", function.named(list(self.known)), len(self.values))
+        function.end()
 
 
-class _Function:
-    """One generated function of a model; derivatives go along the tangents' columns."""
+class _Along:
+    """What the functions along the motion have in common; derivatives go along the columns."""
 
-    def __init__(self, model: Model, moved: bool, constants: _Constants) -> None:
+    def __init__(self, module: ir.Module, model: Model, moved: bool, constants: _Constants) -> None:
+        self.module = module
         self.model = model
         self.moved = moved
         self.constants = constants
-        self.program = Program()
 
-    def rate(self) -> str:
-        """Fill the states' rates and their derivatives."""
-        values, tangents = self._named(self.model.motion, self.model.motion)
-        self.program.store("f", 0, values)
-        self._along(tangents, "dT")
-        return self.program.source(f"rate({ARGUMENTS}, f, dT)")
+    def function(self, name: str, more: Sequence[str], returns: ir.Type | None = None) -> Function:
+        """Begin a function that is given ``more`` arrays; whoever uses symbols loads them."""
+        return Function(self.module, name, ALONG | dict.fromkeys(more, ARRAY), returns)
 
-    def output(self) -> str:
-        """Return what is measured; fill its derivatives."""
-        output = sp.Matrix([self.model.output])
-        values, tangents = self._named(output, output)
-        self._along(tangents, "dF")
-        return self.program.source(f"output({ARGUMENTS}, dF)", returns=str(values[0]))
+    def fill(
+        self, function: Function, values: sp.Matrix, rows: sp.Matrix, array: str
+    ) -> list[sp.Expr]:
+        """Fill an array with d rows / d (start, values); return symbols of values.
 
-    def switch(self) -> str:
-        """Fill what must stay positive while each switch stays as it is, its rate, derivatives."""
-        modes = [switch.symbol for switch in self.model.switches]
+        That is d rows / d states T + d rows / d input dU + direct. All are computed together: they
+        share most of their terms.
+        """
+        model = self.model
+        by_state = rows.jacobian(model.states) if len(model.states) else sp.zeros(rows.rows, 0)
+        by_input = rows.jacobian(model.course) if self.moved else sp.zeros(rows.rows, 0)
+        parts = (by_state, by_input, rows.jacobian(model.values))
+        wanted = [self.constants.taken_out(each) for m in (values, *parts) for each in m]
+        self._load(function)
+        named = iter(function.named(wanted))
+        first = [next(named) for _ in values]
+        by_state, by_input, by_value = (
+            sp.Matrix(*m.shape, [next(named) for _ in m]) for m in parts
+        )
+        terms = [
+            {
+                (other, j): entry
+                for other, matrix in (("T", by_state), ("dU", by_input))
+                for j, entry in enumerate(matrix[i, :])
+                if entry != 0
+            }
+            for i in range(rows.rows)
+        ]
+        columns = _width(model)
+        function.fill_rows(array, terms, columns)
+        for i, j in np.ndindex(by_value.shape):
+            if by_value[i, j] != 0:
+                function.add(array, i * columns + len(model.states) + j, by_value[i, j])
+        return first
+
+    def _load(self, function: Function) -> None:
+        function.name(TIME, "t")
+        function.load("z", self.model.states)
+        self.constants.load(function)
+        function.load("u", self.model.course)
+        function.load("mode", [switch.symbol for switch in self.model.switches])
+
+
+def _rate(along: _Along) -> None:
+    """Fill the states' rates and their derivatives."""
+    function = along.function("rate", ("f", "dT"))
+    function.store("f", along.fill(function, along.model.motion, along.model.motion, "dT"))
+    function.end()
+
+
+def _output(along: _Along) -> None:
+    """Return what is measured; fill its derivatives."""
+    function = along.function("output", ("dF",), NUMBER)
+    output = sp.Matrix([along.model.output])
+    function.end(along.fill(function, output, output, "dF")[0])
+
+
+def _switch(along: _Along) -> None:
+    """Fill what must stay positive while each switch stays as it is, its rate, derivatives."""
+    model = along.model
+    function = along.function("switch", ("f", "g", "rate", "dg"))
+    if model.switches:
         conditions = sp.Matrix(
             [
                 sp.Piecewise((switch.on, switch.symbol > 0), (switch.off, True))
-                for switch in self.model.switches
+                for switch in model.switches
             ]
         )
-        if not modes:
-            return f"def switch({ARGUMENTS}, f, g, rate, dg):\n    return"
-        rates = [sp.Symbol(f"rate_of_{state}", real=True) for state in self.model.states]
-        states = conditions.jacobian(self.model.states) * sp.Matrix(len(rates), 1, rates)
-        coil = sum(
-            (conditions.diff(a) * b for a, b in pairwise(self.model.course)),
-            sp.zeros(len(modes), 1),
-        )
+        count = len(model.switches)
+        rates = [sp.Symbol(f"rate_of_{state}", real=True) for state in model.states]
+        states = conditions.jacobian(model.states) * sp.Matrix(len(rates), 1, rates)
+        coil = sum((conditions.diff(a) * b for a, b in pairwise(model.course)), sp.zeros(count, 1))
         speed = states + coil + conditions.diff(TIME)
-        self.program.load("f", 0, list(map(str, rates)))
-        values, tangents = self._named(sp.Matrix([*conditions, *speed]), conditions)
-        self.program.store("g", 0, values[: len(modes)])
-        self.program.store("rate", 0, values[len(modes) :])
-        self._along(tangents, "dg")
-        return self.program.source(f"switch({ARGUMENTS}, f, g, rate, dg)")
-
-    def _named(self, values: sp.Matrix, rows: sp.Matrix) -> tuple[list[sp.Expr], _Tangents]:
-        """Assign values and all derivatives of rows together: they share most of their terms."""
-        model = self.model
-        parts = [rows.jacobian(model.states)] if len(model.states) else [sp.zeros(rows.rows, 0)]
-        parts.append(rows.jacobian(model.course) if self.moved else sp.zeros(rows.rows, 0))
-        parts.append(rows.jacobian(model.values))
-        wanted = [self.constants.taken_out(each) for m in (values, *parts) for each in m]
-        self._load()
-        named = iter(self.program.let_matrix("a", sp.Matrix(len(wanted), 1, wanted)))
-        first = [next(named) for _ in values]
-        matrices = [sp.Matrix(*m.shape, [next(named) for _ in m]) for m in parts]
-        return first, _Tangents(*matrices)
-
-    def _load(self) -> None:
-        model, program = self.model, self.program
-        program.line(f"{TIME} = t")
-        program.load("z", 0, list(map(str, model.states)))
-        self.constants.load(program)
-        program.load("u", 0, list(map(str, model.course)))
-        program.load("mode", 0, [str(switch.symbol) for switch in model.switches])
-
-    def _along(self, tangents: _Tangents, array: str) -> None:
-        """Fill d rows / d (start, values) = d rows / d states T + d rows / d input dU + direct."""
-        states, columns = len(self.model.states), _width(self.model)
-        rows = tangents.by_value.rows
-        if rows == 0:
-            return
-        self.program.begin(f"for column in range({columns}):")
-        for i in range(rows):
-            terms = [
-                f"{entry} * {name}[{j * columns} + column]"
-                for matrix, name in ((tangents.by_state, "T"), (tangents.by_input, "dU"))
-                for j, entry in enumerate(matrix[i, :])
-                if entry != 0
-            ]
-            self.program.line(f"{array}[{i * columns} + column] = {' + '.join(terms) or '0.0'}")
-        self.program.end()
-        for i in range(rows):
-            for j, entry in enumerate(tangents.by_value[i, :]):
-                if entry != 0:
-                    self.program.line(f"{array}[{i * columns + states + j}] += {entry}")
+        function.load("f", rates)
+        values = along.fill(function, sp.Matrix([*conditions, *speed]), conditions, "dg")
+        function.store("g", values[:count])
+        function.store("rate", values[count:])
+    function.end()
 
 
-def _begin(model: Model) -> str:
+def _begin(module: ir.Module, model: Model) -> None:
     """Fill where the states start, for a measured position and force, then how fast they relax."""
-    program = Program()
-    program.load("p", 0, list(map(str, model.values)))
-    program.line(f"{POSITION} = measured")
-    program.line(f"{FORCE} = load")
+    arguments = {"p": ARRAY, "measured": NUMBER, "load": NUMBER, "z": ARRAY}
+    function = Function(module, "begin", arguments)
+    function.load("p", model.values)
+    function.name(POSITION, "measured")
+    function.name(FORCE, "load")
     rates = [_relaxation_rate(model, state) for state in model.begin]
-    program.store("z", 0, [*(state.start for state in model.begin), *rates])
-    return program.source("begin(p, measured, load, z)")
+    function.store("z", [*(state.start for state in model.begin), *rates])
+    function.end()
 
 
 def _relaxation_rate(model: Model, state: State) -> sp.Expr:
@@ -265,17 +234,17 @@ def _relaxation_rate(model: Model, state: State) -> sp.Expr:
     return rate if known else sp.S.Zero
 
 
-def _position(model: Model, moves: Sequence[sp.Symbol]) -> str:
-    """Fill the true positions of all samples, and their derivatives."""
-    program = Program()
-    program.load("p", 0, list(map(str, model.values)))
-    program.begin("for i in range(count):")
-    program.line(f"{TIME} = times[i]")
-    program.line(f"{POSITION} = measured[i]")
-    wanted = sp.Matrix([model.position, *(model.position.diff(symbol) for symbol in moves)])
-    true, *changes = program.let_matrix("a", wanted)
-    program.set("true[i]", true)
-    for row, change in enumerate(changes):
-        program.set(f"changed[{row} * count + i]", change)
-    program.end()
-    return program.source("position(count, times, measured, p, true, changed)")
+def _position(module: ir.Module, model: Model, moves: Sequence[sp.Symbol]) -> None:
+    """Fill the true positions of all samples, then, a row for each value, their derivatives."""
+    arrays = dict.fromkeys(("times", "measured", "p", "true", "changed"), ARRAY)
+    function = Function(module, "position", {"count": COUNT, **arrays})
+    function.load("p", model.values)
+    with function.loop("count") as sample:
+        function.load("times", [TIME], sample)
+        function.load("measured", [POSITION], sample)
+        wanted = [model.position, *(model.position.diff(symbol) for symbol in moves)]
+        true, *changes = function.named(wanted)
+        function.store("true", [true], sample)
+        for row, change in enumerate(changes):
+            function.store("changed", [change], function.in_row(row, sample, "count"))
+    function.end()

@@ -7,11 +7,13 @@ models (``transition``); calling it (``response``).
 Imported only where machine code of a model has to be made: that takes seconds.
 """
 
-import numpy as np
-from numba import carray, cfunc, njit
+import math
+
+from numba import cfunc, njit
 
 from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate, switch  # noqa: F401
+from tissue_probe.physics.pointers import OPTIONS, RUN, further
 
 # The fastest eigenvalue times a part's length stays below LONGEST: a step is divided. A branch that
 # relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
@@ -34,52 +36,62 @@ FORGOTTEN = 1e-100
 SQUARINGS = 7
 
 
-@njit(error_model="numpy", fastmath={"contract"})
-def _to_stage(z, part, f, weight, total, z1):
+@njit(**OPTIONS, fastmath={"contract"})
+def _to_stage(count, z, part, f, weight, total, z1):
     """Go on by a part of the step; add the rates to their total, which begins with weight 1."""
     if weight == 1.0:
-        for j in range(z.size):
+        for j in range(count):
             total[j] = f[j]
             z1[j] = z[j] + part * f[j]
     else:
-        for j in range(z.size):
+        for j in range(count):
             total[j] += weight * f[j]
             z1[j] = z[j] + part * f[j]
 
 
-@njit(error_model="numpy")
-def _forget(T):
-    for j in range(T.size):
+@njit(**OPTIONS, fastmath={"contract"})
+def _to_end(count, z, h, total, f, z1):
+    """Go on to the end of the step; ``f`` are the rates there."""
+    for j in range(count):
+        z1[j] = z[j] + h / 6.0 * (total[j] + f[j])
+
+
+@njit(**OPTIONS)
+def _forget(count, T):
+    for j in range(count):
         T[j] = 0.0 if abs(T[j]) < FORGOTTEN else T[j]
 
 
-@njit(error_model="numpy", fastmath={"contract"})
+@njit(**OPTIONS)
+def _copy(count, z, z1):
+    for j in range(count):
+        z1[j] = z[j]
+
+
+@njit(**OPTIONS)
 def _advance(
-    t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU, first, f, slope,
-    total, totals, z1, T1,
+    n, q, t, p, z, T, pieces, changes, columns, r, count, sample, since, h, mode, u, dU,
+    first, f, slope, total, totals, z1, T1,
 ):  # fmt: skip
     """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
 
     ``first`` and ``f`` are then the rates at the beginning and at the end.
     """
-    coil_course(pieces, changes, columns, sample, since, u, dU)
+    coil_course(pieces, changes, columns, r, count, q, sample, since, u, dU)
     rate(t + since, z, p, u, mode, T, dU, f, slope)
-    for i in range(z.size):
-        first[i] = f[i]
+    _copy(n, f, first)
     for stage in range(1, 4):
         part, weight = (h if stage == 3 else 0.5 * h), (1.0 if stage == 1 else 2.0)
-        _to_stage(z, part, f, weight, total, z1)
-        _to_stage(T, part, slope, weight, totals, T1)
+        _to_stage(n, z, part, f, weight, total, z1)
+        _to_stage(n * q, T, part, slope, weight, totals, T1)
         if stage != 2:
-            coil_course(pieces, changes, columns, sample, since + part, u, dU)
+            coil_course(pieces, changes, columns, r, count, q, sample, since + part, u, dU)
         rate(t + since + part, z1, p, u, mode, T1, dU, f, slope)
-    for i in range(z.size):
-        z1[i] = z[i] + h / 6.0 * (total[i] + f[i])
-    for j in range(T.size):
-        T1[j] = T[j] + h / 6.0 * (totals[j] + slope[j])
+    _to_end(n, z, h, total, f, z1)
+    _to_end(n * q, T, h, totals, slope, T1)
 
 
-@njit(error_model="numpy")
+@njit(**OPTIONS)
 def _fastest_branch(A, n, tip):
     """Return the fastest rate at which a state forgets that only the tip's speed moves.
 
@@ -96,13 +108,12 @@ def _fastest_branch(A, n, tip):
     return fastest
 
 
-@njit(error_model="numpy")
-def _parts(t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
+@njit(**OPTIONS)
+def _parts(n, q, t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
     """Return into how many parts a step is divided, of the fastest eigenvalue at a state.
 
     ``slope``, ``squared``, ``T`` and ``f`` are overwritten.
     """
-    n, q = z.size, dU.size // 3
     if n == 0:
         return 1
     for j in range(n * q):
@@ -114,18 +125,18 @@ def _parts(t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
         for j in range(n):
             T[i * n + j] = slope[i * q + j]
     relaxing = _fastest_branch(T, n, tip) * period / SMOOTHLY
-    fewest = max(FEWEST, int(np.ceil(min(relaxing, MOST))))
+    fewest = max(FEWEST, math.ceil(min(relaxing, MOST)))
     logarithm = 0.0
     for squaring in range(SQUARINGS + 1):
         norm = 0.0
         for j in range(n * n):
             norm += T[j] ** 2
-        norm = np.sqrt(norm)
+        norm = math.sqrt(norm)
         if norm == 0.0:
             return fewest
-        if not norm < np.inf:
+        if not norm < math.inf:
             return MOST
-        logarithm = 2.0 * logarithm + np.log(norm)
+        logarithm = 2.0 * logarithm + math.log(norm)
         if squaring == SQUARINGS:
             break
         for j in range(n * n):
@@ -136,13 +147,13 @@ def _parts(t, p, z, u, mode, dU, tip, slope, squared, T, f, period):
                 factor = squared[i * n + k]
                 for j in range(n):
                     T[i * n + j] += factor * squared[k * n + j]
-    fastest = np.exp(logarithm / 2.0**SQUARINGS)
+    fastest = math.exp(logarithm / 2.0**SQUARINGS)
     if not fastest * period / LONGEST < MOST:
         return MOST
-    return max(fewest, int(np.ceil(fastest * period / LONGEST)))
+    return max(fewest, math.ceil(fastest * period / LONGEST))
 
 
-@njit(error_model="numpy")
+@njit(**OPTIONS)
 def _lowest(g, rise, g1, rise1):
     """Return where a cubic from g to g1 of these slopes is lowest between, and how low.
 
@@ -152,38 +163,50 @@ def _lowest(g, rise, g1, rise1):
         return 1.0, g1
     square, cube = 3.0 * (g1 - g) - 2.0 * rise - rise1, 2.0 * (g - g1) + rise + rise1
     inner = square * square - 3.0 * cube * rise
-    share = -rise / (square + np.sqrt(max(inner, 0.0)))
+    share = -rise / (square + math.sqrt(max(inner, 0.0)))
     return share, g + share * (rise + share * (square + share * cube))
 
 
-@njit(error_model="numpy")
-def _run(
-    p, z, mode, tip, pieces, changes, columns, period, begins, coil, states, tangents, conditions,
-    G, paces, answer, sensitivity,
-):  # fmt: skip
-    n, q, s = z.size, sensitivity.shape[1], mode.size
-    u, dU = coil[:3], coil[3:]
-    first, f, total, z1, after = states[0], states[1], states[2], states[3], states[4]
-    T, slope, totals, T1 = tangents[0], tangents[1], tangents[2], tangents[3]
-    g, g1, dg, dg1 = conditions[0], conditions[1], conditions[2], conditions[3]
-    later = G[s * q :]
-    met, due, found = paces[0], paces[1], paces[2]
+@cfunc(RUN, error_model="numpy")
+def run(arrays, sizes, period, begins):
+    """Integrate.
+
+    ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, and the numbers of the
+    r columns that move with the coil. ``arrays`` are p, z, mode, pieces, changes, coil, those of
+    ``response._in_steps``, answer and sensitivity.
+    """
+    n, q, s, r, samples = sizes[0], sizes[1], sizes[3], sizes[4], sizes[5]
+    tip, ranges, columns, count = sizes[6], sizes[7], further(sizes, 8), samples - 1
+    p, z, mode, pieces, changes = arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]
+    u, answer, sensitivity = arrays[5], arrays[11], arrays[12]
+    dU = further(u, 3)
+    first, f, total = arrays[6], further(arrays[6], n), further(arrays[6], 2 * n)
+    z1, after = further(arrays[6], 3 * n), further(arrays[6], 4 * n)
+    T, slope = arrays[7], further(arrays[7], n * q)
+    totals, T1 = further(arrays[7], 2 * n * q), further(arrays[7], 3 * n * q)
+    g, g1 = arrays[8], further(arrays[8], s)
+    dg, dg1 = further(arrays[8], 2 * s), further(arrays[8], 3 * s)
+    G, later = arrays[9], further(arrays[9], s * q)
+    met, due, found = arrays[10], further(arrays[10], ranges), further(arrays[10], 2 * ranges)
     for i in range(n):
         T[i * q + i] = 1.0
-    coil_course(pieces, changes, columns, 0, 0.0, u, dU)
+    coil_course(pieces, changes, columns, r, count, q, 0, 0.0, u, dU)
     for _ in range(2):
         rate(begins, z, p, u, mode, T, dU, after, slope)
         switch(begins, z, p, u, mode, T, dU, after, g, dg, G)
         for k in range(s):
             if g[k] < 0.0:
                 mode[k] = 1.0 - mode[k]
-    before = np.nan
-    for sample in range(answer.size):
-        last = sample == answer.size - 1
+    before = math.nan
+    for sample in range(samples):
+        last = sample == count
         piece = sample - 1 if last else sample
         t = begins + piece * period
-        coil_course(pieces, changes, columns, piece, period if last else 0.0, u, dU)
-        answer[sample] = output(begins + sample * period, z, p, u, mode, T, dU, sensitivity[sample])
+        since = period if last else 0.0
+        coil_course(pieces, changes, columns, r, count, q, piece, since, u, dU)
+        answer[sample] = output(
+            begins + sample * period, z, p, u, mode, T, dU, further(sensitivity, sample * q)
+        )
         if last:
             break
         speed = z[tip] if tip >= 0 else u[1]
@@ -191,19 +214,18 @@ def _run(
         before = speed
         parts = 1
         for at in (speed, 0.0 if ahead * speed <= 0.0 else ahead):
-            pace = min(int(np.log2(max(abs(at) / SLOWEST, 1.0))), found.size - 1)
+            pace = min(int(math.log2(max(abs(at) / SLOWEST, 1.0))), ranges - 1)
             met[pace] += 1
             if met[pace] == due[pace]:
                 due[pace] = max(2.0 * due[pace], AGAIN)
-                for i in range(n):
-                    z1[i] = z[i]
+                _copy(n, z, z1)
                 if tip >= 0:
                     z1[tip] = at
                 else:
                     u[1] = at
                 found[pace] = max(
                     found[pace],
-                    _parts(t, p, z1, u, mode, dU, tip, slope, totals, T1, total, period),
+                    _parts(n, q, t, p, z1, u, mode, dU, tip, slope, totals, T1, total, period),
                 )
             parts = max(parts, int(found[pace]))
         for part in range(parts):
@@ -212,14 +234,14 @@ def _run(
             while True:
                 h = end - since
                 _advance(
-                    t, p, z, T, pieces, changes, columns, sample, since, h, mode, u, dU,
-                    first, f, slope, total, totals, z1, T1,
+                    n, q, t, p, z, T, pieces, changes, columns, r, count, sample, since, h,
+                    mode, u, dU, first, f, slope, total, totals, z1, T1,
                 )  # fmt: skip
                 if s == 0 or events == EVENTS:
                     break
-                coil_course(pieces, changes, columns, sample, since, u, dU)
+                coil_course(pieces, changes, columns, r, count, q, sample, since, u, dU)
                 switch(t + since, z, p, u, mode, T, dU, first, g, dg, G)
-                coil_course(pieces, changes, columns, sample, end, u, dU)
+                coil_course(pieces, changes, columns, r, count, q, sample, end, u, dU)
                 switch(t + end, z1, p, u, mode, T1, dU, f, g1, dg1, G)
                 turning, share, high, at_high = -1, 1.0, 1.0, 0.0
                 for k in range(s):
@@ -241,12 +263,13 @@ def _run(
                     share = high
                 for _ in range(LOCATING):
                     _advance(
-                        t, p, z, T, pieces, changes, columns, sample, since, share * h, mode,
-                        u, dU, first, f, slope, total, totals, z1, T1,
+                        n, q, t, p, z, T, pieces, changes, columns, r, count, sample, since,
+                        share * h, mode, u, dU, first, f, slope, total, totals, z1, T1,
                     )  # fmt: skip
-                    coil_course(pieces, changes, columns, sample, since + share * h, u, dU)
-                    rate(t + since + share * h, z1, p, u, mode, T1, dU, after, slope)
-                    switch(t + since + share * h, z1, p, u, mode, T1, dU, after, g1, dg1, G)
+                    turns = since + share * h
+                    coil_course(pieces, changes, columns, r, count, q, sample, turns, u, dU)
+                    rate(t + turns, z1, p, u, mode, T1, dU, after, slope)
+                    switch(t + turns, z1, p, u, mode, T1, dU, after, g1, dg1, G)
                     if not between:
                         if g1[turning] >= 0.0:
                             break
@@ -274,45 +297,16 @@ def _run(
                 since += share * h
                 events += 1
                 if end - since <= 1e-12 * period:
-                    for i in range(n):
-                        z1[i] = z[i]
-                    for j in range(n * q):
-                        T1[j] = T[j]
+                    _copy(n, z, z1)
+                    _copy(n * q, T, T1)
                     break
             z, z1 = z1, z
             T, T1 = T1, T
-        _forget(T)
+        _forget(n * q, T)
         for i in range(n):
             if not abs(z[i]) < 1e6:
-                answer[sample + 1 :] = np.nan
-                sensitivity[sample + 1 :] = np.nan
+                for j in range(sample + 1, samples):
+                    answer[j] = math.nan
+                for j in range((sample + 1) * q, samples * q):
+                    sensitivity[j] = math.nan
                 return
-
-
-@cfunc("void(CPointer(CPointer(float64)), CPointer(int64), float64, float64)", error_model="numpy")
-def run(arrays, sizes, period, begins):
-    """Integrate; ``arrays`` are those of ``_run``.
-
-    ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, and the numbers of the
-    r columns that move with the coil.
-    """
-    n, q, known, s, r, samples, tip, ranges = carray(sizes, 8)
-    _run(
-        carray(arrays[0], known),
-        carray(arrays[1], n),
-        carray(arrays[2], s),
-        tip,
-        carray(arrays[3], (4, samples - 1)),
-        carray(arrays[4], (r, 4, samples - 1)),
-        carray(sizes, 8 + r)[8:],
-        period,
-        begins,
-        carray(arrays[5], 3 + 3 * q),
-        carray(arrays[6], (5, n)),
-        carray(arrays[7], (4, n * q)),
-        carray(arrays[8], (4, s)),
-        carray(arrays[9], (s + 1) * q),
-        carray(arrays[10], (3, ranges)),
-        carray(arrays[11], samples),
-        carray(arrays[12], (samples, q)),
-    )
