@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchmarks.protocols.course import Course, Path, Smooth
+from benchmarks.protocols.course import Course, Held, Path, Smooth, Straight
 from benchmarks.protocols.draft import (
     CANTILEVER,
     PRESS,
@@ -21,10 +21,11 @@ from benchmarks.protocols.draft import (
     drawn_bench,
     drawn_mass,
     drawn_specimen,
+    paper_rig,
     sampled,
 )
 from benchmarks.protocols.hidden import Extent, Random, log_uniform
-from benchmarks.protocols.motion import RIGID, Rig
+from benchmarks.protocols.motion import DRIVEN, RIGID, Rig
 from benchmarks.protocols.specimen import Specimen
 from benchmarks.protocols.strength import Run
 
@@ -32,6 +33,8 @@ RELAXATION = ("branch", "two_branches", "power_law")
 CURVED = ("exponential", "cubic")
 #: What a motion to and fro shows of a tip that follows it.
 MOVING = (*RELAXATION, *CURVED, "dry_friction", "bias", "drift", "delay", "lag")
+ON_LOAD_CELL = (*RELAXATION, *CURVED, "dry_friction", "mass", "bias", "drift", "delay", "lag")
+DRIVEN_BY_FORCE = (*RELAXATION, *CURVED, "dry_friction", "bias", "drift")
 
 
 @dataclass(frozen=True)
@@ -280,6 +283,103 @@ def _approach(random: Random, baseline: bool) -> Draft:
     return replace(draft, bench=replace(draft.bench, sensors=sensors))
 
 
+def _on_load_cell(random: Random, kind: str) -> Draft:
+    """Move the paper's probe, whose load cell yields: a wave, or cycles of straight lines."""
+    rig, mass = paper_rig(random)
+    depth, high = log_uniform(random, *TISSUE.depth), log_uniform(random, 1.0, 40.0)
+    specimen = replace(drawn_specimen(random, TISSUE, 0.3 / high), mass=mass)
+    preload = random.choice([0.0, 1.2 * depth])
+    runs = []
+    for factor, faster in ((1.0, 1.0), (random.uniform(0.5, 1.2), random.uniform(0.6, 1.4))):
+        period = 1.0 / (faster * high)
+        if kind == "cycles":
+            count, rest = int(random.integers(5, 15)), period
+            course = _cycles(factor * depth, period, count, 0.5, rest, 0.2 * period)
+            lasts = rest + count * period
+        else:
+            low = high if kind == "sine" else 0.1 * high
+            lasts = random.uniform(10.0, 30.0) / high
+            wave = _wave(random, kind, faster * low, faster * high, lasts)
+            course = _Shifted(wave, factor * depth, preload)
+        rate = float(np.clip(high * random.uniform(30.0, 80.0), 500.0, 1e4))
+        runs.append(Run(course, sampled(random, lasts, rate), 0.0))
+    extent = Extent(depth + preload, float(runs[0].times[-1]), 0.1 / high, 10.0 / high)
+    bench = drawn_bench(random, rig, specimen, runs[0], extent.depth)
+    # What is known of it is what the diagnosis takes for granted of this probe.
+    return Draft(bench, *runs, extent)
+
+
+def _driven(random: Random, specimen: Specimen, runs: Sequence[Run], extent: Extent) -> Draft:
+    """Put the specimen under a tip that a force drives; its mass is not known, by default."""
+    return Draft(
+        drawn_bench(random, Rig(DRIVEN), specimen, runs[0], extent.depth), *runs, extent,
+        mass_known=False,
+    )  # fmt: skip
+
+
+def _free_specimen(random: Random, ratio: tuple[float, float]) -> tuple[Specimen, float]:
+    """Draw a specimen and a mass by the damping ratio; return the time of its free motion, too."""
+    stiffness, mass = log_uniform(random, *TISSUE.stiffness), log_uniform(random, 0.02, 0.3)
+    rate = np.sqrt(stiffness / mass)
+    return Specimen(stiffness, 2.0 * log_uniform(random, *ratio) * mass * rate, mass), 1.0 / rate
+
+
+def _creep(random: Random) -> Draft:
+    """Put a weight down within a moment, or a voice coil's force, and wait."""
+    specimen, own = _free_specimen(random, (0.15, 3.0))
+    force = specimen.stiffness * log_uniform(random, *TISSUE.depth)
+    hold, rise = log_uniform(random, 5.0, 60.0), log_uniform(random, 0.5, 10.0) * own
+    rate = min(random.uniform(2.0, 8.0) / own, 2e4 / hold)
+    rest = random.choice([0.15 * rise, log_uniform(random, 0.3, 2.0)])
+    runs = []
+    for factor in (1.0, random.uniform(0.4, 1.5)):
+        course = Path([rest, rest + rise], [0.0, factor * force], 0.3 * rise)
+        runs.append(Run(course, sampled(random, rest + rise + hold, rate), 0.0))
+    extent = Extent(force / specimen.stiffness, hold, max(4.0 * own, rise), 0.5 * hold)
+    return _driven(random, specimen, runs, extent)
+
+
+def _driven_in_steps(random: Random, kind: str) -> Draft:
+    """Drive by what a converter puts out: squares, steps or noise, held or straight between."""
+    specimen, own = _free_specimen(random, (0.05, 1.0))
+    force = specimen.stiffness * log_uniform(random, *TISSUE.depth)
+    rate = random.uniform(3.0, 12.0) / own
+    count = int(random.integers(400, 2500))
+    runs = []
+    for factor in (1.0, random.uniform(0.5, 1.3)):
+        # A converter's clock is even: what it holds between samples would else be unknown.
+        times = np.arange(count) / rate
+        lasts = times[-1]
+        if kind == "noise":
+            tones = _sines(random, random.uniform(0.02, 0.5, 40) / own, np.ones(40), 0.0, lasts)
+            values = _onset(times, 4.0 * own) * tones(times)
+        elif kind == "squares":
+            values = np.sign(np.sin(2.0 * np.pi * times / (random.uniform(8.0, 30.0) * own)))
+        else:
+            wait = int(random.uniform(5.0, 25.0) * own * rate) + 1
+            values = np.repeat(random.uniform(-1.0, 1.0, count // wait + 1), wait)[:count]
+        values[: int(2.0 * own * rate)] = 0.0
+        course = (Straight if kind == "straight squares" else Held)(times, factor * force * values)
+        runs.append(Run(course, times, 0.0))
+    extent = Extent(force / specimen.stiffness, float(runs[0].times[-1]), 2.0 * own, 40.0 * own)
+    return _driven(random, specimen, runs, extent)
+
+
+def _driven_by_wave(random: Random, kind: str) -> Draft:
+    """Drive by a force that is a wave."""
+    specimen, own = _free_specimen(random, (0.05, 1.0))
+    force = specimen.stiffness * log_uniform(random, *TISSUE.depth)
+    high = random.uniform(0.05, 0.4) / own
+    low = high if kind == "sine" else 0.1 * high
+    rate, lasts = high * random.uniform(20.0, 60.0), random.uniform(10.0, 30.0) / high
+    runs = []
+    for factor, faster in ((1.0, 1.0), (random.uniform(0.5, 1.2), random.uniform(0.6, 1.4))):
+        wave = _wave(random, kind, faster * low, faster * high, lasts)
+        runs.append(Run(_Shifted(wave, factor * force, 0.0), sampled(random, lasts, rate), 0.0))
+    extent = Extent(force / specimen.stiffness, lasts, 0.1 / high, 10.0 / high)
+    return _driven(random, specimen, runs, extent)
+
+
 PROTOCOLS: dict[str, Protocol] = {
     "relaxation": Protocol(lambda r: _ramp_and_hold(r, TISSUE), (*RELAXATION, "drift")),
     "relaxation_at_once": Protocol(
@@ -304,5 +404,20 @@ PROTOCOLS: dict[str, Protocol] = {
     ),
     "cantilever": Protocol(lambda r: _cyclic(r, CANTILEVER, sawtooth=False), MOVING),
     "press": Protocol(lambda r: _ramp_and_hold(r, PRESS), (*RELAXATION, "drift")),
+    "probe_sine": Protocol(
+        lambda r: _on_load_cell(r, "sine"), (*CURVED, "dry_friction", "bias", "drift")
+    ),
+    "probe_sweep": Protocol(lambda r: _on_load_cell(r, "sweep"), ON_LOAD_CELL),
+    "probe_noise": Protocol(lambda r: _on_load_cell(r, "noise"), ON_LOAD_CELL),
+    "probe_cycles": Protocol(lambda r: _on_load_cell(r, "cycles"), ON_LOAD_CELL),
+    "creep": Protocol(_creep, RELAXATION),
+    "steps_held": Protocol(lambda r: _driven_in_steps(r, "steps"), DRIVEN_BY_FORCE),
+    "squares_held": Protocol(lambda r: _driven_in_steps(r, "squares"), DRIVEN_BY_FORCE),
+    "squares_straight": Protocol(
+        lambda r: _driven_in_steps(r, "straight squares"), DRIVEN_BY_FORCE
+    ),
+    "noise_held": Protocol(lambda r: _driven_in_steps(r, "noise"), DRIVEN_BY_FORCE),
+    "force_sine": Protocol(lambda r: _driven_by_wave(r, "sine"), (*CURVED, "dry_friction", "bias")),
+    "force_sweep": Protocol(lambda r: _driven_by_wave(r, "sweep"), DRIVEN_BY_FORCE),
 }
 """Every protocol, by its name."""

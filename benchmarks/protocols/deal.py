@@ -1,25 +1,24 @@
 """Deals records: a protocol, a seed, and whether something is hidden.
 
-What belongs here: ``deal``, and what a dealt record consists of. What does not: judging what is
-said of it (``marks``).
+What belongs here: from a draft to records and their truth. What does not: the protocols
+(``catalogue``), judging what is said of a record (``ruler.marks``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from typing import Any
 from zlib import crc32
 
 import numpy as np
 
 from benchmarks.protocols.catalogue import PROTOCOLS
-from benchmarks.protocols.course import Array
 from benchmarks.protocols.draft import Draft
 from benchmarks.protocols.hidden import HIDDEN, Random, log_uniform
 from benchmarks.protocols.motion import COMPLIANT
 from benchmarks.protocols.sensors import Bench
 from benchmarks.protocols.strength import MOST, Run, strengthened
+from benchmarks.ruler.dealt import Dealt, Record, Truth
 
 #: The residual of the best Kelvin-Voigt fit that is aimed at, over the noise.
 AIMED = (3.0, 0.8 * MOST)
@@ -27,63 +26,16 @@ AIMED = (3.0, 0.8 * MOST)
 DRAWN = 30
 
 
-@dataclass(frozen=True)
-class Record:
-    """What a laboratory wrote down.
-
-    Attributes
-    ----------
-    time, position, force : array, shape (n,)
-        [s], [m], and [N], positive in compression.
-    noise : float
-        Rms that the noise of both channels leaves to the true model, in the unit of what the rig
-        predicts: [N], of ``force_driven`` [m].
-    """
-
-    time: Array
-    position: Array
-    force: Array
-    noise: float
-
-    def columns(self) -> dict[str, Array]:
-        """Return it as ``tp.read`` takes arrays by name."""
-        return {"t": self.time, "u": self.position, "F": self.force}
-
-
-@dataclass(frozen=True)
-class Truth:
-    """What is in a record.
-
-    Attributes
-    ----------
-    hidden : str
-        A name in ``HIDDEN``; empty for none.
-    effects, families : tuples of str
-        By which names, and of which families, it is rightly told.
-    ratio : float
-        Rms that the best Kelvin-Voigt fit leaves, over the noise; 1 for none.
-    values : mapping
-        True values by the names of the library's models [SI]: of the base model, where nothing is
-        hidden those that must lie within their intervals.
-    """
-
-    hidden: str
-    effects: tuple[str, ...]
-    families: tuple[str, ...]
-    ratio: float
-    values: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class Dealt:
-    """A record, a second one of the same specimen, how a user would ask, and the truth."""
-
-    protocol: str
-    seed: int
-    first: Record
-    second: Record
-    truth: Truth
-    arguments: Mapping[str, Any] = field(default_factory=dict)
+def dealt(
+    count: int, first_seed: int, protocols: Sequence[str] = tuple(PROTOCOLS)
+) -> Iterator[Dealt]:
+    """Yield ``count`` records of each protocol with something hidden, and as many without."""
+    for protocol in protocols:
+        for seed in range(first_seed, first_seed + count):
+            yield from (
+                deal(protocol, seed, hide)
+                for hide in (False, True)[not PROTOCOLS[protocol].clean :]
+            )
 
 
 def deal(protocol: str, seed: int, hide: bool) -> Dealt:
