@@ -23,7 +23,10 @@ from benchmarks.protocols.specimen import Specimen
 
 Array = np.ndarray
 #: Relative error of a step; absolute errors are this share of the record's own scales.
-TOLERANCE = 1e-9
+TOLERANCE = 1e-8
+#: So many times the fastest of a motion's own times, a stretch between two jumps of the course is
+#: worth a solver that may become a stiff one, whose start takes many steps.
+LONG = 20.0
 RIGID, COMPLIANT, DRIVEN = "rigid_probe", "compliant_probe", "force_driven"
 
 
@@ -127,11 +130,13 @@ class _Simulation:
     def _advance(
         self, now: float, stop: float, state: Array, mode: _Mode, events: list[_Event]
     ) -> OptimizeResult:
+        # A step that ends at a jump of the course belongs to what is before it.
+        before = np.nextafter(stop, now)
         return solve_ivp(
-            lambda time, y: self._rate(time, y, mode),
+            lambda time, y: self._rate(min(time, before), y, mode),
             (now, stop),
             state,
-            method="LSODA",
+            method="LSODA" if (stop - now) * self._fastest > LONG else "DOP853",
             dense_output=True,
             events=events,
             rtol=TOLERANCE,
@@ -155,6 +160,16 @@ class _Simulation:
             scale[:2] = self._length, self._length * np.sqrt(fastest)
         scale[self.own :] = stiffness * self._length
         return scale
+
+    @cached_property
+    def _fastest(self) -> float:
+        """The fastest of the motion's own rates, roughly [1/s]."""
+        specimen, rates = self.specimen, [*self.rates]
+        if self.own:
+            stiffness = max(specimen.stiffness_at_once, self.rig.cell_stiffness)
+            damping = specimen.damping + self.rig.cell_damping
+            rates += [np.sqrt(stiffness / specimen.mass), damping / specimen.mass]
+        return float(max([*rates, 1.0 / self.rig.lag if self.rig.lag else 0.0]))
 
     def _end(self) -> float:
         return getattr(self.course, "end", self.course.breaks[-1] if self.course.breaks.size else 1)
