@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import asdict
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -57,7 +58,13 @@ class Part(str, Enum):
     reading = "reading"
     start = "start"
     protocols = "protocols"
+    third_party = "third_party"
     all = "all"
+
+
+#: Parts that print tables of their own, and parts that record nothing.
+WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party)
+OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
 
 class Rig(str, Enum):
@@ -92,7 +99,8 @@ def main(
             min=1,
             help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
             "third as many of each other kind. `protocols`: records of each protocol with "
-            "something hidden, and as many without.",
+            "something hidden, and as many without. `third_party`: records of each effect, and "
+            "twice as many without.",
         ),
     ] = diagnosis.COUNT,
     first_seed: Annotated[
@@ -122,7 +130,8 @@ def main(
     sheds these; `reading` counts how files of others are read; `filters` whether any settings and
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
-    no code with it. `all` leaves these seven out.
+    no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
+    felupe). `all` leaves these eight out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -157,6 +166,15 @@ def main(
             outcomes = marks.measure(deal.dealt(count, first_seed, names))
             results["protocols"] = [asdict(outcome) for outcome in outcomes]
             Console(width=150).print(*ruler_tables.tables("Records of laboratories", outcomes))
+        if part == Part.third_party:
+            # Heavy packages, which nothing else needs.
+            from benchmarks.third_party import fem_records, mujoco_records
+
+            makers = (mujoco_records, fem_records)
+            dealt = chain.from_iterable(maker.dealt(count, first_seed) for maker in makers)
+            outcomes = marks.measure(dealt)
+            results["third_party"] = [asdict(outcome) for outcome in outcomes]
+            Console(width=150).print(*ruler_tables.tables("Simulators of others", outcomes))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
@@ -176,11 +194,11 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part not in (Part.daq, Part.soak, Part.readers, Part.reading, Part.start, Part.protocols):
+    if part not in OWN_TABLES:
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)
-    if part not in (Part.reading, Part.start, Part.protocols) and bag.exists():
+    if part not in WITHOUT_BAG and bag.exists():
         print(f"the recording is {bag}")
     print(f"kept in {report.keep(results, RESULTS)}")
 

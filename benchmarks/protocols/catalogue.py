@@ -168,6 +168,16 @@ class _Shifted:
         return self._size * self._course(time, order) + (self._mean if order == 0 else 0.0)
 
 
+def wave(
+    random: Random, kind: str, low: float, high: float, lasts: float, size: float, mean: float
+) -> Course:
+    """Return a ``sine``, ``sweep`` or ``noise`` of frequencies from low to high [Hz] about a mean.
+
+    From rest at time 0; ``lasts`` is its duration [s], ``size`` its amplitude [m or N].
+    """
+    return _Shifted(_wave(random, kind, low, high, lasts), size, mean)
+
+
 def _waving(random: Random, kind: str) -> Draft:
     """Move a tip that stays pressed in, or is bonded, as a wave."""
     high = log_uniform(random, 0.5, 60.0)

@@ -57,7 +57,7 @@ def left(bench: Bench, run: Run, mass_known: bool) -> float:
     if bench.rig.name == RIGID:
         return _left_linear(bench, run.course, times, found.force, mass_known)
     target = found.position if bench.rig.name == DRIVEN else found.force
-    return _left_free(bench, run, times, target, mass_known)
+    return left_by_output_error(bench, run, times, target, mass_known)
 
 
 def _left_linear(
@@ -74,8 +74,24 @@ def _left_linear(
     return float(np.sqrt(np.mean((matrix @ fitted.x - force) ** 2)))
 
 
-def _left_free(bench: Bench, run: Run, times: Array, target: Array, mass_known: bool) -> float:
-    """Fit by output error, SciPy's linear simulation within; positive values by logarithms."""
+def left_by_output_error(
+    bench: Bench, run: Run, times: Array, target: Array, mass_known: bool
+) -> float:
+    """Return the rms that the best Kelvin-Voigt fit leaves of an output, whoever simulated it.
+
+    Fitted by output error, SciPy's linear simulation within; positive values by their logarithms.
+
+    Parameters
+    ----------
+    bench : Bench
+        Of a rig that moves by itself; its specimen's values begin the search.
+    run : Run
+        How the output was excited.
+    times, target : array
+        The output without noise [N or m] at some times [s].
+    mass_known : bool
+        Whether the mass is the bench's, or fitted.
+    """
     specimen, rig = bench.specimen, bench.rig
     fine = _fine(run, times)
     driven = run.course(fine)
@@ -124,11 +140,11 @@ def strengthened(
     if not hidden.measured:
         found = ratio(1.0)
         return (change(bench, 1.0), found) if found >= LEAST else None
-    strength, found = _sought(ratio, target, hidden.weakest, hidden.strongest)
+    strength, found = sought(ratio, target, hidden.weakest, hidden.strongest)
     return (change(bench, strength), found) if LEAST <= found <= MOST else None
 
 
-def _sought(
+def sought(
     ratio: Callable[[float], float], target: float, weakest: float, strongest: float
 ) -> tuple[float, float]:
     """Return a strength that leaves nearly the target, and what it leaves: secants of logarithms.
