@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from dataclasses import asdict
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -27,6 +29,10 @@ from benchmarks import (
     soak,
     start,
 )
+from benchmarks.protocols import deal
+from benchmarks.protocols.catalogue import PROTOCOLS
+from benchmarks.ruler import marks
+from benchmarks.ruler import tables as ruler_tables
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
 
@@ -51,7 +57,14 @@ class Part(str, Enum):
     readers = "readers"
     reading = "reading"
     start = "start"
+    protocols = "protocols"
+    third_party = "third_party"
     all = "all"
+
+
+#: Parts that print tables of their own, and parts that record nothing.
+WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party)
+OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
 
 class Rig(str, Enum):
@@ -63,6 +76,7 @@ class Rig(str, Enum):
 
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
+Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
 def main(
@@ -84,15 +98,23 @@ def main(
         typer.Option(
             min=1,
             help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
-            "third as many of each other kind.",
+            "third as many of each other kind. `protocols`: records of each protocol with "
+            "something hidden, and as many without. `third_party`: records of each effect, and "
+            "twice as many without.",
         ),
     ] = diagnosis.COUNT,
     first_seed: Annotated[
-        int, typer.Option(min=diagnosis.FIRST_SEED, help="Of the challenges of `diagnosis`.")
+        int,
+        typer.Option(
+            min=diagnosis.FIRST_SEED, help="Of the challenges of `diagnosis`, and of `protocols`."
+        ),
     ] = diagnosis.FIRST_SEED,
     rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
     excitations: Annotated[
         list[Excitation] | None, typer.Option(help="Of `diagnosis`; all by default.")
+    ] = None,
+    protocol: Annotated[
+        list[Protocol] | None, typer.Option(help="Of `protocols`; all by default.")
     ] = None,
     before: Annotated[
         str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
@@ -107,7 +129,9 @@ def main(
     keeps of memory, files and threads; `readers` adds readers of single samples until the driver
     sheds these; `reading` counts how files of others are read; `filters` whether any settings and
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
-    earlier revision. `all` leaves the six out.
+    earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
+    no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
+    felupe). `all` leaves these eight out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -137,6 +161,20 @@ def main(
         if part == Part.readers:
             results["readers"] = readers.measure(RESULTS, seconds)
             print(readers.sentence(results["readers"]))
+        if part == Part.protocols:
+            names = [each.value for each in protocol or Protocol]
+            outcomes = marks.measure(deal.dealt(count, first_seed, names))
+            results["protocols"] = [asdict(outcome) for outcome in outcomes]
+            Console(width=150).print(*ruler_tables.tables("Records of laboratories", outcomes))
+        if part == Part.third_party:
+            # Heavy packages, which nothing else needs.
+            from benchmarks.third_party import fem_records, mujoco_records
+
+            makers = (mujoco_records, fem_records)
+            dealt = chain.from_iterable(maker.dealt(count, first_seed) for maker in makers)
+            outcomes = marks.measure(dealt)
+            results["third_party"] = [asdict(outcome) for outcome in outcomes]
+            Console(width=150).print(*ruler_tables.tables("Simulators of others", outcomes))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
@@ -156,11 +194,11 @@ def main(
         raise SystemExit(f"benchmarks: {error}") from None
     except FileNotFoundError:
         raise SystemExit("benchmarks: nothing is recorded yet; measure `live` first") from None
-    if part not in (Part.daq, Part.soak, Part.readers, Part.reading, Part.start):
+    if part not in OWN_TABLES:
         report.show(results, Console())
     for table in diagnosis_report.tables(batteries):
         Console().print(table)
-    if part not in (Part.reading, Part.start) and bag.exists():
+    if part not in WITHOUT_BAG and bag.exists():
         print(f"the recording is {bag}")
     print(f"kept in {report.keep(results, RESULTS)}")
 
