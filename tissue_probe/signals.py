@@ -249,13 +249,15 @@ class Recording:
 
     ``blocks`` in the order recorded, joined where they continue one another; ``sites`` as
     announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run);
-    ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells.
+    ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
+    ``noise`` is white noise of variance 1, resampled as the force was; None where that was not.
     """
 
     blocks: tuple[SampleBlock, ...]
     sites: tuple[PalpationSite, ...] = ()
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     time_doubt: float = 0.0
+    noise: FloatArray | None = None
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)

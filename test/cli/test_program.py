@@ -87,10 +87,17 @@ def test_the_help_shows_units(run, command, units):
             [
                 *("estimates.csv", "ekf", "into", "as recorded, else yes"),
                 "(the recording's own, else Kelvin-Voigt tissue)",
+                "(the recording's own, else compliant_probe)",
             ],
         ),
         ("export", ["samples.csv", "into"]),
-        ("map", ["map.png", "the recorded estimates", "into"]),
+        (
+            "map",
+            [
+                *("map.png", "the recorded estimates", "into"),
+                "(the recording's own, else compliant_probe)",
+            ],
+        ),
         ("demo", [".", "1.0; 0.05<=x<=60.0", "three nodules in soft tissue"]),
         (
             "excitation",

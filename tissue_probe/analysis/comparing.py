@@ -16,11 +16,12 @@ from tissue_probe.analysis.measurements import Measurements, Source, measurement
 from tissue_probe.analysis.question import Constants, Question, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import segments
-from tissue_probe.diagnosis.diagnosis import cleaned
+from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.errors import MeasurementError
@@ -149,13 +150,16 @@ def compare(
     fitted = measurements_of(measured)
     found = segments(fitted, starts, site, lowpass)
     taken = [each.measurement(asked.composition.output) for each in found]
-    clean, findings = cleaned(taken)
+    clean, findings = cleaned(taken, asked.composition.rig)
+    clean, instrument, touched = from_touch(clean, asked.instrument)
+    clean, told = with_input(asked.composition, clean, instrument, asked.model.values)
+    touched += told
     if model is not None:
         fit = held(asked.model, clean)
     else:
-        fit = fit_base(asked.composition, clean, asked.instrument)
+        fit = fit_base(asked.composition, clean, instrument)
     notes = [*asked.notes, *(note for each in found for note in each.notes)]
-    notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
+    notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
     return ComparisonResult(fit, named, sources, tuple(notes), asked, fitted, tuple(taken))

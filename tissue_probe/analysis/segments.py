@@ -46,6 +46,8 @@ class Segment:
         Time of the first sample after the file's first that is used [s].
     time_doubt : float
         By how much position and force may be apart in time [s].
+    noise : array, shape (m,), optional
+        White noise of variance 1, resampled as the force was; None where that was not.
     notes : tuple of str
         How it was read, in sentences; those on a file stand with its first segment.
     """
@@ -60,6 +62,7 @@ class Segment:
     run: str = ""
     begins: float = 0.0
     time_doubt: float = 0.0
+    noise: FloatArray | None = None
     notes: tuple[str, ...] = ()
 
     def measurement(self, output: Quantity) -> Measurement:
@@ -77,6 +80,7 @@ class Segment:
             run=self.run,
             begins=self.begins,
             time_doubt=self.time_doubt,
+            resampled=self.noise,
         )
 
 
@@ -147,6 +151,7 @@ def _segments(
                 part.name,
                 (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
                 part.recording.time_doubt,
+                None if lowpass else part.recording.noise,
                 tuple(told) if number == 0 else (),
             )
         )

@@ -17,12 +17,14 @@ from threadpoolctl import threadpool_limits
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
+from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.improvement.ladder import (
     Ladder,
     Progress,
@@ -31,26 +33,18 @@ from tissue_probe.diagnosis.improvement.ladder import (
     climb_by,
 )
 from tissue_probe.diagnosis.improvement.settled import settled
-from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.kinds import LONGEST_DELAY
-from tissue_probe.physics.rounding import COARSE, smoothed
-from tissue_probe.quantities import FORCE, POSITION
-from tissue_probe.signals import BoolArray, spans_of
+from tissue_probe.quantities import FORCE
+from tissue_probe.signals import spans_of
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
-#: Answers that are no models: what spoilt the samples.
-SPOILT = ("adc_saturation", "stuck_samples")
-#: Values that stand alone are left out of every fit besides, and where they drive, bridged.
-DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
     "curtailed",
@@ -186,12 +180,17 @@ def diagnose(
 
     begun = time.perf_counter()
     admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
-    clean, findings = cleaned(measurements)
+    clean, findings = cleaned(measurements, composition.rig)
+    clean, instrument, touched = from_touch(clean, instrument)
+    clean, held = with_input(composition, clean, instrument, begin_at)
+    touched += held
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    findings = [*_as_read([*measurements, *validation]), *findings]
-    validation, of_validation = cleaned(validation)
-    findings += of_validation
+    findings = [*_as_read([*measurements, *validation]), *findings, *touched]
+    validation, of_validation = cleaned(validation, composition.rig)
+    validation, _, touched = from_touch(validation, instrument)
+    validation = [replace(each, held=clean[0].held) for each in validation]
+    findings += [*of_validation, *touched]
     if wanted:
         effects = [library[name] for name in wanted]
         ladder = climb_by(composition, clean, instrument, effects, begin_at)
@@ -232,23 +231,6 @@ def diagnose(
         suggestion and driver_command(suggestion, _coil_gain(clean)),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
-
-
-def cleaned(measurements: Sequence[Measurement]) -> tuple[list[Measurement], list[Finding]]:
-    """Inspect measurements, and leave out of the fit what is spoilt; a fine position is smoothed.
-
-    Raises
-    ------
-    MeasurementError
-        If the samples are such that any fit would be worthless; says why and what to do.
-    """
-    inspected = [_inspected(each) for each in measurements]
-    findings = [finding for each in inspected for finding in each]
-    fatal = next((finding for finding in findings if finding.fatal), None)
-    if fatal:
-        raise MeasurementError(fatal.sentence)
-    sound = map(_without_spoilt, measurements, inspected)
-    return [_finely_read(each) for each in sound], findings
 
 
 def carried_over(
@@ -320,48 +302,6 @@ def _outliers(given: Sequence[Measurement], fitted: Sequence[Measurement]) -> li
     return found
 
 
-def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
-    found = inspect(measurement.position, measurement.force, measurement.sample_period).findings
-    told = f"{measurement.source}: " if measurement.source else ""
-    return tuple(replace(finding, sentence=f"{told}{finding.sentence}") for finding in found)
-
-
-def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
-    """Leave the clipped, the repeated and the disturbed samples out of the fit.
-
-    Of a motion that goes on, what a late channel says first was felt before the first sample.
-    """
-    driven = [name for name, channel in DISTURBED.items() if channel is measurement.input]
-    spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
-    used = _outside(findings, spoilt, measurement.force.size)
-    if not measurement.at_rest:
-        used[: round(LONGEST_DELAY / measurement.sample_period)] = False
-    steady = _outside(findings, driven, used.size)
-    if steady.all() and used.all():
-        return measurement
-    # A spike of what drives would move the tip, and that of a force ever after: it is bridged.
-    driven_by = bridged(measurement.input_values, steady)
-    force, position = measurement.force, measurement.position
-    if measurement.input is FORCE:
-        force = driven_by
-    else:
-        position = driven_by
-    # The noise is estimated anew: where samples repeat there seems to be none.
-    return replace(
-        measurement, position=position, force=force, used=used & measurement.used, noise=0.0
-    )
-
-
-def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:
-    """Which samples none of these findings concerns."""
-    outside = np.ones(size, dtype=bool)
-    for finding in findings:
-        if finding.name in names:
-            for first, stop in finding.spans:
-                outside[first:stop] = False
-    return outside
-
-
 def _coloured(
     composition: Composition,
     measurements: Sequence[Measurement],
@@ -378,17 +318,3 @@ def _coloured(
     ranking = ranked(fit_candidates(base, library.values(), instrument))
     right = bool(ranking) and significant(base, ranking[0])
     return filtered(ranking[0], instrument) if right else base.measurements
-
-
-def _finely_read(measurement: Measurement) -> Measurement:
-    """Smooth what a fine encoder has rounded in a motion that goes on and on.
-
-    A record that begins at rest stays as it was read: there the errors differ from period to
-    period, and smoothing would bend the beginning. A coarse step is for the effects to explain,
-    and where a force drives, rounding is part of the noise.
-    """
-    step = measurement.extent.step
-    if measurement.input is FORCE or measurement.at_rest or not 0.0 < step <= COARSE:
-        return measurement
-    read = smoothed(measurement.position, step, fine=True)
-    return replace(measurement, position=read.course, misread=read.error)

@@ -11,6 +11,7 @@ from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 
 from tissue_probe.physics import machine_code, numba_code
 
@@ -59,6 +60,44 @@ def cubics(values: FloatArray, period: float) -> FloatArray:
     arrays = (values, np.empty(n), np.empty(n), coefficients)
     _PIECES(_code().addresses["pieces"])(n, period, *(each.ctypes.data for each in arrays))
     return coefficients
+
+
+def steps(values: FloatArray) -> FloatArray:
+    """Return the pieces, shape (4, n - 1), of what stays as each sample has it until the next."""
+    values = _checked(values)
+    pieces = np.zeros((4, values.size - 1))
+    pieces[3] = values[:-1]
+    return pieces
+
+
+def with_acceleration(pieces: FloatArray, period: float) -> FloatArray:
+    """Return pieces that begin with the acceleration there, at the price of kinks in the velocity.
+
+    That of a cubic spline is too small by T^2 / 12 times its second derivative. Both are told from
+    the second difference d, by a[i-1] + b a[i] + a[i+1] = (b + 2) d[i]; the spline has b = 4, which
+    is of second order, and b = 10 is of fourth (S. Lele, J. Comput. Phys. 103 (1992), 16, eq.
+    2.2.7), and has half of the spline's noise.
+
+    Parameters
+    ----------
+    pieces : array, shape (4, m)
+        Of ``cubics``.
+    period : float
+        Time between two samples [s].
+    """
+    spline = 2.0 * pieces[1]
+    if spline.size < FEWEST:
+        return pieces
+    right = 2.0 * (spline[:-2] + 4.0 * spline[1:-1] + spline[2:])
+    right[0] -= spline[0]
+    right[-1] -= spline[-1]
+    band = np.ones((3, right.size))
+    band[1] = 10.0
+    change = (solve_banded((1, 1), band, right) - spline[1:-1]) / 2.0
+    pieces = pieces.copy()
+    pieces[1, 1:-1] += change
+    pieces[0, 1:-1] -= change / period  # so that the position goes on where it was
+    return pieces
 
 
 def later(values: FloatArray, period: float, delay: float) -> tuple[FloatArray, FloatArray]:

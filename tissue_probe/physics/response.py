@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.physics import machine_code, numba_code
-from tissue_probe.physics.interpolation import cubics, later
+from tissue_probe.physics.interpolation import cubics, later, steps, with_acceleration
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 
@@ -133,6 +134,15 @@ def _integration(facts: Mapping[str, Any]) -> Written:
     return name, lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}"))
 
 
+class _Kind(Enum):
+    """How a course goes on between samples: held, smooth, or felt at the samples only."""
+
+    held, smooth, felt = range(3)
+
+
+_HELD, _SMOOTH, _FELT = _Kind
+
+
 @dataclass(frozen=True)
 class Course:
     """The input's course: cubic pieces between the samples, and how the values change it.
@@ -167,6 +177,7 @@ def course(
     values: FloatArray,
     begins: float = 0.0,
     at_rest: bool = True,
+    held: bool = False,
 ) -> Course:
     """Interpolate the true course of what drives through its measured samples.
 
@@ -184,11 +195,14 @@ def course(
         Time of the first sample after the run's first [s].
     at_rest : bool
         Whether what drives stood still before the first sample; else it went on as fast as there.
+    held : bool
+        Whether what drives stays as each sample has it until the next, as a converter puts it out.
     """
+    kind = _HELD if held else _SMOOTH if kernel.states else _FELT
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
-        return _as_measured(true.tobytes(), period, begins)
+        return _as_measured(true.tobytes(), period, begins, kind)
     if rounded:
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
@@ -199,9 +213,10 @@ def course(
         changed[-1] *= kernel.late
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
-        changes[row] = cubics(change, period)
+        changes[row] = _pieces(change, period, kind)
     columns = np.array(kernel.course_columns, dtype=np.int64)
-    return Course(cubics(true, period), period, changes, columns, begins)
+    pieces = _pieces(true, period, kind)
+    return Course(pieces, period, changes, columns, begins)
 
 
 def _shifted(
@@ -226,11 +241,19 @@ def _shifted(
 
 
 @lru_cache(maxsize=16)
-def _as_measured(position: bytes, period: float, begins: float) -> Course:
+def _as_measured(position: bytes, period: float, begins: float, kind: _Kind) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
-    pieces = cubics(np.frombuffer(position), period)
+    pieces = _pieces(np.frombuffer(position), period, kind)
     unchanged = np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64)
     return Course(pieces, period, *unchanged, begins)
+
+
+def _pieces(values: FloatArray, period: float, kind: _Kind) -> FloatArray:
+    """Return the course through samples."""
+    if kind is _HELD:
+        return steps(values)
+    pieces = cubics(values, period)
+    return with_acceleration(pieces, period) if kind is _FELT else pieces
 
 
 def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:

@@ -16,7 +16,7 @@ from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F
 from tissue_probe.physics.pointers import OPTIONS, RUN, further
 
 # Terms of the Taylor series; a step is halved until what its terms are of is below LARGEST.
-ORDER, LARGEST, HALVINGS = 11, 0.5, 12
+ORDER, LARGEST, HALVINGS = 11, 0.5, 24
 # A start of which less is left is forgotten: processors take a hundred times as long to compute
 # with numbers as small as decay ends in (subnormal ones).
 FORGOTTEN = 1e-100

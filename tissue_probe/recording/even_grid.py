@@ -78,6 +78,19 @@ class EvenGrid:
     even: bool
     notes: tuple[str, ...]
 
+    def noise(self, time: FloatArray) -> FloatArray | None:
+        """Return white noise of variance 1, sampled at the file's ``time`` [s] and resampled.
+
+        It shows how much of a channel's noise is left, and in which colour. Of the longest span, at
+        most ``PIECE`` samples; None where the samples are taken as they are.
+        """
+        if self.even:
+            return None
+        at = max(self.spans, key=lambda span: span.times.size).times[:PIECE]
+        white = np.random.default_rng(0).standard_normal(time.size)
+        resampled = interpolate(time, white, at, reach=GAP)
+        return resampled[np.isfinite(resampled)]
+
     def values(self, span: Span, time: FloatArray, column: FloatArray) -> FloatArray:
         """Return a column sampled at the file's ``time`` [s] at the times of a span.
 

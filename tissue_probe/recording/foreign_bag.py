@@ -82,7 +82,7 @@ def read_foreign_bag(
     f_times, f_clock = _seconds(f_clock.times, origin), None
     u_times, u_clock = _seconds(u_clock.times, origin), None
     blocks: list[SampleBlock] = []
-    rates, slow = [], []
+    rates, slow, noises = [], [], []
     for part_f, part_u in parts:
         f_time, u_time = f_times[part_f], u_times[part_u]
         if f_time.size < 2 or u_time.size < 2:
@@ -96,6 +96,7 @@ def read_foreign_bag(
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
         notes += grid.notes
+        noises.append(grid.noise(f_time))
         longest = int(np.argmax([span.times.size for span in grid.spans]))
         slow.append(tell_slow_position(u_name, u_time, grid.spans[longest].times, forces[longest]))
     if not any(np.isfinite(block.position).any() for block in blocks):
@@ -106,7 +107,8 @@ def read_foreign_bag(
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    return Recording(tuple(blocks), time_doubt=doubt), (read, *notes, *told_slow)
+    recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0])
+    return recording, (read, *notes, *told_slow)
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:

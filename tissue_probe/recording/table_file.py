@@ -110,7 +110,8 @@ def read_columns(
     spans.append(_values(grid, time.seconds, force))
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
-    return Recording(blocks, sites, time_doubt=doubt), tuple(notes)
+    noise = grid.noise(time.seconds)
+    return Recording(blocks, sites, time_doubt=doubt, noise=noise), tuple(notes)
 
 
 def _among_all(row: int, taken: Sequence[np.ndarray]) -> int:

@@ -15,7 +15,8 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
-from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
+from tissue_probe.diagnosis.fitting.shaken import shaken
+from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
 
@@ -40,14 +41,18 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
     instrument, held
         As for ``Problem``.
     """
-    known = any(measurement.whitening is not None for measurement in fit.measurements)
-    if fit.composition.input is not FORCE or known:
+    if any(m.whitening is not None or m.shaken is not None for m in fit.measurements):
         return fit
-    measurements = filtered(fit, instrument)
-    if all(measurement.whitening is None for measurement in measurements):
+    driven = fit.composition.input is FORCE
+    measurements = filtered(fit, instrument) if driven else shaken(fit, instrument)
+    if all(m.whitening is None and m.shaken is None for m in measurements):
         return fit
     problem = Problem(fit.composition, measurements, instrument, held)
-    return search(problem, fit.values, fit.starts) or fit
+    again = search(problem, fit.values, fit.starts) or fit
+    if driven:
+        return again
+    problem = Problem(fit.composition, shaken(again, instrument), instrument, held)
+    return search(problem, again.values, again.starts) or again
 
 
 def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
@@ -61,7 +66,7 @@ def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
     measurement = fit.measurements[index]
     force = measurement.force
     random = np.random.default_rng(0)
-    noisy = force + noise_floor(force) * random.standard_normal(force.size)
+    noisy = force + noise_beside_steps(force) * random.standard_normal(force.size)
     right, wrong = (
         problem.response(index, driven, fit.values, fit.starts[index]) for driven in (force, noisy)
     )

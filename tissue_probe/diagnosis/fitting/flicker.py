@@ -12,7 +12,7 @@ from scipy.fft import dct
 from tissue_probe.signals import FloatArray
 
 
-def flicker_weights(count: int, level: float) -> FloatArray:
+def flicker_weights(count: int, level: float, white: FloatArray | float = 1.0) -> FloatArray:
     """Return the weight of each cosine of a recording where noise is white and 1/f.
 
     The k-th of N orthonormal cosines (DCT-II) has k half periods to the recording. White noise of
@@ -26,6 +26,8 @@ def flicker_weights(count: int, level: float) -> FloatArray:
         Samples, N.
     level : float
         Rms of the flicker noise over that of the white noise, sqrt(v).
+    white : array, shape (N,), or float
+        Power of the white noise that is left in each, where it was coloured.
 
     Returns
     -------
@@ -33,7 +35,7 @@ def flicker_weights(count: int, level: float) -> FloatArray:
     """
     harmonics = np.log(max(count, 4) / 2) + np.euler_gamma
     order = np.maximum(np.arange(count), 0.5)  # of the mean as much as twice the first cosine
-    return 1.0 / np.sqrt(1.0 + level**2 * count / (order * harmonics))
+    return 1.0 / np.sqrt(white + level**2 * count / (order * harmonics))
 
 
 def evened(columns: FloatArray, weights: FloatArray) -> FloatArray:

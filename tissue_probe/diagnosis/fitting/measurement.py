@@ -11,8 +11,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import dct
 
-from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
+from tissue_probe.diagnosis.fitting.motion import Motion
+from tissue_probe.diagnosis.residuals.noise_floor import (
+    noise_beside_steps,
+    noise_floor,
+    shared_roughness,
+)
 from tissue_probe.physics.extent import Extent
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
@@ -38,6 +44,15 @@ KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FOR
 FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
 OFTEN = 1e-3
+#: A channel's noise is none but rounding below so many steps; or that of arithmetic in a
+#: simulation, in shares of its span.
+NOISY, EXACT = 0.6, 1e-6
+#: Cosines of noise in a band: so many squares have a mean that is right to a tenth.
+BAND = 200
+#: Noise of a command by the digits that it is written with, in shares of its rms.
+DIGITS = 1e-4
+#: Likeness with the force from which what seems noise of a position is motion.
+FELT = 0.3
 #: Samples at the start from which the velocity there is told.
 FEW = 8
 
@@ -92,6 +107,10 @@ class Measurement:
         Filter that makes the output's noise white and of variance 1, where that is not white.
     misread : array, shape (n,), optional
         Of a position that was smoothed: one of the errors that it may still have [m].
+    motion : Motion, optional
+        What is known of a position that drives and was noisy: ``position`` is its mean.
+    shaken : array, shape (n,), optional
+        Standard deviation of what is left of it in the output, at each sample [its unit].
     coil_gain : float
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     notes : tuple of str
@@ -102,6 +121,12 @@ class Measurement:
         Name of the run that it was cut from, others maybe too; without, a run of its own.
     begins : float
         Time of the first sample after the run's first [s].
+    resampled : array, shape (m,), optional
+        White noise of variance 1 as resampling leaves it, where times were uneven: then ``noise``
+        is that of the samples before.
+    held : bool
+        Whether what drives stays as each sample has it until the next: a command, put out by a
+        converter; else its course is smooth.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     """
@@ -115,11 +140,15 @@ class Measurement:
     output: Quantity = FORCE
     whitening: FloatArray | None = None
     misread: FloatArray | None = None
+    motion: Motion | None = None
+    shaken: FloatArray | None = None
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
     source: str = ""
     run: str = ""
     begins: float = 0.0
+    resampled: FloatArray | None = None
+    held: bool = False
     time_doubt: float = 0.0
 
     def __post_init__(self) -> None:
@@ -128,7 +157,45 @@ class Measurement:
         if not self.noise > 0:
             output, drive = self.output_values[self.used], self.input_values[self.used]
             floor = noise_floor(output, drive, np.flatnonzero(self.used))
-            object.__setattr__(self, "noise", max(floor, 1e-12))
+            object.__setattr__(self, "noise", max(floor / self._left, 1e-12))
+
+    @property
+    def position_noise(self) -> float:
+        """Standard deviation of the white noise of the position [m].
+
+        None of one that only rounds: where it is ``NOISY`` steps or more, it changes from sample to
+        sample also at rest. Nor of one whose force feels it: that is motion.
+        """
+        noise = noise_floor(self.position) / self._left
+        least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
+        felt = abs(shared_roughness(self.position, self.force))
+        return noise if noise > least and felt < FELT else 0.0
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether the force that drives is no measurement: it has no noise but that of digits."""
+        if self.input is not FORCE:
+            return False
+        size = float(np.sqrt(np.mean(self.force**2)))
+        return noise_beside_steps(self.force) <= DIGITS * size
+
+    @property
+    def _left(self) -> float:
+        """How much of a channel's noise its roughness shows after resampling."""
+        return 1.0 if self.resampled is None else noise_beside_steps(self.resampled)
+
+    @property
+    def colour(self) -> FloatArray | None:
+        """Power of the output's noise in each cosine over that of white noise; None where white.
+
+        Means over so many neighbours of an example's cosines that each is right to a tenth.
+        """
+        if self.resampled is None:
+            return None
+        power = dct(self.resampled, norm="ortho") ** 2
+        bands = [float(np.mean(band)) for band in np.array_split(power, max(power.size // BAND, 1))]
+        at = (np.arange(self.force.size) + 0.5) / self.force.size * len(bands) - 0.5
+        return np.interp(at, np.arange(len(bands)), bands)
 
     @property
     def input(self) -> Quantity:
@@ -148,7 +215,8 @@ class Measurement:
     def over_noise(self, values: FloatArray) -> FloatArray:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
         if self.whitening is None or not values.size:
-            return (values.T * (self.used / self.noise)).T
+            noise = self.noise if self.shaken is None else np.hypot(self.noise, self.shaken)
+            return (values.T * (self.used / noise)).T
         from scipy.signal import lfilter  # only where the noise is not white
 
         filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
@@ -176,7 +244,33 @@ class Measurement:
             force=self.force[kept],
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
+            shaken=None if self.shaken is None else self.shaken[kept],
             sample_period=self.sample_period * times,
+            resampled=None,
+        )
+
+    def since(self, first: int, rig: str) -> Measurement:
+        """Return the samples from one on, before which the tip touched nothing.
+
+        Then no branch of a tissue is under load; the tip of a rig with a spring is moving, though.
+        """
+        kept = slice(first, None)
+        known = None
+        if self.motion is not None:
+            known = replace(
+                self.motion,
+                position=self.motion.position[kept],
+                calmness=self.motion.calmness[kept],
+            )
+        return replace(
+            self,
+            position=self.position[kept],
+            force=self.force[kept],
+            used=self.used[kept],
+            misread=None if self.misread is None else self.misread[kept],
+            motion=known,
+            at_rest=self.at_rest or rig == "rigid_probe",
+            begins=self.begins + first * self.sample_period,
         )
 
     def pressed(self, stiffness: float) -> BoolArray:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.fft import dct, idct
 from scipy.linalg import eigh
 
+from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.point import Point, scale_of
@@ -25,15 +26,10 @@ BLOCKS = 8
 def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     """Return the fit at a point: covariance, what is left, and what that says of noise and rig."""
     q = problem.count
-    free = np.flatnonzero(np.diag(point.normal) > 0)
-    free = free[(free >= q) | problem.free[np.minimum(free, q - 1)]]
-    covariance = np.zeros((q, q))
-    root = np.sqrt(np.diag(point.normal)[free])
-    scaled = point.normal[np.ix_(free, free)] / np.outer(root, root)
-    inverse = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True) / np.outer(root, root)
-    own = free < q
-    scale = scale_of(problem, point.values)[free[own]]
-    covariance[np.ix_(free[own], free[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
+    told, inverse = free(problem, point), covariance(problem, point)
+    found, own = np.zeros((q, q)), told < q
+    scale = scale_of(problem, point.values)[told[own]]
+    found[np.ix_(told[own], told[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
     samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
     excess = max(1.0, point.cost / samples)
     cosines = _cosines(problem, point)
@@ -43,7 +39,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
         entries=problem.runs.entries,
         values=point.values,
         starts=tuple(point.starts),
-        covariance=covariance * excess,
+        covariance=found * excess,
         residuals=tuple(residual for residual, _ in point.simulated),
         evened=tuple(
             m.noise * idct(each, norm="ortho")

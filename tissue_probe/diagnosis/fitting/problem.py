@@ -128,8 +128,10 @@ class Problem:
         self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
         flicker = instrument.flicker_noise
         self.weights = [
-            flicker_weights(m.force.size, flicker / m.noise) if flicker else None
-            for m in self.measurements
+            flicker_weights(m.force.size, flicker / m.noise, 1.0 if colour is None else colour)
+            if flicker or colour is not None
+            else None
+            for m, colour in ((m, m.colour) for m in self.measurements)
         ]
 
     def begin(self, values: FloatArray) -> list[Begin]:
@@ -184,7 +186,9 @@ class Problem:
         """Simulate the model where a measurement's input was, or might have been, another."""
         measurement, own = self.measurements[index], self.runs.values_in(index, values)
         period, begins = measurement.sample_period, measurement.begins
-        coil = course(self.kernel, driven, period, own, begins, measurement.at_rest)
+        coil = course(
+            self.kernel, driven, period, own, begins, measurement.at_rest, measurement.held
+        )
         return respond(self.kernel, own, start, coil)
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:

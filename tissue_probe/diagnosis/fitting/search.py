@@ -22,6 +22,8 @@ from tissue_probe.signals import BoolArray, FloatArray
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
+#: A step that is damped by more gains little because it is short, and settles nothing.
+SHORT = 1.0
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
 #: And this share of the noise, where only what exceeds it is compared.
@@ -185,7 +187,7 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
                 break
             continue
         gain = point.cost - trial.cost
-        settled = gain < max(SETTLED_SHARE * trial.cost, SETTLED)
+        settled = damping < SHORT and gain < max(SETTLED_SHARE * trial.cost, SETTLED)
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break

@@ -20,13 +20,13 @@ from tissue_probe.diagnosis.improvement.paths import begun, beside_each, longest
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import (
-    EXPLAINED,
     added,
     alike,
     beyond_doubt,
     differing,
     doubtful,
     explained,
+    most_left,
     ranked,
     significant,
     ties,
@@ -248,7 +248,7 @@ def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
     """Whether one more effect is sought: no third one for a rest that is no more than noise."""
     if len(path) == 1:
         return True
-    return len(path) < MOST and path[-1].ratio > EXPLAINED and _leads(base, path[0])
+    return len(path) < MOST and path[-1].ratio > most_left(base.samples) and _leads(base, path[0])
 
 
 def _leads(base: Fit, alone: Fit) -> bool:

@@ -15,6 +15,7 @@ from tissue_probe.signals import FloatArray
 
 _WINDOW, _DEGREE = 9, 4  # of the smoothing polynomial
 _TINY = 1e-12  # of what spans 1: a straight line has no more left
+_BRANCHES = 6  # two a decade and more, from the record's length down
 _COLLINEAR = 0.97  # a sine's acceleration is its position turned round
 
 
@@ -95,6 +96,34 @@ def coarse_response(of: Regressors, lag: int = 0) -> CoarseResponse:
         float(np.sqrt(scales[2] / scales[0]) / (2.0 * np.pi)),
         float(_rms(rest) / force_rms),
     )
+
+
+def left_by_passive(position: FloatArray, force: FloatArray, sample_period: float) -> float:
+    """Return the share of a force (rms) that nothing passive explains.
+
+    Passive is k u + b u' + m u'' and branches of Maxwell, k_i q_i with q_i' = u' - r_i q_i, none of
+    these values below zero (M. Biot, J. Appl. Phys. 25 (1954), 1385); beside them a line.
+
+    Parameters
+    ----------
+    position, force : array, shape (n,)
+        Each of any scale.
+    sample_period : float
+        Time between two samples [s].
+    """
+    from scipy.optimize import nnls  # takes long to import, and is asked of doubtful records only
+
+    derivatives = [smoothed(position, _WINDOW, _DEGREE, k, sample_period) for k in range(3)]
+    forgetting = np.exp(-np.geomspace(1.0, position.size / _BRANCHES, _BRANCHES) / position.size)
+    moves = np.diff(derivatives[0], prepend=derivatives[0][0])
+    ages = np.arange(position.size)
+    branches = [correlation(moves, (a**ages)[::-1])[: position.size] for a in forgetting]
+    line = np.stack([np.ones(position.size), np.linspace(-1.0, 1.0, position.size)])
+    columns = np.array([*derivatives, *branches, *line, *-line])
+    columns /= _rms(columns)[:, None] + _TINY
+    smooth = smoothed(force, _WINDOW, _DEGREE)
+    left = nnls(columns.T, smooth)[1] / np.sqrt(force.size)
+    return float(left / (_rms(without_line(smooth)) + _TINY))
 
 
 def best_lag(of: Regressors, longest: int) -> int:

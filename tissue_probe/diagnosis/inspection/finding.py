@@ -23,12 +23,15 @@ class Finding:
         Whether a fit of any model would be worthless.
     spans : tuple of (first, stop)
         Which samples it concerns; empty if all.
+    channel : str
+        ``position`` or ``force``, where it concerns one of them by its values alone.
     """
 
     name: str
     sentence: str
     fatal: bool = False
     spans: tuple[tuple[int, int], ...] = ()
+    channel: str = ""
 
     @property
     def samples(self) -> int:

@@ -6,7 +6,7 @@ What belongs here: what a first look at their relation says. What does not: the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.inspection.coarse_response import (
     CoarseResponse,
     best_lag,
     coarse_response,
+    left_by_passive,
     regressors,
 )
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -24,6 +25,9 @@ LAG = 4e-3
 
 LEFT = 0.25
 """Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
+
+BETTER = 0.5
+"""Share of a residual below which the other of two explanations is the right one."""
 
 LONGEST_LAG = 0.25
 """Lags are looked for up to this [s], and to an eighth of the record."""
@@ -63,6 +67,7 @@ def check_response(position: Channel, force: Channel, sample_period: float) -> I
             f"The force is no more than its noise of {force.noise:.3g} N: bring the probe into "
             "contact, or look whether this is the right column or topic.",
             fatal=True,
+            channel=force.name,
         )
         return
     both = regressors(position.values / position.span, force.values / force.span, sample_period)
@@ -77,7 +82,9 @@ def check_response(position: Channel, force: Channel, sample_period: float) -> I
             fatal=True,
         )
         found = coarse_response(both, lag)
-    yield from _check_sign(found, force.span / position.span)
+    yield from _check_sign(
+        found, force.span / position.span, lambda: _left(position, force, sample_period)
+    )
 
 
 def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
@@ -109,13 +116,31 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
     return lag if passive and right else 0
 
 
-def _check_sign(found: CoarseResponse, scale: float) -> Iterator[Finding]:
-    """Tissue resists: it pushes back, and takes up energy; mass alone does neither."""
+def _left(position: Channel, force: Channel, sample_period: float) -> tuple[float, float]:
+    """Return the share of the force that nothing passive explains, with its sign and the other."""
+    return tuple(
+        left_by_passive(position.values / position.span, values / force.span, sample_period)
+        for values in (force.values, -force.values)
+    )
+
+
+def _check_sign(
+    found: CoarseResponse, scale: float, left: Callable[[], tuple[float, float]]
+) -> Iterator[Finding]:
+    """Tissue resists: it pushes back, and takes up energy; mass alone does neither.
+
+    What relaxes or creeps may seem to do the opposite: where a first look explains little, a closer
+    one decides, with ``left``.
+    """
     gives_energy = found.viscous < -0.05 and found.elastic < -0.5 * found.viscous
     pulls = found.separable and found.elastic < -0.2 and found.viscous < 0.05
     inertia = -found.stiffness * scale / (2.0 * np.pi * found.frequency) ** 2
     floats = not found.separable and found.elastic < -0.9 and abs(found.viscous) < 0.03
-    if gives_energy or pulls or (floats and inertia > 0.3):
+    wrong = gives_energy or pulls
+    if found.unexplained > LEFT:
+        given, other = left()
+        wrong = other < (given if wrong else min(BETTER * given, LEFT))
+    if wrong or (floats and inertia > 0.3):
         yield Finding(
             "wrong_polarity",
             "The force falls as the probe goes in: force or position has the wrong sign; state "

@@ -12,6 +12,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.inspection.channel import Channel
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
 from tissue_probe.signals import FloatArray
 
 IRREGULAR = 0.05
@@ -91,7 +92,7 @@ def _stands_still(position: Channel, force: Channel) -> bool:
         return True
     spread = np.std(position.values / position.span) * position.span
     likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
-    return bool(spread < 2.0 * position.noise and abs(likeness) < SEEN)
+    return bool(spread < 2.0 * noise_beside_steps(position.values) and abs(likeness) < SEEN)
 
 
 def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:

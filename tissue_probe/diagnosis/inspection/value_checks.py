@@ -102,6 +102,7 @@ def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
         "the samples): the converter or amplifier was at its limit; lower the amplitude or choose "
         "a larger range, and record again.",
         spans=spans,
+        channel=force.name,
     )
 
 
@@ -120,4 +121,4 @@ def _stuck(channel: Channel, found: Runs) -> Finding:
             f"{found.length.max()} samples, {samples} in all: look for lost samples between sensor "
             "and recorder, and leave these out."
         )
-    return Finding("stuck_samples", said, spans=found.spans())
+    return Finding("stuck_samples", said, spans=found.spans(), channel=channel.name)

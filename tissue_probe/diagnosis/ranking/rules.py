@@ -26,8 +26,13 @@ TIE = 14.0
 SIMPLER = 30.0
 #: But is told beside it where it gains at least this: strong evidence (Kass and Raftery 1995).
 STRONG = 6.0
-#: Residual over noise up to which nothing is left to explain.
-EXPLAINED = 1.07
+#: Residual over noise up to which nothing is left to explain, of many samples; of few the noise is
+#: not known so well: its estimate varies by one over the root of their number, and so many times
+#: that are granted, which one recording in a hundred exceeds.
+EXPLAINED, UNKNOWN = 1.07, 3.0
+#: Square of the residual over noise below which the noise is another than it was taken for: more
+#: than half of it is not there.
+NOT_THERE = 0.5
 #: The same where an encoder's rounding is as large as the noise: its size is known roughly. Where
 #: it is less, but at least this share, it may still have any colour.
 ROUGHLY, ROUNDING = 1.2, 0.15
@@ -65,10 +70,16 @@ def explained(fit: Fit) -> bool:
 
     An encoder's rounding, of which more than its size is not known, may have any colour.
     """
-    share = fit.rounding / fit.noise
+    share, most = fit.rounding / fit.noise, most_left(fit.samples)
     if share > ROUNDING:
-        return fit.ratio < EXPLAINED + (ROUGHLY - EXPLAINED) * min(share**2, 1.0)
-    return fit.ratio < EXPLAINED and _is_white(fit) and fit.strain < STRAINED
+        return fit.ratio < most + max(ROUGHLY - most, 0.0) * min(share**2, 1.0)
+    noise = NOT_THERE < fit.ratio**2 < most**2
+    return noise and _is_white(fit) and fit.strain < STRAINED
+
+
+def most_left(samples: int) -> float:
+    """Return the residual over noise up to which so many samples leave nothing to explain."""
+    return max(EXPLAINED, 1.0 + UNKNOWN * samples**-0.5)
 
 
 def _is_white(fit: Fit) -> bool:
@@ -84,7 +95,7 @@ def whitest(samples: int) -> float:
 def beyond_doubt(fit: Fit) -> bool:
     """Whether a fit leaves noise only, far from the limits of what noise may be."""
     return explained(fit) and (
-        fit.ratio - 1.0 < BEYOND_DOUBT * (EXPLAINED - 1.0)
+        fit.ratio - 1.0 < BEYOND_DOUBT * (most_left(fit.samples) - 1.0)
         and fit.colour - 1.0 < BEYOND_DOUBT * (WHITE - 1.0)
         and fit.unevenness < BEYOND_DOUBT * EVEN
         and fit.strain < BEYOND_DOUBT * STRAINED
@@ -96,7 +107,7 @@ def doubtful(fit: Fit) -> bool:
 
     It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
     """
-    much = fit.ratio - 1.0 > BEYOND_DOUBT * (EXPLAINED - 1.0)
+    much = fit.ratio - 1.0 > BEYOND_DOUBT * (most_left(fit.samples) - 1.0)
     coloured = not (_is_coarse(fit) or _is_white(fit))
     return fit.rounding > ROUNDING * fit.noise and (much or coloured)
 

@@ -25,7 +25,8 @@ from tissue_probe.diagnosis.transforms import analytic
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
 
-#: How well the noise is known, as a share of it; `noise_floor` has 2 % on 4000 samples.
+#: How well the noise is known at best, as a share of it; of few samples `noise_floor` knows it to
+#: one over the root of their number.
 NOISE_UNCERTAINTY = 0.02
 #: Amplitudes must differ by this factor before a power of the amplitude can be read from them.
 AMPLITUDE_RANGE = 1.5
@@ -37,10 +38,10 @@ NEIGHBOURS = 4  # samples to either side that count with an outlier
 def level(residual: FloatArray, noise: float) -> ResidualTest:
     """Test whether the residual's rms is that of the noise (sum of squares ~ chi^2(N)).
 
-    The noise counts as known within 2 %.
+    The noise counts as known within 2 %, or as well as `noise_floor` tells it.
     """
     ratio = np.sqrt(np.mean(residual**2)) / noise
-    spread = np.hypot(NOISE_UNCERTAINTY, np.sqrt(0.5 / residual.size))
+    spread = np.hypot(NOISE_UNCERTAINTY, residual.size**-0.5)
     return judged(
         "level",
         ratio,

@@ -66,6 +66,18 @@ def noise_floor(
     pattern in nonlinear regression", Biometrika 73 (1986), 625-633, there with a straight line
     through three samples. Scale by a median: P. Rousseeuw, C. Croux, JASA 88 (1993), 1273.
     """
+    steps = np.diff(np.unique(force))
+    step = steps.min() if steps.size else 0.0
+    return float(max(noise_beside_steps(force, position, numbers), step / np.sqrt(12.0)))
+
+
+def noise_beside_steps(
+    force: FloatArray, position: FloatArray | None = None, numbers: IntArray | None = None
+) -> float:
+    """Estimate the same, but none where the values of most windows are equal (see ``noise_floor``).
+
+    A channel that rests between a few quick motions seems to come in steps, and does not.
+    """
     from tissue_probe.diagnosis.chance import chi_squared_median
 
     force = np.asarray(force, dtype=np.float64)
@@ -82,10 +94,21 @@ def noise_floor(
         told = moved @ np.linalg.lstsq(moved, left[0].ravel(), rcond=None)[0]
         left.append(left[0] - told.reshape(left[0].shape))
     squares = min(float(np.median(np.sum(each**2, axis=1))) for each in left)
-    variance = squares / chi_squared_median(left[0].shape[1])
-    steps = np.diff(np.unique(force))
-    step = steps.min() if steps.size else 0.0
-    return float(max(np.sqrt(variance), step / np.sqrt(12.0)))
+    return float(np.sqrt(squares / chi_squared_median(left[0].shape[1])))
+
+
+def shared_roughness(one: FloatArray, other: FloatArray) -> float:
+    """Return how alike two channels are in what is no polynomial, from -1 to 1: the median window.
+
+    Noise of a position is not felt by a force; a motion that is too quick for the samples is.
+    """
+    rough = _roughness(np.arange(one.size))
+    left, right = rough(one), rough(other)
+    sizes = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
+    known = sizes > 0.0
+    return (
+        float(np.median(np.sum(left * right, axis=1)[known] / sizes[known])) if known.any() else 0.0
+    )
 
 
 def _roughness(numbers: IntArray) -> Callable[[FloatArray], FloatArray]:

@@ -1,0 +1,119 @@
+"""The motion in a noisy position, and intervals that hold the truth in spite of its noise.
+
+All motions are closed forms of this file, and so are the forces.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from tissue_probe.diagnosis.cleaning import cleaned
+from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.motion import motion
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.rules import explained
+from tissue_probe.physics.composition import Composition
+
+RATE = 100.0
+TRUE = {"stiffness": 400.0, "damping": 5.0, "tip_mass": 0.1}
+FREE = Instrument("rigid_probe", RIGID)
+
+
+def smooth_ramp(time, begins, lasts):
+    """Return a ramp from 0 to 1 whose acceleration is continuous, and its two derivatives."""
+    s = np.clip((time - begins) / lasts, 0.0, 1.0)
+    inside = (s > 0.0) & (s < 1.0)
+    course = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    speed = 30.0 * s**2 * (1.0 - s) ** 2 / lasts
+    acceleration = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / lasts**2
+    return course, speed * inside, acceleration * inside
+
+
+def ramp_and_hold(time, random):
+    begins, lasts = random.uniform(0.4, 0.8), random.uniform(0.3, 0.6)
+    return [3e-3 * each for each in smooth_ramp(time, begins, lasts)]
+
+
+def sine(time, random):
+    rate = 2.0 * np.pi * random.uniform(1.0, 3.0)
+    phase = rate * time + random.uniform(0.0, 6.0)
+    waves = np.sin(phase), rate * np.cos(phase), -(rate**2) * np.sin(phase)
+    return [1e-3 * each for each in waves]
+
+
+def several_sines(time, random):
+    total = np.zeros((3, time.size))
+    for _ in range(5):
+        total += np.array(sine(time, random)) * random.uniform(0.3, 1.0)
+    return list(total)
+
+
+MOTIONS = (ramp_and_hold, sine, several_sines)
+
+
+def probed(moved, seed, position_noise, force_noise, samples=1200):
+    """Return a measurement of a mass on Kelvin-Voigt tissue, moved by a robot's encoder."""
+    random = np.random.default_rng(seed)
+    time = np.arange(samples) / RATE
+    u, v, a = moved(time, random)
+    k, b, m = TRUE.values()
+    force = k * u + b * v + m * a + force_noise * random.standard_normal(samples)
+    position = u + position_noise * random.standard_normal(samples)
+    return Measurement(position, force, 1.0 / RATE, moved is ramp_and_hold)
+
+
+@pytest.mark.parametrize("moved", MOTIONS)
+@pytest.mark.parametrize("noise", [2e-6, 1e-5])
+def test_the_acceleration_of_the_motion_has_far_less_noise_than_that_of_the_samples(moved, noise):
+    random = np.random.default_rng(1)
+    u = moved(np.arange(1200) / RATE, random)[0]
+    samples = u + noise * random.standard_normal(u.size)
+    left = [np.std(np.diff(each - u, 2)) for each in (motion(samples, noise).position, samples)]
+    assert left[0] < 0.5 * left[1]
+
+
+@pytest.mark.parametrize("moved", MOTIONS)
+def test_drawn_errors_are_as_large_as_those_of_the_motion(moved):
+    noise, random = 3e-6, np.random.default_rng(2)
+    u = moved(np.arange(1200) / RATE, random)[0]
+    told = motion(u + noise * random.standard_normal(u.size), noise)
+    drawn = np.mean([np.std(told.error(random)) for _ in range(5)])
+    assert np.std(told.position - u) == pytest.approx(drawn, rel=0.4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(4, 400), st.integers(0, 10**6), st.floats(-12.0, 6.0))
+def test_the_motion_keeps_parabolas_and_scales_with_its_unit(size, seed, power):
+    random, unit = np.random.default_rng(seed), 10.0**power
+    at = np.linspace(-1.0, 1.0, size)
+    samples = random.standard_normal(size) * 0.01 + np.sin(3.0 * at)
+    found = motion(samples, 0.01).position
+    scaled = motion(unit * samples, unit * 0.01).position / unit
+    np.testing.assert_allclose(scaled, found, atol=1e-5)
+    parabola = 1.0 + at + at**2
+    np.testing.assert_allclose(motion(parabola, 0.01).position, parabola, atol=1e-5)
+
+
+@pytest.mark.parametrize("moved", MOTIONS)
+def test_intervals_hold_mass_stiffness_and_damping_in_spite_of_a_noisy_position(moved):
+    inside, right, count = 0, 0, 15
+    for seed in range(count):
+        noises = [(1e-6, 0.01), (1e-5, 0.02), (3e-7, 0.003)][seed % 3]
+        (clean,), _ = cleaned([probed(moved, seed, *noises)], "rigid_probe")
+        fit = fit_base(Composition("rigid_probe"), [clean], FREE)
+        found, deviations = fit.named(), fit.deviations()
+        inside += sum(abs(found[n] - true) <= 1.96 * deviations[n] for n, true in TRUE.items())
+        right += explained(fit)
+    assert binomtest(inside, 3 * count, 0.95).pvalue > 1e-3
+    assert right >= count - 1
+
+
+def test_what_the_force_feels_of_a_rough_position_is_motion_and_stays():
+    random = np.random.default_rng(3)
+    deepest = np.repeat(random.uniform(0.7, 1.0, 40), 10)
+    depths = 3e-3 * np.tile(np.linspace(0.0, 1.0, 10), 40) * deepest  # a new depth at each sample
+    force = 500.0 * depths + 0.01 * random.standard_normal(depths.size)
+    (clean,), _ = cleaned([Measurement(depths, force, 0.1)], "rigid_probe")
+    np.testing.assert_array_equal(clean.position, depths)

@@ -1,0 +1,208 @@
+"""Records as laboratories make them: ramps and holds, a touch in the record, commands, few samples.
+
+All forces and motions are closed forms or SciPy's; none is the project's.
+"""
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+import tissue_probe as tp
+from tissue_probe.diagnosis.cleaning import cleaned, from_touch
+from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.held_input import with_input
+from tissue_probe.diagnosis.inspection.inspection import inspect
+from tissue_probe.diagnosis.inspection.touch import first_touch
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.rules import explained
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.quantities import POSITION
+
+RIGID_PROBE, DRIVEN = Composition("rigid_probe"), Composition("force_driven")
+STILL = Instrument("rigid_probe", RIGID | {"tip_mass": (0.0, 0.0)})
+MOVED = Instrument("force_driven", FORCE_DRIVEN)
+
+
+def relaxation(seed=0, ramp=0.1, hold=20.0, rate=50.0, noise=3e-3):
+    """Return a ramp to 4 mm from the first sample, a hold, and the force of a relaxing solid."""
+    time = np.arange(0.0, hold, 1.0 / rate)
+    speed, slow, k, k1 = 4e-3 / ramp, 0.5, 100.0, 300.0
+    pressed = np.minimum(time, ramp)
+    branch = speed / slow * (np.exp(-slow * (time - pressed)) - np.exp(-slow * time))
+    force = k * speed * pressed + k1 * branch
+    return speed * pressed, force + noise * np.random.default_rng(seed).standard_normal(time.size)
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-6])
+def test_a_ramp_and_a_long_hold_are_motion_and_of_the_right_sign(noise):
+    position, force = relaxation()
+    position = position + noise * np.random.default_rng(1).standard_normal(position.size)
+    assert not inspect(position, force, 0.02).fatal
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-6])
+def test_the_same_with_the_wrong_sign_is_refused(noise):
+    position, force = relaxation()
+    position = position + noise * np.random.default_rng(1).standard_normal(position.size)
+    assert inspect(position, -force, 0.02)["wrong_polarity"].fatal
+
+
+def test_a_relaxing_solid_explains_a_ramp_and_hold_from_the_first_sample():
+    (clean,), _ = cleaned([Measurement(*relaxation(), 0.02, at_rest=True)], "rigid_probe")
+    base = fit_base(RIGID_PROBE, [clean], STILL)
+    (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], STILL)
+    assert explained(found)
+    assert found.named()["relaxation_rate"] == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize("samples", [100, 400, 2000])
+def test_clean_records_are_explained_however_few_samples_they_have(samples):
+    right, count = 0, 25
+    for seed in range(count):
+        random = np.random.default_rng(seed)
+        phase = 2.0 * np.pi * 4.0 * np.arange(samples) / samples
+        period = 4.0 / samples
+        position, speed = 3e-3 * np.sin(phase), 3e-3 * 2.0 * np.pi * np.cos(phase)
+        force = 200.0 * position + 30.0 * speed + 0.01 * random.standard_normal(samples)
+        (clean,), _ = cleaned([Measurement(position, force, period)], "rigid_probe")
+        right += explained(fit_base(RIGID_PROBE, [clean], STILL))
+    assert right >= count - 2
+
+
+def touching(seed=0, noise=1e-3, exponent=1.5, surface=1.8e-3, stiffness=4000.0):
+    """Return a tip that comes from the air, presses a sphere in and draws it out again."""
+    time = np.arange(0.0, 4.0, 2e-3)
+    position = 2e-3 * (1.0 - np.abs(time / 2.0 - 1.0)) * 2.0
+    force = stiffness * np.maximum(position - surface, 0.0) ** exponent
+    return position, force + noise * np.random.default_rng(seed).standard_normal(time.size)
+
+
+def test_the_touch_is_found_where_a_record_begins_in_the_air():
+    position, force = touching()
+    found = first_touch(position, force, 1e-3)
+    assert found.position == pytest.approx(1.8e-3, abs=0.2e-3)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_none_is_found_where_the_tip_touches_from_the_first_sample_on(exponent):
+    position, force = touching(
+        surface=0.0, exponent=exponent, stiffness=400.0 / 2e-3 ** (exponent - 1)
+    )
+    assert first_touch(position, force, 1e-3) is None
+
+
+def test_the_touch_point_is_fitted_and_the_law_of_contact_found():
+    given = Measurement(*touching(), 2e-3)
+    found = diagnose(
+        RIGID_PROBE,
+        [given],
+        STILL,
+        {name: EFFECTS[name] for name in ("hertz_contact", "force_drift")},
+    )
+    assert (found.verdict, found.effects) == ("missing", ("hertz_contact",))
+    final = found.ladder.final
+    assert final.named()["contact_exponent"] == pytest.approx(1.5, abs=0.1)
+    assert final.named()["contact_position"] == pytest.approx(1.8e-3, abs=3e-5)
+    assert any(finding.name == "touch" for finding in found.findings)
+
+
+def test_the_samples_before_the_touch_are_left_out():
+    clean, _ = cleaned([Measurement(*touching(), 2e-3)], "rigid_probe")
+    (kept,), instrument, (told,) = from_touch(clean, STILL)
+    assert kept.begins == pytest.approx(2e-3 * (2000 - kept.position.size))
+    assert np.isinf(instrument.constants["contact_position"][1])
+    assert "touches at about" in told.sentence
+
+
+MASS, STIFFNESS, DAMPING = 0.05, 200.0, 1.0
+
+
+def pushed(force, period, held):
+    """Return the position of a mass on Kelvin-Voigt tissue, by SciPy."""
+    system = (
+        [[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]],
+        [[0.0], [1.0 / MASS]],
+        [[1.0, 0.0]],
+        0,
+    )
+    times = np.arange(force.size) * period
+    return lsim(system, force, times, interp=not held)[1]
+
+
+def of_a_command(seed=0, noise=1e-6):
+    force = np.where(np.arange(4000) < 200, 0.0, 1.0)
+    position = pushed(force, 1e-3, held=True)
+    position = position + noise * np.random.default_rng(seed).standard_normal(force.size)
+    return Measurement(position, force, 1e-3, at_rest=True, output=POSITION)
+
+
+def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
+    clean, findings = cleaned([of_a_command()], "force_driven")
+    assert not findings  # a command that rests is not stuck
+    held, (told,) = with_input(DRIVEN, clean, MOVED)
+    assert held[0].held
+    assert "command" in told.sentence
+    fit = fit_base(DRIVEN, held, MOVED)
+    for name, true in (("tip_mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
+        assert abs(fit.named()[name] - true) < 3.0 * fit.deviations()[name]
+    assert explained(fit)
+
+
+def test_a_measured_force_is_not_taken_for_a_command():
+    random = np.random.default_rng(2)
+    time = np.arange(3000) * 1e-3
+    force = np.sin(2 * np.pi * 2.0 * time) + 0.3 * np.sin(2 * np.pi * 7.0 * time)
+    position = pushed(force, 1e-3, held=False) + 1e-6 * random.standard_normal(time.size)
+    noisy = force + 2e-3 * random.standard_normal(time.size)
+    clean, _ = cleaned([Measurement(position, noisy, 1e-3, output=POSITION)], "force_driven")
+    same, told = with_input(DRIVEN, clean, MOVED)
+    assert not same[0].held
+    assert not told
+
+
+def test_creep_of_an_unknown_mass_is_that_of_a_relaxing_solid():
+    from scipy.integrate import solve_ivp
+
+    rate, mass, k, k1, beta, tau = 100.0, 0.2, 400.0, 300.0, 8.0, 3.0
+    time = np.arange(0.0, 20.0, 1.0 / rate)
+    load = np.clip((time - 0.5) / 0.05, 0.0, 1.0) * 0.6
+
+    def slope(t, z):
+        push = np.clip((t - 0.5) / 0.05, 0.0, 1.0) * 0.6
+        return [z[1], (push - k * z[0] - beta * z[1] - k1 * z[2]) / mass, z[1] - z[2] / tau]
+
+    answer = solve_ivp(
+        slope, (0.0, 20.0), [0.0] * 3, t_eval=time, rtol=1e-9, atol=1e-12, max_step=0.01
+    )
+    random = np.random.default_rng(3)
+    position = answer.y[0] + 5e-6 * random.standard_normal(time.size)
+    force = load + 1e-3 * random.standard_normal(time.size)
+    clean, _ = cleaned(
+        [Measurement(position, force, 1.0 / rate, at_rest=True, output=POSITION)], "force_driven"
+    )
+    base = fit_base(DRIVEN, clean, MOVED)
+    (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], MOVED)
+    assert found.ratio < 1.15
+    assert found.named()["tip_mass"] == pytest.approx(mass, rel=0.2)
+    assert found.named()["relaxation_rate"] == pytest.approx(1.0 / tau, rel=0.1)
+
+
+@pytest.mark.parametrize("jitter", [0.1, 0.3])
+def test_clean_records_of_uneven_times_are_explained(jitter):
+    right, inside, count = 0, 0, 10
+    for seed in range(count):
+        random = np.random.default_rng(seed)
+        time = (np.arange(1500) + jitter * random.uniform(-1.0, 1.0, 1500)) * 0.01
+        phase = 2.0 * np.pi * 0.8 * time
+        position, speed = 2e-3 * np.sin(phase), 2e-3 * 2.0 * np.pi * 0.8 * np.cos(phase)
+        force = 300.0 * position + 8.0 * speed + 0.01 * random.standard_normal(time.size)
+        table = {"t": time, "u": position, "F": force}
+        read = tp.read(table, force_polarity="compression")
+        fit = tp.compare(read, rig="rigid_probe", constants={"tip_mass": 0.0}).fit
+        right += explained(fit)
+        for name, true in (("stiffness", 300.0), ("damping", 8.0)):
+            inside += abs(fit.named()[name] - true) <= 1.96 * fit.deviations()[name]
+    assert right >= count - 1
+    assert inside >= 2 * count - 4

@@ -1,0 +1,145 @@
+"""Measurements made fit for a search: spoilt samples left out, noise and the air taken off.
+
+What belongs here: what is left out or read otherwise before any model is fitted, and what is said
+of it. What does not: finding what is wrong (``inspection``), outliers of a fit (``outliers``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.motion import motion
+from tissue_probe.diagnosis.inspection.disturbances import bridged
+from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.inspection import inspect
+from tissue_probe.diagnosis.inspection.touch import first_touch
+from tissue_probe.errors import MeasurementError
+from tissue_probe.physics.kinds import LONGEST_DELAY
+from tissue_probe.physics.rounding import COARSE, smoothed
+from tissue_probe.quantities import FORCE, POSITION
+from tissue_probe.signals import BoolArray
+
+#: Answers that are no models: what spoilt the samples.
+SPOILT = ("adc_saturation", "stuck_samples")
+#: What a commanded force seems to be where it rests.
+RESTING = tuple((name, FORCE.name) for name in (*SPOILT, "no_contact"))
+#: Values that stand alone are left out of every fit besides, and where they drive, bridged.
+DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
+#: Where a record begins in the air.
+TOUCH = (
+    "{}The tip is in the air before sample {}, and touches at about {:.4g} m: the samples before "
+    "are left out, and contact_position is fitted."
+)
+
+
+def cleaned(
+    measurements: Sequence[Measurement], rig: str
+) -> tuple[list[Measurement], list[Finding]]:
+    """Inspect measurements, and leave out of the fit what is spoilt; a position is smoothed.
+
+    By its noise where the rig differentiates it; else by the steps of a fine encoder.
+
+    Raises
+    ------
+    MeasurementError
+        If the samples are such that any fit would be worthless; says why and what to do.
+    """
+    inspected = [_inspected(each) for each in measurements]
+    findings = [finding for each in inspected for finding in each]
+    fatal = next((finding for finding in findings if finding.fatal), None)
+    if fatal:
+        raise MeasurementError(fatal.sentence)
+    sound = map(_without_spoilt, measurements, inspected)
+    return [_finely_read(each, rig == "rigid_probe") for each in sound], findings
+
+
+def from_touch(
+    measurements: Sequence[Measurement], instrument: Instrument
+) -> tuple[list[Measurement], Instrument, list[Finding]]:
+    """Leave out the air before a first touch; where the tip touches is fitted then.
+
+    It is known to the first of such records only: another specimen's surface lies elsewhere.
+    """
+    found, findings, places = [], [], []
+    for each in measurements:
+        touch = None
+        if each.input is POSITION and "contact_position" in instrument.constants:
+            touch = first_touch(each.position, each.force, each.noise)
+        found.append(each if touch is None else each.since(touch.sample, instrument.rig))
+        if touch is not None:
+            places.append(touch.position)
+            told = f"{each.source}: " if each.source else ""
+            findings.append(Finding("touch", TOUCH.format(told, touch.sample, touch.position)))
+    if places:
+        constants = {**instrument.constants, "contact_position": (places[0], np.inf)}
+        instrument = replace(instrument, constants=constants)
+    return found, instrument, findings
+
+
+def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
+    found = inspect(measurement.position, measurement.force, measurement.sample_period).findings
+    if measurement.is_commanded:  # it rests where it is told to
+        found = tuple(f for f in found if (f.name, f.channel) not in RESTING)
+    told = f"{measurement.source}: " if measurement.source else ""
+    return tuple(replace(finding, sentence=f"{told}{finding.sentence}") for finding in found)
+
+
+def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
+    """Leave the clipped, the repeated and the disturbed samples out of the fit.
+
+    Of a motion that goes on, what a late channel says first was felt before the first sample.
+    """
+    driven = [name for name, channel in DISTURBED.items() if channel is measurement.input]
+    spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
+    used = _outside(findings, spoilt, measurement.force.size)
+    if not measurement.at_rest:
+        used[: round(LONGEST_DELAY / measurement.sample_period)] = False
+    steady = _outside(findings, driven, used.size)
+    if steady.all() and used.all():
+        return measurement
+    # A spike of what drives would move the tip, and that of a force ever after: it is bridged.
+    driven_by = bridged(measurement.input_values, steady)
+    force, position = measurement.force, measurement.position
+    if measurement.input is FORCE:
+        force = driven_by
+    else:
+        position = driven_by
+    # The noise is estimated anew: where samples repeat there seems to be none.
+    return replace(
+        measurement, position=position, force=force, used=used & measurement.used, noise=0.0
+    )
+
+
+def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> BoolArray:
+    """Which samples none of these findings concerns."""
+    outside = np.ones(size, dtype=bool)
+    for finding in findings:
+        if finding.name in names:
+            for first, stop in finding.spans:
+                outside[first:stop] = False
+    return outside
+
+
+def _finely_read(measurement: Measurement, differentiated: bool) -> Measurement:
+    """Take noise out of a position that drives; smooth what a fine encoder has rounded of it.
+
+    Rounding is smoothed in a motion that goes on and on.
+
+    A record that begins at rest stays as it was read: there the errors differ from period to
+    period, and smoothing would bend the beginning. A coarse step is for the effects to explain,
+    and where a force drives, rounding is part of the noise.
+    """
+    if measurement.input is FORCE:
+        return measurement
+    if differentiated and (noise := measurement.position_noise):
+        told = motion(measurement.position, noise)
+        return replace(measurement, position=told.position, motion=told)
+    step = measurement.extent.step
+    if measurement.at_rest or not 0.0 < step <= COARSE:
+        return measurement
+    read = smoothed(measurement.position, step, fine=True)
+    return replace(measurement, position=read.course, misread=read.error)

@@ -1,0 +1,76 @@
+"""How well a fit knows its unknowns: also where some of what it learns from is noise.
+
+What belongs here: from the normal equations to a covariance. What does not: the equations
+(``point``), how large an error of the position is (``motion``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.point import Point, scale_of
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.signals import FloatArray
+
+#: Share of what the samples seem to tell in a direction that is taken for noise at the most: beyond
+#: it nothing is known.
+MOSTLY = 0.95
+
+
+def covariance(problem: Problem, point: Point) -> FloatArray:
+    """Return the covariance of values and starts as they are searched, of those that are free.
+
+    In the order of ``free``; residuals over the noise count as of variance 1.
+    """
+    chosen = free(problem, point)
+    place = np.ix_(chosen, chosen)
+    root = np.sqrt(np.diag(point.normal)[chosen])
+    scale = np.outer(root, root)
+    noise = _by_noise(problem, point)
+    if noise is None:
+        inverse = np.linalg.pinv(point.normal[place] / scale, rcond=1e-12, hermitian=True)
+    else:
+        inverse = _without(point.normal[place] / scale, noise[place] / scale)
+    return inverse / scale
+
+
+def free(problem: Problem, point: Point) -> np.ndarray:
+    """Return which values, and after them starts, the samples or tolerances tell at all."""
+    q = problem.count
+    told = np.flatnonzero(np.diag(point.normal) > 0)
+    return told[(told >= q) | problem.free[np.minimum(told, q - 1)]]
+
+
+def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return the inverse of a normal matrix in which noise has a share.
+
+    Let s be the share in a direction: the samples tell 1 - s of the matrix, towards which a value
+    is too small by as much, and the gradient varies by 1 + s (W. Fuller, Measurement Error Models
+    (1987), section 1.2).
+    """
+    sizes, directions = np.linalg.eigh(normal)
+    kept = sizes > 1e-12 * sizes[-1]
+    whiten = directions[:, kept] / np.sqrt(sizes[kept])
+    shares, turned = np.linalg.eigh(whiten.T @ noise @ whiten)
+    shares = np.clip(shares, 0.0, MOSTLY)
+    basis = whiten @ turned
+    return (basis * ((1.0 + shares) / (1.0 - shares) ** 2)) @ basis.T
+
+
+def _by_noise(problem: Problem, point: Point) -> FloatArray | None:
+    """Return the part of the normal matrix that noise left in the positions makes; None without."""
+    if all(measurement.motion is None for measurement in problem.measurements):
+        return None
+    random, n, q = np.random.default_rng(0), problem.states, problem.count
+    normal, scale = np.zeros_like(point.normal), np.ones(len(point.normal))
+    scale[:q] = scale_of(problem, point.values)
+    for index, measurement in enumerate(problem.measurements):
+        if measurement.motion is None:
+            continue
+        noisy = measurement.position + measurement.motion.noise_left(random)
+        wrong = problem.response(index, noisy, point.values, point.starts[index])
+        changed = problem.runs.spread(index, wrong.sensitivity) - point.simulated[index][1]
+        J = problem.weighed(index, changed)
+        place = np.concatenate([q + index * n + np.arange(n), np.arange(q)])
+        normal[place[:, None], place] += (J.T @ J) * np.outer(scale[place], scale[place])
+    return normal
