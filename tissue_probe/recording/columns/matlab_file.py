@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+import subprocess
+import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -34,6 +36,7 @@ def open_matlab(path: Path) -> Columns:
     from scipy.io import loadmat
 
     _check_expanded(path)
+    _check_survived(path)
     try:
         content = loadmat(path, simplify_cells=True)
     except Exception as error:  # scipy raises a dozen kinds on damaged files, none of its own
@@ -57,6 +60,14 @@ def _columns(content: Mapping[str, object], inside: str = "") -> Iterator[tuple[
         elif isinstance(value, np.ndarray):
             for column in array_columns(inside + name, value.shape, value.dtype):
                 yield column, value
+
+
+def _check_survived(path: Path) -> None:
+    """Let another process read the file first: a damaged one may end SciPy's reader by a signal."""
+    read = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1], simplify_cells=True)"
+    ended = subprocess.run([sys.executable, "-c", read, path], capture_output=True, check=False)
+    if ended.returncode not in (0, 1):  # 1 is an exception's, which is told by its own words
+        raise RecordingError(f"{path} is damaged: reading it ended the reader")
 
 
 def _check_expanded(path: Path) -> None:
