@@ -1,7 +1,8 @@
 """Measurements made fit for a search: spoilt samples left out, noise and the air taken off.
 
-What belongs here: what is left out or read otherwise before any model is fitted, and what is said
-of it. What does not: finding what is wrong (``inspection``), outliers of a fit (``outliers``).
+What belongs here: which samples are left out or corrected before any model is fitted, and the
+sentences that tell it. What does not: finding faults (``inspection``), outliers of a fit
+(``outliers``).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from tissue_probe.signals import BoolArray
 
 #: Answers that are no models: what spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
-#: What a commanded force seems to be where it rests.
+#: Findings that a commanded force causes where it rests, and that are no faults of it.
 RESTING = tuple((name, FORCE.name) for name in (*SPOILT, "no_contact"))
 #: Values that stand alone are left out of every fit besides, and where they drive, bridged.
 DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
@@ -39,7 +40,7 @@ TOUCH = (
 def cleaned(
     measurements: Sequence[Measurement], rig: str
 ) -> tuple[list[Measurement], list[Finding]]:
-    """Inspect measurements, and leave out of the fit what is spoilt; a position is smoothed.
+    """Inspect measurements, leave spoilt samples out of the fit, and smooth the position.
 
     By its noise where the rig differentiates it; else by the steps of a fine encoder.
 
@@ -91,7 +92,7 @@ def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
 def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Measurement:
     """Leave the clipped, the repeated and the disturbed samples out of the fit.
 
-    Of a motion that goes on, what a late channel says first was felt before the first sample.
+    Where a motion goes on, the first values of a late channel belong to the time before the record.
     """
     driven = [name for name, channel in DISTURBED.items() if channel is measurement.input]
     spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
@@ -101,7 +102,7 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     steady = _outside(findings, driven, used.size)
     if steady.all() and used.all():
         return measurement
-    # A spike of what drives would move the tip, and that of a force ever after: it is bridged.
+    # A spike of the input would move the tip, and a force's spike ever after: it is bridged.
     driven_by = bridged(measurement.input_values, steady)
     force, position = measurement.force, measurement.position
     if measurement.input is FORCE:
@@ -125,9 +126,7 @@ def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> Bo
 
 
 def _finely_read(measurement: Measurement, differentiated: bool) -> Measurement:
-    """Take noise out of a position that drives; smooth what a fine encoder has rounded of it.
-
-    Rounding is smoothed in a motion that goes on and on.
+    """Take the noise, or the rounding of a fine encoder, out of a position that drives.
 
     A record that begins at rest stays as it was read: there the errors differ from period to
     period, and smoothing would bend the beginning. A coarse step is for the effects to explain,

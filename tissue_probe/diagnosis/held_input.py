@@ -13,11 +13,11 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.physics.composition import Composition
 
-#: Fall of the criterion of Bayes from which a course is told from another.
-TOLD = 14.0
-#: Share of a force's range by which a smooth course overshoots a jump; a tenth at a single one.
+#: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
+#: which it overshoots a single step.
 OVERSHOT = 0.05
 HELD = (
     "The force has no noise, and jumps: it is taken for a command that a converter puts out, and "
@@ -41,7 +41,7 @@ def with_input(
         return smooth, []
     held = [replace(each, held=True) for each in smooth]
     fits = [fit_base(composition, each, instrument, begin_at) for each in (smooth, held)]
-    if fits[1].bic - fits[0].bic > TOLD:
+    if fits[1].bic - fits[0].bic > TIE:
         return smooth, []
     return held, [Finding("held", HELD)]
 

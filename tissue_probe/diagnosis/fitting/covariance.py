@@ -12,8 +12,8 @@ from tissue_probe.diagnosis.fitting.point import Point, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.signals import FloatArray
 
-#: Share of what the samples seem to tell in a direction that is taken for noise at the most: beyond
-#: it nothing is known.
+#: Largest share of noise in what the samples tell of a direction: an interval is then some thirty
+#: times as wide as without noise, and tells that nothing is known.
 MOSTLY = 0.95
 
 

@@ -15,6 +15,9 @@ from scipy.fft import dct
 
 from tissue_probe.diagnosis.fitting.motion import Motion
 from tissue_probe.diagnosis.residuals.noise_floor import (
+    EXACT,
+    FELT,
+    NOISY,
     noise_beside_steps,
     noise_floor,
     shared_roughness,
@@ -44,15 +47,10 @@ KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FOR
 FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
 OFTEN = 1e-3
-#: A channel's noise is none but rounding below so many steps; or that of arithmetic in a
-#: simulation, in shares of its span.
-NOISY, EXACT = 0.6, 1e-6
 #: Cosines of noise in a band: so many squares have a mean that is right to a tenth.
 BAND = 200
-#: Noise of a command by the digits that it is written with, in shares of its rms.
+#: Noise of a command by the digits that it is written with, in shares of its rms: of four digits.
 DIGITS = 1e-4
-#: Likeness with the force from which what seems noise of a position is motion.
-FELT = 0.3
 #: Samples at the start from which the velocity there is told.
 FEW = 8
 
@@ -163,8 +161,8 @@ class Measurement:
     def position_noise(self) -> float:
         """Standard deviation of the white noise of the position [m].
 
-        None of one that only rounds: where it is ``NOISY`` steps or more, it changes from sample to
-        sample also at rest. Nor of one whose force feels it: that is motion.
+        0 where the position is only rounded (``NOISY``), and where the force feels its roughness,
+        which is motion then (``FELT``).
         """
         noise = noise_floor(self.position) / self._left
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
@@ -237,7 +235,23 @@ class Measurement:
         times = int(OFTEN / self.sample_period + 1e-6)
         if times < 2 or self.whitening is not None:
             return self
-        kept = slice(None, None, times)
+        few = self._only(slice(None, None, times))
+        return replace(few, sample_period=self.sample_period * times, resampled=None)
+
+    def since(self, first: int, rig: str) -> Measurement:
+        """Return the samples from one on, before which the tip touched nothing.
+
+        Then no branch of a tissue is under load; the tip of a rig with a spring is moving, though.
+        """
+        return replace(
+            self._only(slice(first, None)),
+            motion=None if self.motion is None else self.motion.since(first),
+            at_rest=self.at_rest or rig == "rigid_probe",
+            begins=self.begins + first * self.sample_period,
+        )
+
+    def _only(self, kept: slice) -> Measurement:
+        """Return some of the samples; their period, and what is known of a motion, stay."""
         return replace(
             self,
             position=self.position[kept],
@@ -245,32 +259,6 @@ class Measurement:
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
             shaken=None if self.shaken is None else self.shaken[kept],
-            sample_period=self.sample_period * times,
-            resampled=None,
-        )
-
-    def since(self, first: int, rig: str) -> Measurement:
-        """Return the samples from one on, before which the tip touched nothing.
-
-        Then no branch of a tissue is under load; the tip of a rig with a spring is moving, though.
-        """
-        kept = slice(first, None)
-        known = None
-        if self.motion is not None:
-            known = replace(
-                self.motion,
-                position=self.motion.position[kept],
-                calmness=self.motion.calmness[kept],
-            )
-        return replace(
-            self,
-            position=self.position[kept],
-            force=self.force[kept],
-            used=self.used[kept],
-            misread=None if self.misread is None else self.misread[kept],
-            motion=known,
-            at_rest=self.at_rest or rig == "rigid_probe",
-            begins=self.begins + first * self.sample_period,
         )
 
     def pressed(self, stiffness: float) -> BoolArray:

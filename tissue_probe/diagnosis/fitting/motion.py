@@ -24,7 +24,8 @@ from tissue_probe.signals import FloatArray
 JERK = np.array([-1.0, 3.0, -3.0, 1.0])
 #: Samples in which the jerk counts as equally strong: so many tell a variance to a third.
 ALIKE = 25
-#: How often strength and motion are found from one another; then they hardly change.
+#: How often strength and motion are found from one another: a further time moves the position by
+#: less than a tenth of the noise (in a hold, where the strength is all but none and not settled).
 ROUNDS = 12
 #: Variance of the noise over that of the third differences. At the largest a sample counts as much
 #: as a hundredth of the mean, and at the smallest the noise is smaller than any motion.
@@ -48,6 +49,10 @@ class Motion:
     position: FloatArray
     noise: float
     calmness: FloatArray
+
+    def since(self, first: int) -> Motion:
+        """Return the same from a sample on."""
+        return Motion(self.position[first:], self.noise, self.calmness[first:])
 
     def noise_left(self, random: np.random.Generator) -> FloatArray:
         """Draw noise as the position still has it, shape (n,)."""

@@ -16,7 +16,8 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.signals import FloatArray
 
-#: So many errors are drawn, and those of so many neighbours count together.
+#: So many errors are drawn, and those of so many neighbours count together: 24 squares have a mean
+#: that is right to a third, as the strength of the motion is told.
 DRAWS, NEIGHBOURS = 8, 3
 
 
@@ -37,9 +38,10 @@ def _shaken(problem: Problem, fit: Fit, index: int) -> FloatArray:
     """Return the standard deviation of the output's error at each sample [its unit]."""
     measurement, random = fit.measurements[index], np.random.default_rng(0)
     position, squares = measurement.position, np.zeros(measurement.position.size)
+    right = problem.response(index, position, fit.values, fit.starts[index]).output
     for _ in range(DRAWS):
-        courses = position, position + measurement.motion.error(random)
-        right, wrong = (problem.response(index, u, fit.values, fit.starts[index]) for u in courses)
-        squares += (wrong.output - right.output) ** 2
+        wrong = position + measurement.motion.error(random)
+        output = problem.response(index, wrong, fit.values, fit.starts[index]).output
+        squares += (output - right) ** 2
     finite = np.where(np.isfinite(squares), squares / DRAWS, np.inf)
     return np.sqrt(uniform_filter1d(finite, NEIGHBOURS, mode="nearest"))

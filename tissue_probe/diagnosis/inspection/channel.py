@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from tissue_probe.diagnosis.inspection.levels import decimal_grain, step_size
-from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
+from tissue_probe.diagnosis.residuals.noise_floor import EXACT, NOISY, noise_floor
 from tissue_probe.signals import FloatArray
 
 
@@ -51,4 +51,4 @@ class Channel:
         sample to sample also at rest. Without steps, a millionth of the span is what simulations
         without noise have by their arithmetic.
         """
-        return self.noise > 0.6 * self.grain and self.noise > 1e-6 * self.span
+        return self.noise > NOISY * self.grain and self.noise > EXACT * self.span

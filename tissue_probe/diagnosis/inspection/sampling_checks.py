@@ -12,7 +12,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.inspection.channel import Channel
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
+from tissue_probe.diagnosis.residuals.noise_floor import FELT, noise_beside_steps
 from tissue_probe.signals import FloatArray
 
 IRREGULAR = 0.05
@@ -27,10 +27,6 @@ FEWEST_STEPS = 1000.0
 
 On the paper's rig 2 um of 2 mm shake the force by 9700 N/m * 2 um / sqrt(12) = 5.6 mN, its noise.
 """
-
-
-SEEN = 0.3
-"""Correlation with the force from which what looks like noise of the position is motion."""
 
 
 def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
@@ -92,7 +88,7 @@ def _stands_still(position: Channel, force: Channel) -> bool:
         return True
     spread = np.std(position.values / position.span) * position.span
     likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
-    return bool(spread < 2.0 * noise_beside_steps(position.values) and abs(likeness) < SEEN)
+    return bool(spread < 2.0 * noise_beside_steps(position.values) and abs(likeness) < FELT)
 
 
 def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:

@@ -16,6 +16,11 @@ from tissue_probe.signals import FloatArray, IntArray
 
 #: Samples to a window within which the force counts as smooth, and the degree that is smooth.
 SMOOTH_WINDOW, SMOOTH_DEGREE = 12, 7
+#: A channel's noise is that of rounding alone below so many steps: from there on it changes from
+#: sample to sample also at rest. Or it is that of arithmetic, below such a share of the span.
+NOISY, EXACT = 0.6, 1e-6
+#: Likeness with the force from which a rough position is motion, and not noise.
+FELT = 0.3
 #: Windows that tell the noise well enough where each needs a projection of its own.
 ENOUGH_WINDOWS = 10_000
 
