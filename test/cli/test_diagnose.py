@@ -365,7 +365,7 @@ BAD = {
     "constant force": (table(WAVE, 0.0 * FORCE), "force"),
     "wrong polarity": (table(PRESSED, NOISE - 450.0 * PRESSED), "--force-polarity"),
     "no numbers": (table(np.nan * WAVE, FORCE), "no sample"),
-    "uneven times": (table(WAVE[::7], FORCE[::7], TIME[::7] ** 1.5), "irregularly"),
+    "uneven times": (table(WAVE[::7], FORCE[::7], TIME[::7] ** 3), "irregularly"),
 }
 
 

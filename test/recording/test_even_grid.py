@@ -94,6 +94,26 @@ def test_many_missing_samples_are_no_irregular_sampling(share):
     assert_array_equal(known, kept[: known.size])
 
 
+@pytest.mark.parametrize("spread", [0.2, 0.3])
+def test_times_that_jitter_by_nearly_a_third_of_a_period_are_one_stretch(spread):
+    period, random = 5e-3, np.random.default_rng(7)
+    time = period * (np.arange(4000) + np.clip(spread * random.standard_normal(4000), -0.49, 0.49))
+    ((at, values),) = resampled(even_grid(time, "x.csv"), time, sine(time))
+    assert at.size > 3990
+    assert np.isfinite(values).all()
+    assert_allclose(values, sine(at), atol=2e-3)
+
+
+@pytest.mark.parametrize("spread", [0.1, 0.3])
+def test_a_loop_whose_steps_jitter_is_one_stretch(spread):
+    random = np.random.default_rng(8)
+    steps = 5e-3 * np.maximum(1.0 + spread * random.standard_normal(4000), 0.05)
+    time = np.cumsum(steps)
+    ((at, values),) = resampled(even_grid(time, "x.csv"), time, sine(time))
+    assert at.size > 3900
+    assert np.isfinite(values).all()
+
+
 def test_longer_gaps_and_those_behind_which_the_clock_is_out_of_step_still_split():
     clock = np.arange(1000) * 1e-3
     clock[700:] += 4e-4

@@ -17,14 +17,20 @@ from tissue_probe.recording.columns.source import row_place
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
 
-GAP = 1.5
-"""Steps in time longer than this are gaps, shorter ones jitter [periods]."""
+GAP, RARE = 1.5, 5.0
+"""Steps in time longer than the first are gaps, shorter ones jitter [periods]; or longer than so
+many standard deviations of the steps, where these jitter more: white jitter is so in one of three
+million."""
+
+NORMAL = 1.4826
+"""Standard deviation of normal errors over the median of their sizes."""
 
 BRIDGED = 3
 """As many missing samples in a row are filled in; at more a new stretch begins."""
 
-IRREGULAR = 0.05
-"""Share of steps in time off by more than half a period that makes a recording no regular one."""
+IRREGULAR = 1.0 / 3.0
+"""Share of steps in time off by more than half a period that makes a recording no regular one: as
+many as where a usual step is off by half a period (one standard deviation)."""
 
 WHOLE = 0.1
 """Steps as near as this to several whole periods are none of these: samples are missing [periods].
@@ -71,12 +77,15 @@ class EvenGrid:
         Whether the samples are so spaced as they are; if not they have to be resampled.
     notes : tuple of str
         What the user should know of it, in sentences.
+    longest : float
+        Step in the file's times from which on it is a gap [periods].
     """
 
     period: float
     spans: tuple[Span, ...]
     even: bool
     notes: tuple[str, ...]
+    longest: float = GAP
 
     def noise(self, time: FloatArray) -> FloatArray | None:
         """Return white noise of variance 1, sampled at the file's ``time`` [s] and resampled.
@@ -88,7 +97,7 @@ class EvenGrid:
             return None
         at = max(self.spans, key=lambda span: span.times.size).times[:PIECE]
         white = np.random.default_rng(0).standard_normal(time.size)
-        resampled = interpolate(time, white, at, reach=GAP)
+        resampled = interpolate(time, white, at, reach=self.longest)
         return resampled[np.isfinite(resampled)]
 
     def values(self, span: Span, time: FloatArray, column: FloatArray) -> FloatArray:
@@ -97,7 +106,7 @@ class EvenGrid:
         NaN where a sample is missing.
         """
         if not self.even:
-            return interpolate(time, column, span.times, reach=GAP)
+            return interpolate(time, column, span.times, reach=self.longest)
         values = np.full(span.times.size, np.nan)
         values[span.places] = column[span.rows]
         return values
@@ -108,7 +117,7 @@ def even_grid(
 ) -> EvenGrid:
     """Find the even grid that times lie on, or jitter about.
 
-    A step longer than 1.5 periods is a gap. Deviations from even spacing that rounding of the
+    A step longer than 1.5 periods, or than jitter ever makes it, is a gap. Deviations from even spacing that rounding of the
     written times explains, or below 1/1000 of a period, are taken as none.
 
     Parameters
@@ -127,13 +136,14 @@ def even_grid(
     ------
     RecordingError
         If there are fewer than two times, one is not known or not later than the one before, or
-        more than 5 % of the steps are off by more than half a period, and no whole number of them.
+        more than a third of the steps are off by more than half a period, and no whole number of them.
     """
     _check(time, where, place)
     steps = np.diff(time)
     usual = np.quantile(steps, 0.5, method="lower")  # one of the steps, no mean of two
     _refuse_irregular(steps, usual, where)
-    inside = steps <= GAP * usual
+    longest = longest_step(steps, usual)
+    inside = steps <= longest * usual
     rows = _parts(inside)
     odd = (np.abs(_ratio(steps, usual, 1.0)) > ODD)[inside]
     few = 0.0 < odd.mean() < FEW
@@ -150,7 +160,7 @@ def even_grid(
     in_step = ~np.array(even) | (
         _off(steps, period) <= 2.0 * max(_rounding(time), NEGLIGIBLE * period)
     )
-    joined = inside | (in_step & (steps <= (bridged + GAP) * period))
+    joined = inside | (in_step & (steps <= (bridged + longest) * period))
     rows = _parts(joined)
     gaps = steps[~joined]
     del steps, in_step, inside, odd  # a long recording fills the memory
@@ -159,7 +169,7 @@ def even_grid(
             f"{where}: {gaps.size} gap{'s' if gaps.size > 1 else ''}, the longest "
             f"{gaps.max():.4g} s; split into {gaps.size + 1} parts"
         )
-    return EvenGrid(period, tuple(_spans(time, rows, period, even)), even, tuple(notes))
+    return EvenGrid(period, tuple(_spans(time, rows, period, even)), even, tuple(notes), longest)
 
 
 def interpolate(
@@ -225,6 +235,20 @@ def sample_blocks(
         )
 
 
+def longest_step(steps: FloatArray, usual: float) -> float:
+    """Return the longest step in time that may be jitter, and no gap [periods].
+
+    Parameters
+    ----------
+    steps : array, shape (n,)
+        Steps in time [s]; by how much they are off whole periods tells how much they jitter.
+    usual : float
+        The period [s].
+    """
+    jitter = NORMAL * float(np.median(_off(steps, usual))) / usual
+    return max(GAP, 1.0 + RARE * jitter)
+
+
 def _check(time: FloatArray, where: str, place: Callable[[int], str]) -> None:
     if time.size < 2:
         raise RecordingError(f"{where} has {time.size} samples; give at least two")
@@ -242,7 +266,7 @@ def _check(time: FloatArray, where: str, place: Callable[[int], str]) -> None:
 
 def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
     """Refuse times that follow no rate; where samples are missing they still do."""
-    in_step = (steps > 1.5 * usual) & (_off(steps, usual) < WHOLE * usual)
+    in_step = (steps > GAP * usual) & (_off(steps, usual) < WHOLE * usual)
     off = np.mean((np.abs(_ratio(steps, usual, 1.0)) > 0.5) & ~in_step)
     if off > IRREGULAR:
         raise RecordingError(

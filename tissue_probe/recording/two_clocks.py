@@ -20,7 +20,7 @@ from tissue_probe.recording.clocks import (
     usual_step,
 )
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import GAP, IRREGULAR
+from tissue_probe.recording.even_grid import GAP
 from tissue_probe.recording.layout import Clock
 from tissue_probe.recording.topic_field import FieldValues
 from tissue_probe.signals import NANOSECONDS, IntArray
@@ -31,6 +31,11 @@ POSSIBLE_DELAY = 1.0
 SIMULATED = 0.01
 """Drifts larger than this are none of clocks, of which the worst are wrong by a thousandth: the
 stamps are simulated or replayed time then, and right."""
+
+
+MISSING = 0.05
+"""Largest share of long steps in the times at which a recorder wrote: they come from the traffic,
+and not from a loop that jitters."""
 
 
 def by_one_clock(
@@ -179,7 +184,7 @@ def _refuse_irregular(path: object, field: FieldValues, advice: str) -> None:
     """Refuse to go by log times that jitter by more than a spline bears."""
     times = np.sort(field.logged)
     usual = usual_step(times)
-    if times.size < 3 or np.mean(np.diff(times) > GAP * usual) <= IRREGULAR:
+    if times.size < 3 or np.mean(np.diff(times) > GAP * usual) <= MISSING:
         return
     rate = NANOSECONDS * (times.size - 1) / float(times[-1] - times[0] or 1)
     raise RecordingError(

@@ -23,6 +23,8 @@ def covariance(problem: Problem, point: Point) -> FloatArray:
     In the order of ``free``; residuals over the noise count as of variance 1.
     """
     chosen = free(problem, point)
+    if not chosen.size:  # all is held, as where a model without states is carried over
+        return np.zeros((0, 0))
     place = np.ix_(chosen, chosen)
     root = np.sqrt(np.diag(point.normal)[chosen])
     scale = np.outer(root, root)
