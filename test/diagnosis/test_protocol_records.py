@@ -162,6 +162,37 @@ def test_a_measured_force_is_not_taken_for_a_command():
     assert not told
 
 
+def rough_push(held):
+    """Return a noisy record of a tip that is driven by slow noise of a converter, or smooth one."""
+    random, period = np.random.default_rng(5), 2e-3
+    spectrum = np.zeros(801, complex)
+    spectrum[5:60] = random.standard_normal(55) + 1j * random.standard_normal(55)
+    force = np.fft.irfft(spectrum, 1600)
+    force *= np.minimum(np.arange(1600) / 100.0, 1.0) / np.abs(force).max()
+    position = pushed(force, period, held) + 1e-5 * random.standard_normal(force.size)
+    read = force + 1e-4 * random.standard_normal(force.size)
+    return {"t": period * np.arange(force.size), "u": position, "F": read}
+
+
+def test_a_held_force_that_was_measured_and_never_jumps_is_told_too():
+    recording = tp.read(rough_push(held=True), force_polarity="compression")
+    found = tp.diagnose(recording, rig="force_driven", starts="at-rest")
+    assert found.verdict == "adequate"
+    assert any("a converter puts out" in note for note in found.notes)
+    stated = tp.compare(recording, rig="force_driven", starts="at-rest", course="held")
+    assert stated.fit.named() == pytest.approx(found.found.ladder.base.named())
+    smooth = tp.compare(recording, rig="force_driven", starts="at-rest", course="smooth")
+    assert smooth.fit.ratio > 2.0 * stated.fit.ratio
+
+
+def test_a_position_is_not_held():
+    position, force = relaxation()
+    table = {"t": 0.02 * np.arange(position.size), "u": position, "F": force}
+    recording = tp.read(table, force_polarity="compression")
+    with pytest.raises(tp.TissueProbeError, match="`course`: the position drives"):
+        tp.compare(recording, rig="rigid_probe", course="held")
+
+
 def test_creep_of_an_unknown_mass_is_that_of_a_relaxing_solid():
     from scipy.integrate import solve_ivp
 

@@ -12,8 +12,11 @@ TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "genera
 """Table I of the paper (``physics.tissues``)."""
 Starts = Literal["auto", "at-rest", "moving"]
 """Whether the probe had been at rest before the first sample."""
+Course = Literal["auto", "smooth", "held"]
+"""How a force that drives goes on between two samples: smoothly, or as a converter holds it."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)
 TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)
 STARTS: tuple[Starts, ...] = get_args(Starts)
+COURSES: tuple[Course, ...] = get_args(Course)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.choices import RigName, Starts, TissueName
+from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.question import Constants, Question, question
 from tissue_probe.analysis.result_table import ResultTable
@@ -126,6 +126,7 @@ def compare(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    course: Course = "auto",
 ) -> ComparisonResult:
     """Compare a model with measurements.
 
@@ -138,7 +139,7 @@ def compare(
         Of one specimen.
     model, rig, tissue, effects, constants, known_rig
         See ``question``.
-    starts, site, lowpass
+    starts, site, lowpass, course
         See ``segments``.
 
     Raises
@@ -148,7 +149,7 @@ def compare(
     """
     asked = question(model, rig, tissue, effects, constants, known_rig)
     fitted = measurements_of(measured)
-    found = segments(fitted, starts, site, lowpass)
+    found = segments(fitted, starts, site, lowpass, course)
     taken = [each.measurement(asked.composition.output) for each in found]
     clean, findings = cleaned(taken, asked.composition.rig)
     clean, instrument, touched = from_touch(clean, asked.instrument)

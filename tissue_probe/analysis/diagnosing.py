@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
-from tissue_probe.analysis.choices import RigName, Starts, TissueName
+from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.question import (
     Constants,
@@ -167,6 +167,7 @@ def diagnose(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
@@ -181,7 +182,7 @@ def diagnose(
         Effects to be added in this order, instead of those that are missing.
     model, rig, tissue, effects, constants, known_rig
         See ``question``.
-    starts, site, lowpass
+    starts, site, lowpass, course
         See ``segments``.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
@@ -198,7 +199,7 @@ def diagnose(
     validated = Measurements(()) if validate is None else measurements_of(validate)
     _check_validation(fitted, validated)
     output = asked.composition.output
-    found, tried = (segments(each, starts, site, lowpass) for each in (fitted, validated))
+    found, tried = (segments(each, starts, site, lowpass, course) for each in (fitted, validated))
     diagnosis = search(
         asked.composition,
         [each.measurement(output) for each in found],
@@ -239,6 +240,7 @@ def improve(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
 ) -> DiagnosisResult:
     """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
@@ -258,6 +260,7 @@ def improve(
         starts=starts,
         site=site,
         lowpass=lowpass,
+        course=course,
         progress=progress,
     )
     if output is not None:

@@ -7,9 +7,9 @@ What belongs here: which stretches, and what is said of those left out. What doe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tissue_probe.analysis.choices import STARTS, Starts
+from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
@@ -50,6 +50,8 @@ class Segment:
         White noise of variance 1, resampled as the force was; None where that was not.
     notes : tuple of str
         How it was read, in sentences; those on a file stand with its first segment.
+    course : Course
+        How the force goes on between its samples, as the user says.
     """
 
     source: str
@@ -64,6 +66,7 @@ class Segment:
     time_doubt: float = 0.0
     noise: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    course: Course = "auto"
 
     def measurement(self, output: Quantity) -> Measurement:
         """Return it as models of this output are compared with it."""
@@ -81,6 +84,7 @@ class Segment:
             begins=self.begins,
             time_doubt=self.time_doubt,
             resampled=self.noise,
+            held=None if self.course == "auto" else self.course == "held",
         )
 
 
@@ -89,6 +93,7 @@ def segments(
     starts: Starts = "auto",
     site: int | None = None,
     lowpass: float | None = None,
+    course: Course = "auto",
 ) -> list[Segment]:
     """Cut measurements into segments where samples are missing.
 
@@ -105,17 +110,22 @@ def segments(
         Only the dwells at this site of a scan.
     lowpass : float, optional
         Take out of position and force alike all that is faster [Hz].
+    course : {"auto", "smooth", "held"}
+        How a force that drives goes on between two samples; ``auto`` tells it from the record.
 
     Raises
     ------
     RecordingError
         If a file has no sample that is known, or no such site.
     ParameterError
-        If ``starts`` is none of the three.
+        If ``starts`` or ``course`` is none of the three.
     """
     if starts not in STARTS:
         raise ParameterError(f"`starts` is {starts!r}; give one of {', '.join(STARTS)}")
-    return [one for part in measured.parts for one in _segments(part, starts, site, lowpass)]
+    if course not in COURSES:
+        raise ParameterError(f"`course` is {course!r}; give one of {', '.join(COURSES)}")
+    found = [one for part in measured.parts for one in _segments(part, starts, site, lowpass)]
+    return [replace(each, course=course) for each in found]
 
 
 def _segments(

@@ -29,6 +29,7 @@ def compare(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
+    course: measured.CourseOption = measured.Course.auto,
     rig: asked.Rig = None,
     tissue: asked.TissueOption = None,
     known_rig: asked.KnownRig = False,
@@ -72,6 +73,7 @@ def compare(
         starts=starts.value,
         site=site,
         lowpass=lowpass,
+        course=course.value,
     )
     measured.tell(result.notes)
     print(with_options(result.text))

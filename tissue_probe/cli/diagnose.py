@@ -40,6 +40,7 @@ def diagnose(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
+    course: measured.CourseOption = measured.Course.auto,
     rig: asked.Rig = None,
     tissue: asked.TissueOption = None,
     model: asked.ModelOption = None,
@@ -81,6 +82,7 @@ def diagnose(
             starts=starts.value,
             site=site,
             lowpass=lowpass,
+            course=course.value,
             progress=progress,
         )
     measured.tell(result.notes)

@@ -39,6 +39,7 @@ def improve(
     site: measured.Site = None,
     lowpass: measured.Lowpass = None,
     starts: measured.StartsOption = measured.Starts.auto,
+    course: measured.CourseOption = measured.Course.auto,
     rig: asked.Rig = None,
     tissue: asked.TissueOption = None,
     model: asked.ModelOption = None,
@@ -93,6 +94,7 @@ def improve(
             starts=starts.value,
             site=site,
             lowpass=lowpass,
+            course=course.value,
             progress=progress,
         )
     measured.tell(result.notes)

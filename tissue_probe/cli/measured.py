@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.choices import FILTERED_RIGS, STARTS
+from tissue_probe.analysis.choices import COURSES, FILTERED_RIGS, STARTS
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ class Direction(str, Enum):
 
 
 #: Named as Python can name them: at_rest stands for at-rest.
+Course = Enum("Course", {name: name for name in COURSES}, type=str)
 Starts = Enum("Starts", {name.replace("-", "_"): name for name in STARTS}, type=str)
 
 
@@ -193,6 +194,15 @@ FilteredRigOption = Annotated[
 
 StartsOption = Annotated[
     Starts, typer.Option("--starts", help="Whether the probe rested before the first sample.")
+]
+
+CourseOption = Annotated[
+    Course,
+    typer.Option(
+        "--input",
+        help="How a force that drives goes on between two samples: smoothly, or held, as a "
+        "converter puts out a command; auto tells it from the record.",
+    ),
 ]
 
 

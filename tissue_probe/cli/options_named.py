@@ -9,7 +9,11 @@ import re
 from collections.abc import Mapping
 
 #: Options that are called otherwise than the parameter.
-OTHERWISE: Mapping[str, str] = {"samples_topic": "--topic", "settings": "--set"}
+OTHERWISE: Mapping[str, str] = {
+    "samples_topic": "--topic",
+    "settings": "--set",
+    "course": "--input",
+}
 
 _NAMED = re.compile(r"`([a-z][a-z_]*)`")
 

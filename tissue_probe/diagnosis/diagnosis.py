@@ -36,7 +36,7 @@ from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
-from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
+from tissue_probe.diagnosis.ranking.rules import added, is_quiet, ranked, significant
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
@@ -50,6 +50,12 @@ CURTAILED = Finding(
     "curtailed",
     "Not every further effect was tried beside every other: the search came to its limit. If you "
     "suspect some, add them by name (`add` of improve).",
+)
+#: Where a model leaves less than the 1/f noise that is usual of the load cell.
+QUIET = Finding(
+    "quiet",
+    "The 1/f noise that is usual of the paper's load cell is not in this recording: none is "
+    "counted as noise.",
 )
 #: What is far off any model, and was left out.
 OUTLIERS = (
@@ -197,6 +203,10 @@ def diagnose(
     else:
         coloured = _coloured(composition, clean, instrument, library, begin_at)
         ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
+        if instrument.flicker_noise and is_quiet(ladder.final):
+            instrument = replace(instrument, flicker_noise=0.0)
+            findings.append(QUIET)
+            ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition)

@@ -10,18 +10,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.rules import TIE
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.quantities import FORCE
 
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
 #: which it overshoots a single step.
 OVERSHOT = 0.05
 HELD = (
-    "The force has no noise, and jumps: it is taken for a command that a converter puts out, and "
-    "that stays as each sample has it until the next."
+    "The model follows the force better as a command that a converter puts out, and that stays as "
+    "each sample has it until the next: it is taken for one (`course`)."
+)
+NOT_DRIVEN = (
+    "`course`: the position drives a {}, and it is measured: it moves on between two samples; "
+    "leave it out, or give rig force_driven if a force drives"
 )
 
 
@@ -33,17 +40,39 @@ def with_input(
 ) -> tuple[list[Measurement], list[Finding]]:
     """Return measurements with the course of their input by which the model fits better.
 
-    Only of a force that has no noise and jumps: what was measured is no command, and on a smooth
-    course being held is a delay of half a sample, which is an effect of its own.
+    Only of a force, and where nobody has said it. A force that jumps and has no noise is a command,
+    and held unless the smooth course is likelier by much; any other the other way round. On a
+    smooth course being held is a delay of half a sample, which is an effect of its own: held is
+    told of it only where that effect does no better.
+
+    Raises
+    ------
+    MeasurementError
+        If a position that drives is said to be held.
     """
     smooth = list(measurements)
-    if not all(each.is_commanded for each in smooth) or not any(map(_jumps, smooth)):
+    if composition.input is not FORCE:
+        if any(each.held for each in smooth):
+            raise MeasurementError(NOT_DRIVEN.format(composition.rig))
+        return smooth, []
+    if any(each.held is not None for each in smooth):
         return smooth, []
     held = [replace(each, held=True) for each in smooth]
-    fits = [fit_base(composition, each, instrument, begin_at) for each in (smooth, held)]
-    if fits[1].bic - fits[0].bic > TIE:
+    one, other = (fit_base(composition, each, instrument, begin_at) for each in (smooth, held))
+    jumps = any(map(_jumps, smooth))
+    commanded = jumps and all(each.is_commanded for each in smooth)
+    if other.bic - one.bic > (TIE if commanded else -TIE):
+        return smooth, []
+    if not jumps and any(fit.bic < other.bic - TIE for fit in _delayed(one, instrument)):
         return smooth, []
     return held, [Finding("held", HELD)]
+
+
+def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:
+    """Return the model with a delay between its channels, if that can be fitted."""
+    from tissue_probe.physics.effects import EFFECTS
+
+    return fit_candidates(fit, [EFFECTS["channel_delay"]], instrument)
 
 
 def _jumps(measurement: Measurement) -> bool:

@@ -117,8 +117,9 @@ def even_grid(
 ) -> EvenGrid:
     """Find the even grid that times lie on, or jitter about.
 
-    A step longer than 1.5 periods, or than jitter ever makes it, is a gap. Deviations from even spacing that rounding of the
-    written times explains, or below 1/1000 of a period, are taken as none.
+    A step longer than 1.5 periods, or than jitter ever makes it, is a gap. Deviations from even
+    spacing that rounding of the written times explains, or below 1/1000 of a period, are taken as
+    none.
 
     Parameters
     ----------
@@ -136,7 +137,8 @@ def even_grid(
     ------
     RecordingError
         If there are fewer than two times, one is not known or not later than the one before, or
-        more than a third of the steps are off by more than half a period, and no whole number of them.
+        more than a third of the steps are off by more than half a period, and no whole number of
+        them.
     """
     _check(time, where, place)
     steps = np.diff(time)

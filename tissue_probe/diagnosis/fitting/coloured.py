@@ -6,7 +6,7 @@ What does not: the fit (``search``), how white noise is estimated (``residuals``
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
-from tissue_probe.diagnosis.fitting.shaken import shaken
+from tissue_probe.diagnosis.fitting.shaken import FAINT, felt, shaken
 from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
@@ -23,8 +23,6 @@ from tissue_probe.signals import FloatArray
 #: Coefficients of the autoregression; a second-order system under noise, read with noise, is one of
 #: moving average too, which so many follow.
 ORDER = 24
-#: What is fainter than this share of the position's own noise is left aside.
-FAINT = 0.1
 
 
 def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None) -> Fit:
@@ -43,16 +41,31 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
     """
     if any(m.whitening is not None or m.shaken is not None for m in fit.measurements):
         return fit
-    driven = fit.composition.input is FORCE
-    measurements = filtered(fit, instrument) if driven else shaken(fit, instrument)
-    if all(m.whitening is None and m.shaken is None for m in measurements):
+    if fit.composition.input is not FORCE:
+        return _steadied(fit, instrument, held)
+    return _again(fit, filtered(fit, instrument), instrument, held)
+
+
+def _steadied(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None) -> Fit:
+    """Fit again with the noise that a noisy position leaves, and what the output tells of it."""
+    if all(m.motion is None for m in fit.measurements):
+        return fit
+    seen = _again(fit, shaken(fit, instrument), instrument, held)
+    told = _again(seen, felt(seen), instrument, held)
+    return _again(told, shaken(told, instrument), instrument, held)
+
+
+def _again(
+    fit: Fit,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    held: Mapping[str, float] | None,
+) -> Fit:
+    """Fit the model to the same measurements, of which something else is known now."""
+    if all(new is old for new, old in zip(measurements, fit.measurements, strict=True)):
         return fit
     problem = Problem(fit.composition, measurements, instrument, held)
-    again = search(problem, fit.values, fit.starts) or fit
-    if driven:
-        return again
-    problem = Problem(fit.composition, shaken(again, instrument), instrument, held)
-    return search(problem, again.values, again.starts) or again
+    return search(problem, fit.values, fit.starts) or fit
 
 
 def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:

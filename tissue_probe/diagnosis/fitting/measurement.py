@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.fft import dct
@@ -25,6 +26,9 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
 from tissue_probe.physics.extent import Extent
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.fitting.shaken import Shaken
 
 #: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
 #: 20 %, the coil's position at first touch to 30 um.
@@ -107,8 +111,8 @@ class Measurement:
         Of a position that was smoothed: one of the errors that it may still have [m].
     motion : Motion, optional
         What is known of a position that drives and was noisy: ``position`` is its mean.
-    shaken : array, shape (n,), optional
-        Standard deviation of what is left of it in the output, at each sample [its unit].
+    shaken : Shaken, optional
+        What errors of it leave in the output.
     coil_gain : float
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     notes : tuple of str
@@ -122,9 +126,9 @@ class Measurement:
     resampled : array, shape (m,), optional
         White noise of variance 1 as resampling leaves it, where times were uneven: then ``noise``
         is that of the samples before.
-    held : bool
+    held : bool, optional
         Whether what drives stays as each sample has it until the next: a command, put out by a
-        converter; else its course is smooth.
+        converter; else its course is smooth. None where that is not known, and smooth then.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     """
@@ -139,14 +143,14 @@ class Measurement:
     whitening: FloatArray | None = None
     misread: FloatArray | None = None
     motion: Motion | None = None
-    shaken: FloatArray | None = None
+    shaken: Shaken | None = None
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
     source: str = ""
     run: str = ""
     begins: float = 0.0
     resampled: FloatArray | None = None
-    held: bool = False
+    held: bool | None = None
     time_doubt: float = 0.0
 
     def __post_init__(self) -> None:
@@ -212,15 +216,21 @@ class Measurement:
 
     def over_noise(self, values: FloatArray) -> FloatArray:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
+        if self.shaken is not None and values.size:
+            columns = values.reshape(values.shape[0], -1)
+            return self.shaken.white(columns, *self._innovations).reshape(values.shape)
         if self.whitening is None or not values.size:
-            noise = self.noise if self.shaken is None else np.hypot(self.noise, self.shaken)
-            return (values.T * (self.used / noise)).T
+            return (values.T * (self.used / self.noise)).T
         from scipy.signal import lfilter  # only where the noise is not white
 
         filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
         # The filter reaches back: what follows an unused sample is unused too.
         lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5
         return (filtered.T * ~lost).T
+
+    @cached_property
+    def _innovations(self) -> tuple[FloatArray, FloatArray]:
+        return self.shaken.innovations(self.noise, self.used)
 
     @property
     def times(self) -> FloatArray:
@@ -233,7 +243,7 @@ class Measurement:
         What a filter makes white needs all samples.
         """
         times = int(OFTEN / self.sample_period + 1e-6)
-        if times < 2 or self.whitening is not None:
+        if times < 2 or self.whitening is not None or self.shaken is not None:
             return self
         few = self._only(slice(None, None, times))
         return replace(few, sample_period=self.sample_period * times, resampled=None)
@@ -258,7 +268,7 @@ class Measurement:
             force=self.force[kept],
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
-            shaken=None if self.shaken is None else self.shaken[kept],
+            shaken=None,
         )
 
     def pressed(self, stiffness: float) -> BoolArray:

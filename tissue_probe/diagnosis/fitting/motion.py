@@ -12,7 +12,7 @@ Stat. Assoc. 45 (1950), 164).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
@@ -22,14 +22,19 @@ from tissue_probe.signals import FloatArray
 
 #: Third differences: of samples a period T apart T^3 times the jerk.
 JERK = np.array([-1.0, 3.0, -3.0, 1.0])
-#: Samples in which the jerk counts as equally strong: so many tell a variance to a third.
-ALIKE = 25
+#: Samples in which the jerk counts as equally strong: as long as a corner of a course that is drawn
+#: by straight lines; so many tell a deviation to a quarter.
+ALIKE = 9
 #: How often strength and motion are found from one another: a further time moves the position by
 #: less than a tenth of the noise (in a hold, where the strength is all but none and not settled).
 ROUNDS = 12
 #: Variance of the noise over that of the third differences. At the largest a sample counts as much
 #: as a hundredth of the mean, and at the smallest the noise is smaller than any motion.
 LARGEST, SMALLEST = 1e9, 1e-3
+#: Logarithms of the calmness at which it is told how much the samples tell, and frequencies over
+#: which that is averaged [angle between two samples].
+LOGARITHMS = np.linspace(np.log(SMALLEST), np.log(LARGEST), 200)
+ANGLES = (np.arange(2000) + 0.5) * np.pi / 2000
 
 
 @dataclass(frozen=True)
@@ -38,41 +43,92 @@ class Motion:
 
     Attributes
     ----------
-    position : array, shape (n,)
-        The mean of what it may have been [unit of the samples].
+    samples : array, shape (n,)
+        As they were read.
     noise : float
         Standard deviation of the samples' white noise, same unit.
     calmness : array, shape (n - 3,)
         Variance of the noise over that of the third differences, about each.
     """
 
-    position: FloatArray
+    samples: FloatArray
     noise: float
     calmness: FloatArray
 
+    @cached_property
+    def position(self) -> FloatArray:
+        """The mean of what it may have been, shape (n,) [unit of the samples]."""
+        return (
+            _solved(_factor(self.calmness), self.samples) if self.calmness.any() else self.samples
+        )
+
     def since(self, first: int) -> Motion:
         """Return the same from a sample on."""
-        return Motion(self.position[first:], self.noise, self.calmness[first:])
+        return Motion(self.samples[first:], self.noise, self.calmness[first:])
 
     def noise_left(self, random: np.random.Generator) -> FloatArray:
         """Draw noise as the position still has it, shape (n,)."""
-        shaken = random.standard_normal(self.position.size)
+        shaken = random.standard_normal(self.samples.size)
         return self.noise * _solved(_factor(self.calmness), shaken)
 
     def error(self, random: np.random.Generator) -> FloatArray:
         """Draw an error that the position may have, shape (n,)."""
-        shaken = random.standard_normal(self.position.size)
+        shaken = random.standard_normal(self.samples.size)
         jerks = np.sqrt(self.calmness) * random.standard_normal(self.calmness.size)
         return self.noise * _solved(_factor(self.calmness), shaken + _spread(jerks))
 
+    def chain(self) -> FloatArray:
+        """Return how the error goes on, shape (n, 4).
 
-def motion(samples: FloatArray, noise: float) -> Motion:
+        Each value is the three before, times the weights that stand first, and something new of the
+        deviation that stands last [unit of the samples]: Cholesky's factor, from the last sample
+        to the first, of the precision of the errors.
+        """
+        precision = _band(self.calmness)
+        backwards = np.zeros_like(precision)
+        for distance, row in enumerate(precision[::-1]):  # the matrix with its order turned round
+            backwards[-1 - distance, distance:] = row[distance:][::-1]
+        factor = cholesky_banded(backwards)
+        root = factor[-1][::-1]
+        chain = np.zeros((root.size, JERK.size))
+        for distance in range(1, JERK.size):
+            own = factor[-1 - distance, distance:][::-1]
+            chain[distance:, distance - 1] = -own / root[distance:]
+        chain[:, -1] = self.noise / root
+        return chain
+
+
+@dataclass(frozen=True)
+class Felt:
+    """What another channel tells of the same motion, by a fitted model.
+
+    Attributes
+    ----------
+    residual : array, shape (n,)
+        Its samples, less those of the model at ``position`` [its unit].
+    position : array, shape (n,)
+        At which the model was run [unit of the samples].
+    taps : array, shape (k,), k odd
+        What a change of the position at each neighbour does to a sample, the latest neighbour
+        first [unit / unit].
+    noise : float
+        Standard deviation of its own white noise [its unit].
+    """
+
+    residual: FloatArray
+    position: FloatArray
+    taps: FloatArray
+    noise: float
+
+
+def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motion:
     """Tell the motion from its samples: smooth at rest, and free to move where it moves.
 
     The jerk is white noise whose strength changes along the record and is told from the motion (an
     integrated random walk: G. Wahba, J. R. Stat. Soc. B 40 (1978), 364). About each sample the
     strength is the one at which the mean square of the jerk found is the one expected (D. MacKay,
-    Neural Computation 4 (1992), 415, eq. 4.9).
+    Neural Computation 4 (1992), 415, eq. 4.9). Another channel may show a jerk that the samples'
+    noise hides: it tells the strength only, and the motion is that of the samples.
 
     Parameters
     ----------
@@ -80,24 +136,48 @@ def motion(samples: FloatArray, noise: float) -> Motion:
         Evenly spaced, n >= 4, in any unit.
     noise : float
         Standard deviation of their white noise, same unit; positive.
+    felt : Felt, optional
+        The other channel.
     """
     calmness = np.ones(samples.size - 3)
+    told, by_force, gains = samples, None, np.zeros(ANGLES.size)
+    if felt is not None:
+        weight = (noise / felt.noise) ** 2
+        through = np.convolve(felt.position, felt.taps, mode="same")
+        told = samples + weight * np.convolve(felt.residual + through, felt.taps[::-1], mode="same")
+        by_force = weight * np.correlate(felt.taps, felt.taps, mode="full")[felt.taps.size - 1 :]
+        gains = (
+            weight
+            * np.abs(np.exp(1j * np.outer(ANGLES, np.arange(felt.taps.size))) @ felt.taps) ** 2
+        )
+    shares = _shares(gains)
     for _ in range(ROUNDS):
-        found = _solved(_factor(calmness), samples)
+        found = _solved(_factor(calmness, by_force), told)
         jerk = uniform_filter1d((np.diff(found, 3) / noise) ** 2, ALIKE, mode="nearest")
-        calmness = _share(calmness) / np.maximum(jerk, np.finfo(float).tiny)
+        share = np.interp(np.log(calmness), LOGARITHMS, shares)
+        calmness = share / np.maximum(jerk, np.finfo(float).tiny)
         calmness = np.clip(calmness, SMALLEST, LARGEST)
-    return Motion(_solved(_factor(calmness), samples), noise, calmness)
+    return Motion(samples, noise, calmness)
 
 
-def _factor(calmness: FloatArray) -> FloatArray:
-    """Return Cholesky's factor of 1 + D^T diag(calmness) D, with the differences D, as a band."""
+def _factor(calmness: FloatArray, more: FloatArray | None = None) -> FloatArray:
+    """Return Cholesky's factor of the band, with the same diagonals more on all of it."""
+    band = _band(calmness)
+    if more is not None:
+        wider = np.zeros((more.size, band.shape[1]))
+        wider[-band.shape[0] :] = band
+        band = wider + more[::-1, None]
+    return cholesky_banded(band)
+
+
+def _band(calmness: FloatArray) -> FloatArray:
+    """Return 1 + D^T diag(calmness) D, with the third differences D, as a band."""
     band = np.zeros((JERK.size, calmness.size + 3))
     band[-1] = 1.0
     for i, one in enumerate(JERK):
         for j, other in enumerate(JERK[i:], i):
             band[3 - (j - i), j : j + calmness.size] += one * other * calmness
-    return cholesky_banded(band)
+    return band
 
 
 def _solved(factor: FloatArray, right: FloatArray) -> FloatArray:
@@ -109,16 +189,12 @@ def _spread(jerks: FloatArray) -> FloatArray:
     return np.convolve(jerks, JERK[::-1])
 
 
-def _share(calmness: FloatArray) -> FloatArray:
-    """Return how much of itself each found value is, where the calmness is the same throughout."""
-    return np.interp(np.log(calmness), *_shares())
+def _shares(gains: FloatArray) -> FloatArray:
+    """Return how much of itself each found jerk is, where the calmness is the same throughout.
 
-
-@cache
-def _shares() -> tuple[FloatArray, FloatArray]:
-    """Return logarithms of the calmness, and the means of 1 / (1 + calmness |D|^2)."""
-    logarithms = np.linspace(np.log(SMALLEST), np.log(LARGEST), 200)
-    angles = (np.arange(2000) + 0.5) * np.pi / 2000
-    gains = (2.0 - 2.0 * np.cos(angles)) ** 3
-    means = [float(np.mean(1.0 / (1.0 + np.exp(each) * gains))) for each in logarithms]
-    return logarithms, np.array(means)
+    That is, at each of ``LOGARITHMS``, how many of the motion's values the samples tell, and not
+    the calmness. ``gains`` is what the other channel tells at ``ANGLES``, over what the samples
+    tell.
+    """
+    stiff = np.exp(LOGARITHMS)[:, None] * (2.0 - 2.0 * np.cos(ANGLES)) ** 3
+    return np.mean((1.0 + gains) / (1.0 + gains + stiff), axis=1)

@@ -187,7 +187,7 @@ class Problem:
         measurement, own = self.measurements[index], self.runs.values_in(index, values)
         period, begins = measurement.sample_period, measurement.begins
         coil = course(
-            self.kernel, driven, period, own, begins, measurement.at_rest, measurement.held
+            self.kernel, driven, period, own, begins, measurement.at_rest, bool(measurement.held)
         )
         return respond(self.kernel, own, start, coil)
 

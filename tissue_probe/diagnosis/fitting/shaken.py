@@ -1,47 +1,137 @@
 """What errors of a noisy position leave in the output of a model that it drives.
 
-What belongs here: how large these are at each sample. What does not: the motion (``motion``), noise
-of a force that drives (``coloured``).
+What belongs here: how such errors go on from sample to sample, and what is white beside them. What
+does not: the motion (``motion``), noise of a force that drives (``coloured``).
+
+An error of the position is a chain: each value follows from the three before and something new
+(``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white
+noise. Kalman's filter then tells of each sample what the earlier ones let expect; the rest, over
+its deviation, is white and of variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section
+5.3).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.motion import Felt, Motion, motion
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
-#: So many errors are drawn, and those of so many neighbours count together: 24 squares have a mean
-#: that is right to a third, as the strength of the motion is told.
-DRAWS, NEIGHBOURS = 8, 3
+#: Neighbours on either side whose errors an output feels: the spline through the samples forgets
+#: one by a factor of 3.7, and the derivative that it has there by the slope of a straight line of
+#: so many to 3 %.
+NEAR = 4
+#: What is fainter than this share of the output's own noise is left aside.
+FAINT = 0.1
+#: Errors drawn to tell the taps: of some hundred samples each then tells them to a twentieth.
+DRAWS = 4
 
 
-def shaken(fit: Fit, instrument: Instrument) -> list[Measurement]:
-    """Return the measurements of a fit with the errors that noise of the position leaves in each.
+@dataclass(frozen=True)
+class Shaken:
+    """Noise that an error of the position makes in the output.
 
-    Errors of the position are drawn as the samples leave them possible, and the model is run with
-    each.
+    Attributes
+    ----------
+    chain : array, shape (n, 4)
+        Of the error at each sample: the weights of the three before, and the deviation of what is
+        new [m].
+    taps : array, shape (2 NEAR + 1,)
+        What the error of each neighbour does to the output, the latest first [unit / m].
+    beside : float
+        Deviation of what the taps do not tell [unit of the output].
     """
-    problem = Problem(fit.composition, fit.measurements, instrument)
+
+    chain: FloatArray
+    taps: FloatArray
+    beside: float
+
+    def innovations(self, noise: float, used: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Return gains, shape (n, taps), and deviations, shape (n,), of Kalman's filter.
+
+        Parameters
+        ----------
+        noise : float
+            Standard deviation of the output's own white noise [its unit].
+        used : array of bool, shape (n,)
+            Which samples count; the deviation of the others is infinite, and that of the first and
+            last few: they lack neighbours, and the course through the samples is bound less there.
+        """
+        from tissue_probe.diagnosis.fitting.innovations import gains  # compiled code, seldom needed
+
+        inside = used.copy()
+        inside[:NEAR] = inside[-NEAR:] = False
+        return gains(self.chain, self.taps, noise**2 + self.beside**2, inside)
+
+    def white(self, columns: FloatArray, gains: FloatArray, deviations: FloatArray) -> FloatArray:
+        """Return what each sample of columns, shape (n, m), has beside what those before tell."""
+        from tissue_probe.diagnosis.fitting.innovations import white
+
+        return white(self.chain, self.taps, gains, deviations, np.ascontiguousarray(columns))
+
+
+def felt(fit: Fit) -> list[Measurement]:
+    """Return the measurements of a fit, their motions told by what the output shows of them, too.
+
+    Of a channel that is more precise than the position: where a corner of the motion is hidden in
+    its noise, the output shows it.
+    """
     return [
-        each if each.motion is None else replace(each, shaken=_shaken(problem, fit, index))
+        each
+        if each.motion is None or each.shaken is None
+        else _felt(each, each.motion, each.shaken, fit.residuals[index])
         for index, each in enumerate(fit.measurements)
     ]
 
 
-def _shaken(problem: Problem, fit: Fit, index: int) -> FloatArray:
-    """Return the standard deviation of the output's error at each sample [its unit]."""
-    measurement, random = fit.measurements[index], np.random.default_rng(0)
-    position, squares = measurement.position, np.zeros(measurement.position.size)
-    right = problem.response(index, position, fit.values, fit.starts[index]).output
-    for _ in range(DRAWS):
-        wrong = position + measurement.motion.error(random)
-        output = problem.response(index, wrong, fit.values, fit.starts[index]).output
-        squares += (output - right) ** 2
-    finite = np.where(np.isfinite(squares), squares / DRAWS, np.inf)
-    return np.sqrt(uniform_filter1d(finite, NEIGHBOURS, mode="nearest"))
+def _felt(
+    measurement: Measurement, known: Motion, noise: Shaken, residual: FloatArray
+) -> Measurement:
+    shown = Felt(
+        residual, measurement.position, noise.taps, np.hypot(measurement.noise, noise.beside)
+    )
+    told = motion(known.samples, known.noise, shown)
+    return replace(measurement, position=told.position, motion=told, shaken=None)
+
+
+def shaken(fit: Fit, instrument: Instrument) -> list[Measurement]:
+    """Return the measurements of a fit with the noise that errors of the position leave in each.
+
+    Errors are drawn as the samples of the position leave them possible, and the model is run with
+    each.
+    """
+    problem = Problem(fit.composition, fit.measurements, instrument)
+    return [
+        each
+        if each.motion is None
+        else replace(each, shaken=_shaken(problem, fit, index, each.motion))
+        for index, each in enumerate(fit.measurements)
+    ]
+
+
+def _shaken(problem: Problem, fit: Fit, index: int, motion: Motion) -> Shaken | None:
+    position, random = fit.measurements[index].position, np.random.default_rng(0)
+    values, start = fit.values, fit.starts[index]
+    right = problem.response(index, position, values, start).output
+    errors = [motion.error(random) for _ in range(DRAWS)]
+    changes = [
+        problem.response(index, position + error, values, start).output - right for error in errors
+    ]
+    inside = slice(NEAR, -NEAR)
+    felt = np.concatenate([_neighbours(error)[inside] for error in errors])
+    change = np.concatenate([each[inside] for each in changes])
+    if not np.sqrt(np.mean(change**2)) > FAINT * fit.measurements[index].noise:
+        return None
+    taps = np.linalg.lstsq(felt, change, rcond=None)[0]
+    return Shaken(motion.chain(), taps, float(np.std(change - felt @ taps)))
+
+
+def _neighbours(error: FloatArray) -> FloatArray:
+    """Return the neighbours of each sample, the latest first, shape (n, 2 NEAR + 1)."""
+    padded = np.pad(error, NEAR)
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * NEAR + 1)[:, ::-1]

@@ -150,7 +150,9 @@ def climb(
     best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
     if kept := _rest(best_so_far, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress)
-    if not ranking or not significant(base, ranking[0]):
+    # Nothing is added to a model that leaves noise: of how much there is, too little is known.
+    adequate = explained(base) and not doubtful(base)
+    if adequate or not ranking or not significant(base, ranking[0]):
         verdict: Verdict = "adequate" if explained(base) else "unexplained"
         return Ladder(base, tuple(ranking), (), (), verdict)
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]

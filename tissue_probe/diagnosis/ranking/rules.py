@@ -73,8 +73,13 @@ def explained(fit: Fit) -> bool:
     share, most = fit.rounding / fit.noise, most_left(fit.samples)
     if share > ROUNDING:
         return fit.ratio < most + max(ROUGHLY - most, 0.0) * min(share**2, 1.0)
-    noise = NOT_THERE < fit.ratio**2 < most**2
+    noise = fit.ratio < most and not is_quiet(fit)
     return noise and _is_white(fit) and fit.strain < STRAINED
+
+
+def is_quiet(fit: Fit) -> bool:
+    """Whether more than half of the noise that a fit counts is not there."""
+    return fit.ratio**2 <= NOT_THERE
 
 
 def most_left(samples: int) -> float:

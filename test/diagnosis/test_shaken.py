@@ -1,0 +1,77 @@
+"""Noise of a position that drives, in the output of the model: white again, and no false alarm.
+
+Covariances are dense matrices of this file; motions and forces are its closed forms.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.motion import Motion
+from tissue_probe.diagnosis.fitting.shaken import NEAR, Shaken
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+
+MASSLESS = {"tip_mass": (0.0, 0.0), "contact_position": (0.0, 0.0)}
+
+
+def covariance_of(calmness, noise):
+    """Return that of a motion whose third differences are as strong as its noise allows."""
+    differences = np.diff(np.eye(calmness.size + 3), 3, axis=0)
+    precision = np.eye(calmness.size + 3) + differences.T @ (calmness[:, None] * differences)
+    return noise**2 * np.linalg.inv(precision)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(30, 60), st.floats(-2.0, 6.0), st.integers(0, 2**31), st.booleans())
+def test_what_is_new_in_each_sample_is_white_and_of_variance_1(samples, level, seed, gaps):
+    random = np.random.default_rng(seed)
+    calmness = np.exp(random.normal(level, 1.0, samples - 3))
+    errors = covariance_of(calmness, 0.7)
+    taps = random.normal(size=2 * NEAR + 1)
+    felt = sum(
+        tap * np.eye(samples, k=NEAR - place) for place, tap in enumerate(taps)
+    )  # the latest neighbour first
+    every = felt @ errors @ felt.T + (0.3**2 + 0.1**2) * np.eye(samples)
+    used = random.uniform(size=samples) > (0.2 if gaps else 0.0)
+    shaken = Shaken(Motion(np.zeros(samples), 0.7, calmness).chain(), taps, 0.1)
+    white = shaken.white(np.eye(samples), *shaken.innovations(0.3, used))
+    used[:NEAR] = used[-NEAR:] = False
+    whitened = white @ every @ white.T
+    np.testing.assert_allclose(whitened, np.diag(used.astype(float)), atol=1e-8)
+    assert not white[:, ~used].any()
+
+
+def triangles(seed, damping, position_noise, force_noise):
+    """Return straight lines to and fro, rounded at their corners, on Kelvin-Voigt tissue."""
+    random = np.random.default_rng(seed)
+    rate, period, rounding = 100.0, 2.0, 0.06
+    time = np.arange(1500) / rate
+    # The speed goes from one sign to the other within the rounding, as half a sine does.
+    fine = np.arange(0.0, time[-1] + 0.01, 1e-4)
+    phase = np.mod(fine - 0.5, period)
+    away = np.minimum(np.abs(phase - 0.5 * period), np.minimum(phase, period - phase))
+    sign = np.where(phase < 0.5 * period, 1.0, -1.0)
+    speed = 2e-3 * sign * np.sin(0.5 * np.pi * np.minimum(away / (0.5 * rounding), 1.0))
+    speed[fine < 0.5] = 0.0
+    course = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) * 1e-4])
+    u, v = np.interp(time, fine, course), np.interp(time, fine, speed)
+    force = 1000.0 * u + damping * v + force_noise * random.standard_normal(time.size)
+    position = u + position_noise * random.standard_normal(time.size)
+    return Measurement(position, force, 1.0 / rate, at_rest=True)
+
+
+@pytest.mark.parametrize("damping", [3.0, 300.0])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_noisy_position_is_no_effect_even_where_corners_hide_in_its_noise(damping, seed):
+    measurement = triangles(seed, damping, 1.5e-6, 1.5e-3)
+    found = diagnose(
+        Composition("rigid_probe"), [measurement], Instrument("rigid_probe", MASSLESS), EFFECTS
+    )
+    assert found.verdict == "adequate"
+    named = found.ladder.final.named()
+    assert named["damping"] == pytest.approx(damping, abs=2.0)
+    assert named["stiffness"] == pytest.approx(1000.0, rel=2e-3)
