@@ -13,14 +13,17 @@ from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.cli.diagnose import ranked
 from tissue_probe.diagnosis.advice.separation import Suggestion
 from tissue_probe.diagnosis.diagnosis import Diagnosis
-from tissue_probe.diagnosis.improvement.ladder import Ladder
+from tissue_probe.diagnosis.evidence.conclusion import Ladder
+from tissue_probe.diagnosis.evidence.posterior import Posterior
 from tissue_probe.quantities import FORCE
 
 NOISE = 5e-3
 
 
 def fit(*names, error=NOISE, heldout=None):
-    composition = SimpleNamespace(names=names, effects=[SimpleNamespace(name=n) for n in names])
+    composition = SimpleNamespace(
+        names=names, effects=[SimpleNamespace(name=n, family="friction") for n in names]
+    )
     return SimpleNamespace(
         composition=composition,
         rmse=error,
@@ -35,10 +38,14 @@ def fit(*names, error=NOISE, heldout=None):
 
 def told(
     kind, steps=(), base=None, ranking=(), rivals=(), spoilt=(), unseen=(), suggestion=None,
-    validated=(),
+    validated=(), family=None,
 ):  # fmt: skip
     found = "adequate" if kind == "missing" and not steps else kind
-    ladder = Ladder(base or fit(error=0.03), ranking or steps, steps, rivals, found)
+    asked = base or fit(error=0.03)
+    models = rivals or steps[-1:] or (asked,)
+    shares = (1.0 / len(models),) * len(models)
+    known = Posterior(asked, models, shares, 0.02)
+    ladder = Ladder(asked, ranking or steps, steps, models, known, found, family)
     diagnosis = Diagnosis(
         kind, ladder, spoilt, (), ladder.tied, unseen, suggestion, dict(validated), 1.0
     )
@@ -47,7 +54,10 @@ def told(
 
 def test_what_is_missing_lowers_the_error_on_held_out_data():
     (said,) = told("missing", (fit("a"),))
-    assert said == "Missing: a. The held-out error goes from 30 mN to 5 mN; the noise is 5 mN."
+    assert said == (
+        "Missing: a (probability 0.98). The held-out error goes from 30 mN to 5 mN; the noise is "
+        "5 mN."
+    )
 
 
 def test_of_a_converter_alone_no_fall_is_told():
@@ -74,10 +84,19 @@ def test_of_several_it_is_told_what_could_not_be_seen_and_how_far_an_experiment_
     first, unseen, experiment, *more = told(
         "ambiguous", MODELS[:1], rivals=MODELS, unseen=("mains_hum",), suggestion=suggestion
     )
-    assert first.startswith("One of a, b: this recording cannot tell which.")
+    assert first.startswith("One of a (0.50), b (0.50): this recording cannot tell which.")
     assert unseen == "This excitation could not have shown: mains_hum."
     assert experiment.startswith("Next experiment: kind chirp")
     assert more == ([words] if words else [])
+
+
+def test_a_family_is_told_where_none_of_its_forms_is_sure():
+    near = fit("a", error=1.15 * NOISE)
+    (said,) = told("ambiguous", (near,), family="friction")
+    assert said.startswith(
+        "Missing: friction (probability 1.00); its form is not settled. Nearest: a, which leaves "
+        "1.15 times the noise."
+    )
 
 
 def test_the_nearest_is_named_where_it_lowers_the_error():
@@ -109,8 +128,8 @@ def test_where_nothing_explains_the_samples_of_the_converter_are_told():
 def test_no_name_breaks_behind_its_mark_at_80_columns():
     rows = [
         SimpleNamespace(
-            effect=name, family=family, rmse=0.0123456, heldout_rmse=1.23456, gain=-12345.0,
-            converged=False,
+            effect=name, family=family, probability=0.98765, rmse=0.0123456, heldout_rmse=1.23456,
+            gain=-12345.0, converged=False,
         )
         for name, family in (
             ("load_cell_stiffness_error", "time-varying"), ("standard_linear_solid", "relaxation"),

@@ -43,7 +43,7 @@ def test_an_answer_is_what_its_schema_says(told):
 def test_an_answer_says_what_the_diagnosis_does(told):
     diagnosis, made = told
     ladder = diagnosis.ladder
-    assert made.version == 1
+    assert made.version == 2
     assert made.verdict == diagnosis.verdict
     assert tuple(made.effects) == diagnosis.effects
     assert made.rmse.training.base == ladder.base.rmse
@@ -56,6 +56,21 @@ def test_an_answer_says_what_the_diagnosis_does(told):
         *diagnosis.spoilt,
         *(fit.composition.names[-1] for fit in ladder.ranking),
     ]
+
+
+def test_an_answer_says_how_probable_effects_models_and_families_are(told):
+    diagnosis, made = told
+    posterior = diagnosis.ladder.posterior
+    for each, fit in zip(
+        made.ranking[-len(diagnosis.ladder.ranking) :], diagnosis.ladder.ranking, strict=True
+    ):
+        assert each.probability == posterior.effect(fit.composition.names[-1])
+    assert sum(each.probability for each in made.models[: len(posterior.likely)]) >= 0.95
+    assert made.models[0].effects == list(diagnosis.ladder.effects)
+    assert made.models[0].adequacy < 1.0
+    assert made.models[0].heldout_rmse == made.rmse.heldout.final
+    assert made.families == posterior.families
+    assert made.family is None
 
 
 def test_whether_a_model_carries_over_is_told_where_a_second_recording_says_so(told):
@@ -91,7 +106,7 @@ def test_what_is_no_number_becomes_null(told, number):
 
 def test_another_version_and_unknown_fields_are_refused(told):
     changed = told[1].model_dump()
-    for more in ({"version": 2}, {"mood": "good"}, {"verdict": "perhaps"}):
+    for more in ({"version": 3}, {"mood": "good"}, {"verdict": "perhaps"}):
         with pytest.raises(ValidationError):
             Answer.model_validate({**changed, **more})
 

@@ -13,13 +13,16 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.advice.separation import suggest
+from tissue_probe.diagnosis.evidence.adequacy import STRAINED
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import EXPLAINED, STRAINED, added
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.response import course, respond
 
+#: Residual over noise below which a model of these long recordings leaves noise only.
+MUCH = 1.07
 NOISE = 5e-3
 FEW = library("cubic_stiffening", "exponential_stiffening", "coulomb_friction")
 #: What Kelvin-Voigt absorbs under a steady sine without preload, and what it does not.
@@ -125,7 +128,7 @@ def test_faults_of_the_converter_are_named_and_left_out_of_the_fit(effect):
     assert found.spoilt == (effect,)
     (used,) = (each.used for each in found.ladder.base.measurements)
     assert 0.5 < np.mean(used) < 1.0
-    assert found.ladder.final.ratio < EXPLAINED
+    assert found.ladder.final.ratio < MUCH
     assert [finding.name for finding in found.findings] == [effect]
 
 
@@ -212,7 +215,7 @@ def test_an_encoders_error_is_named_though_smoothing_left_some_of_its_rounding()
     assert (found.verdict, found.effects) == ("missing", ("encoder_interpolation",))
     final = found.ladder.final
     assert final.rounding > 0.2 * NOISE
-    assert final.rmse > EXPLAINED * NOISE  # the noise and what rounding leaves
+    assert final.rmse > MUCH * NOISE  # the noise and what rounding leaves
     assert final.ratio < 1.02
 
 
@@ -259,7 +262,7 @@ def test_relaxation_is_found_in_a_motion_that_goes_on_whatever_it_remembers():
     found = diagnose(made, library("springpot", "standard_linear_solid"), at_rest=False)
     fits = {each.composition.names[-1]: each for each in found.ladder.ranking}
     assert fits["springpot"].ratio < fits["standard_linear_solid"].ratio
-    assert "springpot" in found.indistinguishable
+    assert found.ladder.posterior.families["relaxation"] > 0.95
 
 
 def test_a_valley_of_stiffness_and_exponent_is_crossed():
@@ -292,7 +295,7 @@ def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
     linear = {"force_drift": EFFECTS["force_drift"].plain}
     found = diagnose(_warming_up(), library("tissue_motion", "force_bias") | linear)
     assert found.verdict == "unexplained"
-    assert found.ladder.final.ratio < EXPLAINED
+    assert found.ladder.final.ratio < MUCH
 
 
 def test_a_load_cell_that_settles_drifts():
@@ -419,26 +422,9 @@ def test_an_effect_is_not_given_up_for_another_that_comes_near_at_once():
     assert (found.verdict, found.effects) == ("missing", ("load_cell_stiffness_error",))
 
 
-@pytest.mark.parametrize("seed", [433047, 433008])
-def test_what_a_springpot_has_to_learn_of_its_start_does_not_rule_it_out(seed):
-    made = challenge(seed, "springpot", excitation="sine10ss")
-    relaxation = ("standard_linear_solid", "generalized_maxwell", "springpot")
-    found = diagnose(made, library("force_bias", *relaxation), at_rest=False)
-    assert found.verdict == "ambiguous"
-    assert "springpot" in found.indistinguishable
-
-
 def test_a_strong_springpot_leaves_noise_only():
     """Its ladder has enough branches, up to the fastest that a load cell can tell."""
     made = challenge(486004, "springpot", excitation="chirp60")
     found = diagnose(made, library("springpot"))
     assert (found.verdict, found.effects) == ("missing", ("springpot",))
     assert made.answer.ratio > 20.0
-
-
-def test_what_cannot_tell_relaxation_from_a_bias_cannot_tell_its_form_either():
-    made = challenge(471052, "generalized_maxwell", excitation="sine10ss")
-    names = ("force_bias", "standard_linear_solid", "generalized_maxwell", "force_drift")
-    found = diagnose(made, library(*names), at_rest=False)
-    assert found.verdict == "ambiguous"
-    assert set(found.indistinguishable) == set(names) - {"force_drift"}  # a bias that changes

@@ -13,8 +13,9 @@ from tissue_probe.cli import app
 from tissue_probe.devices.limits import Limits
 from tissue_probe.devices.registry import DEVICES
 from tissue_probe.diagnosis.advice import visibility
+from tissue_probe.diagnosis.evidence import adequacy, posterior
 from tissue_probe.diagnosis.fitting import problem
-from tissue_probe.diagnosis.improvement import further, ladder, paths, settled
+from tissue_probe.diagnosis.improvement import further, ladder, paths
 from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
@@ -248,9 +249,13 @@ def test_the_python_snippet_reads_a_recording(tmp_path, monkeypatch, capsys):
 
 
 def test_the_thresholds_of_the_diagnosis_are_those_of_the_code():
-    rows = re.findall(r"^\| `([A-Z_]+)` \| ([\d.]+) \|", DIAGNOSIS, re.M)
+    rows = []
+    for names, values in re.findall(r"^\| (`[A-Z_`, ]+) \| ([\d., ]+) \|", DIAGNOSIS, re.M):
+        rows += zip(re.findall("[A-Z_]+", names), values.split(", "), strict=True)
     constants = {}
-    for module in (rules, ladder, paths, further, settled, harmonic, problem, visibility):
+    for module in (
+        *(rules, ladder, paths, further, adequacy, posterior, harmonic, problem, visibility),
+    ):
         constants |= vars(module)
     assert {name for name, _ in rows} >= {"LEAST_GAIN", "LEAST_SHARE", "TIE", "SIMPLER", "SHARE"}
     assert {name: float(value) for name, value in rows} == {

@@ -22,16 +22,24 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
     columns = (
         Column("effect", "effect"),
         Column("family", "family"),
+        Column("probability", "P", lambda value: f"{value:.2f}", right=True),
         Column("rmse", f"error [{output.small}]", small, right=True),
         Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
-        Column("gain", "BIC gain", lambda value: f"{value:.0f}", right=True),
         Column("settled", "settled", lambda settled: "" if settled else "no"),
     )
     rows = tuple(
-        (each.effect, each.family, each.rmse, each.heldout_rmse, each.gain, each.converged)
+        (
+            each.effect,
+            each.family,
+            each.probability,
+            each.rmse,
+            each.heldout_rmse,
+            each.converged,
+        )
         for each in told.ranking
     )
-    return ResultTable("With one effect more, the best by the BIC first", columns, rows)
+    title = "With one effect more, the most probable first; P: that it is missing"
+    return ResultTable(title, columns, rows)
 
 
 def shortened(table: ResultTable, rows: int) -> ResultTable:

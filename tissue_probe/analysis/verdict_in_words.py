@@ -102,13 +102,34 @@ def _missing(diagnosis: Diagnosis) -> list[str]:
             f"{LEFT_OUT} On the others the model is adequate: its error is "
             f"{final.rmse / final.noise:.2f} times the noise."
         )
-    return [f"Missing: {', '.join(diagnosis.effects)}. {told}", *_unseen(diagnosis)]
+    named = ", ".join(diagnosis.effects)
+    return [f"Missing: {named}{_sure(diagnosis)}. {told}", *_unseen(diagnosis)]
+
+
+def _sure(diagnosis: Diagnosis) -> str:
+    """Say how probable the last model is, where that was asked."""
+    ladder = diagnosis.ladder
+    if ladder.asked or not ladder.steps:
+        return ""
+    told = ladder.posterior
+    return f" (probability {(1.0 - told.unknown) * told.probabilities[0]:.2f})"
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
-    models = [" + ".join(names) for names in diagnosis.ladder.alternatives]
-    said = f"One of {', '.join(models)}: this recording cannot tell which. {_fall(diagnosis)}"
-    return [said, *_unseen(diagnosis)]
+    ladder, said = diagnosis.ladder, ""
+    if ladder.family:
+        sure = ladder.posterior.families[ladder.family]
+        said = f"Missing: {ladder.family} (probability {sure:.2f}); its form is not settled. "
+    told = zip(ladder.alternatives, ladder.posterior.probabilities, strict=False)
+    models = [f"{' + '.join(names)} ({probability:.2f})" for names, probability in told]
+    if models:
+        said += f"One of {', '.join(models)}: this recording cannot tell which. "
+    else:
+        left = ladder.final.ratio
+        said += (
+            f"Nearest: {', '.join(diagnosis.effects)}, which leaves {left:.2f} times the noise. "
+        )
+    return [said + _fall(diagnosis), *_unseen(diagnosis)]
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:

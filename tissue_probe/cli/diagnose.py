@@ -52,9 +52,9 @@ def diagnose(
 ) -> None:
     """Say which physical effect a model misses, if any can be told.
 
-    Every effect of the library is added to the model and fitted. They are ranked by the Bayesian
-    information criterion, which counts parameters, and known 1/f noise as such; beside it stands
-    the error on data they were not fitted to. Further effects follow while the error falls.
+    Every effect of the library is added to the model and fitted, and further ones while the error
+    falls. They are ranked by the probability that they are missing, over all models that were
+    tried; beside it stands the error on data they were not fitted to.
     """
     measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
@@ -102,7 +102,7 @@ def ranked(result: DiagnosisResult) -> Table:
     shown = result.ranking.rows[:SHOWN]
     heads, write = result.ranking.heads[:-1], [column.write for column in result.ranking.columns]
     base = result.ladder.rows[0]
-    rows = [_row(("none", "", base[2], base[3], None, result.converged), write)]
+    rows = [_row(("none", "", None, base[2], base[3], result.converged), write)]
     rows += [_row(row, write) for row in shown]
     table = Table(title=result.ranking.title, title_justify="left")
     for head, column in zip(heads, result.ranking.columns, strict=False):

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from tissue_probe.diagnosis.diagnosis import Diagnosis
+from tissue_probe.diagnosis.evidence.adequacy import adequacy
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import added
 
@@ -20,6 +21,10 @@ Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 Number = Annotated[
     float | None, BeforeValidator(lambda v: v if v is None or math.isfinite(v) else None)
 ]
+
+
+#: Models that are less probable are not told.
+WORTH_TELLING = 1e-3
 
 
 class _Entry(BaseModel):
@@ -42,6 +47,11 @@ class Candidate(_Entry):
     heldout_rmse: Number = Field(description="error on held-out data [output.unit]")
     rmse: Number = Field(description="error on the data it was fitted to [output.unit]")
     gain: Number = Field(description="fall of the Bayesian information criterion")
+    probability: Number = Field(
+        None,
+        description="that this effect is missing, over all models that were tried; null where "
+        "effects were asked for",
+    )
     parameters: dict[str, ParameterValue]
     converged: bool = Field(
         description="whether the search settled; else it gave up, far from the best, or ran out of "
@@ -102,14 +112,36 @@ class Step(_Entry):
     converged: bool
 
 
+class Model(_Entry):
+    """One of the models that were tried, and how probable it is."""
+
+    effects: list[str] = Field(description="what it has beside the model that was asked about")
+    probability: Number = Field(description="given that one of the models of the library is right")
+    adequacy: Number = Field(description="below 1 it leaves noise only")
+    heldout_rmse: Number = Field(description="error on held-out data [output.unit]")
+
+
 class Answer(_Entry):
     """What ``compare``, ``diagnose`` and ``improve`` say."""
 
-    version: Literal[1] = 1
+    version: Literal[1, 2] = Field(2, description="1 has no probabilities")
     verdict: Verdict
     output: Output
     ranking: list[Candidate] = Field(
         description="best first; where the verdict is adequate, the unseen before the others"
+    )
+    models: list[Model] = Field(
+        [],
+        description="the most probable first: those that together have a probability of 0.95, then "
+        "others of more than 0.001; the asked one alone where effects were asked for",
+    )
+    families: dict[str, float] = Field(
+        {}, description="probability that some effect of a family is missing, by the family's name"
+    )
+    family: str | None = Field(
+        None,
+        description="family of which an effect is surely missing, though no form of it is sure; "
+        "else null",
     )
     indistinguishable: list[str] = Field(description="effects that this excitation cannot tell")
     alternatives: list[list[str]] = Field(
@@ -146,8 +178,8 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
     ladder = diagnosis.ladder
     spoilt = [
         Candidate(
-            effect=name, family="data", heldout_rmse=None, rmse=None, gain=None, parameters={},
-            converged=True,
+            effect=name, family="data", heldout_rmse=None, rmse=None, gain=None, probability=1.0,
+            parameters={}, converged=True,
         )
         for name in diagnosis.spoilt
     ]  # fmt: skip
@@ -156,6 +188,9 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         verdict=diagnosis.verdict,
         output=Output(quantity=base.output.name, unit=base.output.unit),
         ranking=[*spoilt, *(_candidate(diagnosis, fit) for fit in ladder.ranking)],
+        models=_models(diagnosis),
+        families=ladder.posterior.families,
+        family=ladder.family,
         indistinguishable=list(diagnosis.indistinguishable),
         alternatives=[list(names) for names in ladder.alternatives],
         unseen=list(diagnosis.unseen),
@@ -210,7 +245,23 @@ def parameters(fit: Fit) -> dict[str, ParameterValue]:
     }
 
 
+def _models(diagnosis: Diagnosis) -> list[Model]:
+    told = diagnosis.ladder.posterior
+    every = list(zip(told.models, told.probabilities, strict=True))
+    return [
+        Model(
+            effects=list(told.more(fit)),
+            probability=probability,
+            adequacy=adequacy(fit),
+            heldout_rmse=diagnosis.heldout(fit),
+        )
+        for number, (fit, probability) in enumerate(every)
+        if number < len(told.likely) or probability > WORTH_TELLING
+    ]
+
+
 def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
+    ladder = diagnosis.ladder
     others = {entry.name for entry in fit.composition.without(added(fit).name).values}
     values = parameters(fit)
     kept = set(fit.names) - others | {"stiffness", "damping"}
@@ -220,6 +271,7 @@ def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
         heldout_rmse=diagnosis.heldout(fit),
         rmse=fit.rmse,
         gain=diagnosis.ladder.base.bic - fit.bic,
+        probability=None if ladder.asked else ladder.posterior.effect(added(fit).name),
         parameters={name: value for name, value in values.items() if name in kept},
         converged=fit.converged,
     )

@@ -18,25 +18,20 @@ from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_c
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
+from tissue_probe.diagnosis.evidence.adequacy import is_quiet
+from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.held_input import with_input
-from tissue_probe.diagnosis.improvement.ladder import (
-    Ladder,
-    Progress,
-    Verdict,
-    climb,
-    climb_by,
-)
-from tissue_probe.diagnosis.improvement.settled import settled
+from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
+from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
-from tissue_probe.diagnosis.ranking.rules import added, is_quiet, ranked, significant
+from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
@@ -63,6 +58,9 @@ OUTLIERS = (
     "those before and after: disturbances, left out of the fit; look for a loose contact or a "
     "switching load."
 )
+#: Models that are less probable than this are not tried on a second recording: its error would have
+#: to be smaller by what no noise hides.
+POSSIBLE = 1e-4
 #: How many of the ranking are tried on a second recording.
 VALIDATED = 8
 #: A model does not carry over that leaves this many times what it should on a second recording.
@@ -203,6 +201,10 @@ def diagnose(
     else:
         coloured = _coloured(composition, clean, instrument, library, begin_at)
         ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
+        if as_held := is_held(ladder.final, instrument):
+            findings.append(Finding("held", HELD))
+            clean = [replace(each, held=True) for each in clean]
+            ladder = climb(composition, as_held, instrument, library, begin_at, progress=progress)
         if instrument.flicker_noise and is_quiet(ladder.final):
             instrument = replace(instrument, flicker_noise=0.0)
             findings.append(QUIET)
@@ -215,15 +217,17 @@ def diagnose(
         ladder = replace(ladder, ranking=tuple(order))
     if validation:
         progress("the models are tried on the second recording")
-    models = [ladder.base, *ladder.steps, *ladder.rivals, *ladder.ranking[:VALIDATED]]
+    models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *_possible(ladder)]
     moved = {
         fit.composition.names: carried_over(fit, validation, instrument)
         for fit in models
         if validation
     }
     validated = {names: fit.rmse if fit else math.inf for names, fit in moved.items()}
-    if not wanted:
-        ladder = settled(ladder, validated)
+    if moved and not wanted and ladder.harmonic is None:
+        second = {frozenset(names): _likelihood(fit) for names, fit in moved.items()}
+        again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
+        ladder = replace(again, curtailed=ladder.curtailed)
     indistinguishable = ladder.tied if ladder.alternatives else ()
     if ladder.verdict in ("missing", "ambiguous"):
         hidden = unseen(ladder.final, admitted, instrument, composition)
@@ -241,6 +245,19 @@ def diagnose(
         suggestion and driver_command(suggestion, _coil_gain(clean)),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
+
+
+def _possible(ladder: Ladder) -> list[Fit]:
+    """Return the models that a second recording might make the most probable."""
+    pairs = zip(ladder.posterior.models, ladder.posterior.probabilities, strict=True)
+    return [fit for fit, probability in pairs if probability > POSSIBLE]
+
+
+def _likelihood(moved: Fit | None) -> float:
+    """Return the logarithm of the likelihood of other recordings; the noise's level is unknown."""
+    if moved is None:
+        return -math.inf
+    return -0.5 * moved.samples * math.log(max(moved.cost, float(np.finfo(float).tiny)))
 
 
 def carried_over(

@@ -10,10 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -22,6 +23,7 @@ from tissue_probe.quantities import FORCE
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
 #: which it overshoots a single step.
 OVERSHOT = 0.05
+DELAY = "channel_delay"
 HELD = (
     "The model follows the force better as a command that a converter puts out, and that stays as "
     "each sample has it until the next: it is taken for one (`course`)."
@@ -43,7 +45,7 @@ def with_input(
     Only of a force, and where nobody has said it. A force that jumps and has no noise is a command,
     and held unless the smooth course is likelier by much; any other the other way round. On a
     smooth course being held is a delay of half a sample, which is an effect of its own: held is
-    told of it only where that effect does no better.
+    told of it only where that effect does no better, and the model leaves noise only.
 
     Raises
     ------
@@ -63,16 +65,34 @@ def with_input(
     commanded = jumps and all(each.is_commanded for each in smooth)
     if other.bic - one.bic > (TIE if commanded else -TIE):
         return smooth, []
-    if not jumps and any(fit.bic < other.bic - TIE for fit in _delayed(one, instrument)):
+    delayed = [] if jumps else _delayed(one, instrument)
+    if not jumps and not (explained(other) and _is_as_good(other, delayed)):
         return smooth, []
     return held, [Finding("held", HELD)]
+
+
+def is_held(final: Fit, instrument: Instrument) -> list[Measurement]:
+    """Return the measurements of a fit with a delay as held, where that does as well without it.
+
+    Beside all that the model lacked at first it can be told.
+    """
+    known = any(each.held is not None for each in final.measurements)
+    if final.composition.input is not FORCE or known or DELAY not in final.composition.names:
+        return []
+    held = [replace(each, held=True) for each in final.measurements]
+    fit = refit(final, final.composition.without(DELAY), instrument, held)
+    return held if fit is not None and _is_as_good(fit, [final]) else []
+
+
+def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
+    return all(held.bic < fit.bic + TIE for fit in delayed)
 
 
 def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:
     """Return the model with a delay between its channels, if that can be fitted."""
     from tissue_probe.physics.effects import EFFECTS
 
-    return fit_candidates(fit, [EFFECTS["channel_delay"]], instrument)
+    return fit_candidates(fit, [EFFECTS[DELAY]], instrument)
 
 
 def _jumps(measurement: Measurement) -> bool:

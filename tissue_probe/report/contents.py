@@ -81,8 +81,7 @@ class ReportCandidate:
     heldout_rmse : float
         Error on held-out data with it.
     gain : float
-        By how much it lowers the Bayesian information criterion; above 20 counts as
-        real, above 14 where the effect alone leaves nothing but noise.
+        By how much it lowers the Bayesian information criterion.
     parameters : tuple of ReportParameter
         Its own, as fitted.
     indistinguishable : bool

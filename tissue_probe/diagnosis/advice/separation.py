@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from tissue_probe.diagnosis.advice.visibility import SEEN, visibilities
+from tissue_probe.diagnosis.evidence.conclusion import differing
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.ranking.candidates import refit
-from tissue_probe.diagnosis.ranking.rules import differing
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE

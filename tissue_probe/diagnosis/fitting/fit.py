@@ -163,13 +163,17 @@ class Fit:
         saying so it pays as for noise that is larger by as much. Where less is left, the rounding
         counts as white noise of that size.
         """
-        counted = self.unknowns * np.log(self.samples) + self.start_penalty
+        return self.misfit + self.unknowns * float(np.log(self.samples)) + self.start_penalty
+
+    @property
+    def misfit(self) -> float:
+        """What the criterion has for the residual: minus twice the logarithm of the likelihood."""
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
         if self.rounding > 0.0:
             share = (self.rounding / self.noise) ** 2
             left = max(cost - self.samples * share, cost / (1.0 + share))
             cost = left + self.samples * np.log1p(share)
-        return float(self.samples * np.log(cost) + counted)
+        return float(self.samples * np.log(cost))
 
     @property
     def predicted(self) -> tuple[FloatArray, ...]:

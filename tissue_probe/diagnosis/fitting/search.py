@@ -24,6 +24,8 @@ MOST_STEPS = 40
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A step that is damped by more gains little because it is short, and settles nothing.
 SHORT = 1.0
+#: Damping that holds no step back: the narrowest valleys are as many times longer than wide.
+UNDAMPED = 1e-6
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
 #: And this share of the noise, where only what exceeds it is compared.
@@ -187,9 +189,18 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
                 break
             continue
         gain = point.cost - trial.cost
-        settled = damping < SHORT and gain < max(SETTLED_SHARE * trial.cost, SETTLED)
+        least = max(SETTLED_SHARE * trial.cost, SETTLED)
+        settled = damping < SHORT and gain < least and _is_end(problem, trial, damping, least)
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
     bar.reached(point.cost)
     return finished(problem, point, settled)
+
+
+def _is_end(problem: Problem, point: Point, damping: float, least: float) -> bool:
+    """Whether a step that is not damped would gain little, too, or damping is all but none.
+
+    Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere.
+    """
+    return damping < UNDAMPED or point.cost - _solve(problem, point, 1e-9)[2] < least

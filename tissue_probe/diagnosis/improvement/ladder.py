@@ -7,9 +7,12 @@ What does not: which models are tried on the way (``paths``), comparing models (
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from tissue_probe.diagnosis.evidence.adequacy import beyond_doubt, doubtful, excess_of
+from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
+from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -21,15 +24,9 @@ from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, 
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import (
     added,
-    alike,
-    beyond_doubt,
-    differing,
-    doubtful,
     explained,
-    most_left,
     ranked,
     significant,
-    ties,
 )
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -40,7 +37,6 @@ if TYPE_CHECKING:
 Progress = Callable[[str], None]
 """Told what is under way."""
 
-Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: Effects in all.
 MOST = 3
 #: One of two effects must alone remove this share of what exceeds the noise, and the first for a
@@ -51,65 +47,6 @@ LEADING = 0.2
 BEHIND = 25.0
 #: How often outliers are left out: those of the first effect, and of what came of it.
 ROUNDS = 3
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """The models from the base to the best, and the candidates for the first step.
-
-    Attributes
-    ----------
-    base : Fit
-        The model that was asked about.
-    ranking : tuple of Fit
-        The base with each effect of the library, the best first.
-    steps : tuple of Fit
-        Models that were accepted one after the other; none where the base is adequate.
-    rivals : tuple of Fit
-        Models that explain the measurement equally well, the last step's first.
-    verdict : str
-        "adequate", "missing", "ambiguous" or "unexplained".
-    harmonic : float or None
-        Frequency [Hz] of a line that explains more than the effects do, see ``better_harmonic``.
-    asked : bool
-        Whether the effects were asked for, and no others tried.
-    curtailed : bool
-        Whether more is left than noise, and not all was tried that might explain it.
-    """
-
-    base: Fit
-    ranking: tuple[Fit, ...]
-    steps: tuple[Fit, ...]
-    rivals: tuple[Fit, ...]
-    verdict: Verdict
-    harmonic: float | None = None
-    asked: bool = False
-    curtailed: bool = False
-
-    @property
-    def final(self) -> Fit:
-        """The model of the last step."""
-        return self.steps[-1] if self.steps else self.base
-
-    @property
-    def effects(self) -> tuple[str, ...]:
-        """Names of the effects that were added."""
-        return self._more(self.final)
-
-    @property
-    def tied(self) -> tuple[str, ...]:
-        """Effects by which the rivals differ; where there is one only, the first that was added."""
-        if not self.rivals:
-            return ()
-        return differing(self.rivals) or (added(self.steps[0]).name,)
-
-    @property
-    def alternatives(self) -> tuple[tuple[str, ...], ...]:
-        """Names of the effects that each of several rivals adds; none where one is alone."""
-        return tuple(map(self._more, self.rivals)) if len(self.rivals) > 1 else ()
-
-    def _more(self, fit: Fit) -> tuple[str, ...]:
-        return _names(fit, self.base)
 
 
 def climb(
@@ -153,8 +90,7 @@ def climb(
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     adequate = explained(base) and not doubtful(base)
     if adequate or not ranking or not significant(base, ranking[0]):
-        verdict: Verdict = "adequate" if explained(base) else "unexplained"
-        return Ladder(base, tuple(ranking), (), (), verdict)
+        return concluded(base, ranking, [])
     near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
     leading = [fit for fit in near if _leads(base, fit)]
     paths = begun([fit for fit in near if significant(base, fit)])
@@ -180,21 +116,13 @@ def climb(
     steps = _needed(best, further)
     if len(steps) < len(best):  # beside what is no more there another form may have been the better
         steps = exchanged(steps, ranking, further)
-    first = steps[0]
     if len(steps) == 1:
-        ranking = _bettered(ranking, first)
-    if len(steps) > 1:
-        rivals = alike(steps[-1], further.tried.values())
-    else:
-        rivals = ties(ranking) if added(first) is added(ranking[0]) else [first]
-    harmonic = better_harmonic(base, steps[-1], instrument) if explained(steps[-1]) else None
-    verdict = "missing" if explained(steps[-1]) and harmonic is None else "unexplained"
-    if verdict == "missing" and len(rivals) > 1:
-        verdict = "ambiguous"
-    curtailed &= not explained(steps[-1])
-    return Ladder(
-        base, tuple(ranking), tuple(steps), tuple(rivals), verdict, harmonic, curtailed=curtailed
-    )
+        ranking = _bettered(ranking, steps[0])
+    ladder = concluded(base, ranking, steps, list(further.tried.values()))
+    if not explained(ladder.final):
+        return replace(ladder, curtailed=curtailed)
+    harmonic = better_harmonic(base, ladder.final, instrument) if ladder.steps else None
+    return ladder if harmonic is None else replace(ladder, harmonic=harmonic, verdict="unexplained")
 
 
 def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
@@ -236,7 +164,8 @@ def climb_by(
     verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
-    return Ladder(base, tuple(steps[:1]), tuple(steps), (), verdict, asked=True)
+    every = tuple(steps)
+    return Ladder(base, every[:1], every, every, posterior(base, every), verdict, asked=True)
 
 
 def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
@@ -250,7 +179,7 @@ def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
     """Whether one more effect is sought: no third one for a rest that is no more than noise."""
     if len(path) == 1:
         return True
-    return len(path) < MOST and path[-1].ratio > most_left(base.samples) and _leads(base, path[0])
+    return len(path) < MOST and excess_of(path[-1]) > 1.0 and _leads(base, path[0])
 
 
 def _leads(base: Fit, alone: Fit) -> bool:

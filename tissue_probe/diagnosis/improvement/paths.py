@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.line import is_multiple
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path, asked
-from tissue_probe.diagnosis.ranking.harmonic import is_multiple
 from tissue_probe.diagnosis.ranking.rules import (
     FORMS,
     RELAXATION,

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.line import FREQUENCY, sine_of
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise, search
 from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.diagnosis.ranking.starts import begin_states
-from tissue_probe.diagnosis.residuals.drive import dominant_period, drive_of
 from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -26,15 +26,11 @@ if TYPE_CHECKING:
 
 #: The highest multiple of the drive's frequency that is tried.
 HIGHEST = 5
-#: How far a drive's strongest frequency may be from that of its repetition: it is a sine.
-SINE_WITHIN = 0.1
-#: Two frequencies within this share are the same.
-SAME = 2e-3
 
 _Begun = tuple[Problem, FloatArray, list[FloatArray]]
 
 #: What is told of hum, by name.
-HUM, FREQUENCY, SINE, COSINE = "mains_hum", "hum_frequency", "hum_sine", "hum_cosine"
+HUM, SINE, COSINE = "mains_hum", "hum_sine", "hum_cosine"
 
 
 @cache
@@ -76,7 +72,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     taken = HUM in base.composition.names or not admits(base.composition.rig, _line())
     if taken or len(base.measurements) > 1:
         return None
-    sine = _frequency(base.measurements[0])
+    sine = sine_of(base.measurements[0])
     if sine is None:
         return None
     multiples = [order * sine for order in range(2, HIGHEST + 1)]
@@ -84,26 +80,6 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     frequency = min(begun, key=lambda each: promise(*begun[each]))
     line = search(*begun[frequency])
     return frequency if line is not None and line.bic < final.bic - TIE else None
-
-
-def is_multiple(fit: Fit) -> bool:
-    """Whether a model hums at a multiple of a sine that drives."""
-    frequency = fit.named().get(FREQUENCY)
-    sine = _frequency(fit.measurements[0]) if frequency else None
-    if frequency is None or sine is None:
-        return False
-    order = round(frequency / sine)
-    return order > 1 and abs(frequency / (order * sine) - 1.0) < SAME
-
-
-def _frequency(measurement: Measurement) -> float | None:
-    """Return the frequency of the drive [Hz] if it is a sine."""
-    driven, period = measurement.input_values, measurement.sample_period
-    repetition = drive_of(driven, period).repetition
-    if repetition is None:
-        return None
-    same = abs(dominant_period(driven, period) * repetition - 1.0) < SINE_WITHIN
-    return repetition if same else None
 
 
 def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:

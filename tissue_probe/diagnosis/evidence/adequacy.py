@@ -1,0 +1,95 @@
+"""Whether a model leaves noise only, as one number: below 1 it does.
+
+What belongs here: the tests of a residual, each over its limit. What does not: the tests' numbers
+(``Fit.ratio``, ``whiteness``), what follows for a model (``posterior``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+
+#: Residual over noise is known to the first over the root of the number of samples, which fewer
+#: than one recording in a hundred exceeds: so well is the noise told from the samples. However many
+#: they are, the second share is left aside: no model is right to the last digit.
+SIZE, SIZE_NEARLY = 2.8, 0.05
+#: The same of slow over fast parts of the residual: slow are an eighth of the cosines, so that the
+#: share varies by the root of eight more.
+COLOUR, COLOUR_NEARLY = 7.1, 0.12
+#: How far an octave of the residual may stand out, in what is usual of noise.
+EVEN = 8.0
+#: Sum of squared departures, in standard deviations, from the rig's tolerances and starts.
+STRAINED = 25.0
+#: Square of the residual over noise below which the noise is another than it was taken for: more
+#: than half of it is not there.
+NOT_THERE = 0.5
+#: Residual over noise where an encoder's rounding is as large as the noise: its size is known
+#: roughly. Where it is less, but at least the second share, it may still have any colour.
+ROUGHLY, ROUNDING = 1.2, 0.15
+
+#: Adequacy below which a residual is noise beyond doubt.
+BEYOND_DOUBT = 0.6
+
+
+def adequacy(fit: Fit) -> float:
+    """Return the largest test of a residual over its limit: below 1 a fit leaves noise only.
+
+    That is: no more than there is, of no colour, even over the frequencies, and with a likely rig.
+    An encoder's rounding, of which more than its size is not known, may have any colour.
+    """
+    share = fit.rounding / fit.noise
+    if share > ROUNDING:
+        most = _most(SIZE, SIZE_NEARLY, fit)
+        most += max(ROUGHLY - 1.0 - most, 0.0) * min(share**2, 1.0)
+        return (fit.ratio - 1.0) / most
+    return max(
+        excess_of(fit),
+        NOT_THERE / max(fit.ratio**2, np.finfo(float).tiny),
+        coloured_by(fit),
+        fit.unevenness / EVEN,
+        fit.strain / STRAINED,
+    )
+
+
+def excess_of(fit: Fit) -> float:
+    """Return by how much more than noise a fit leaves, over what is granted."""
+    return (fit.ratio - 1.0) / _most(SIZE, SIZE_NEARLY, fit)
+
+
+def coloured_by(fit: Fit) -> float:
+    """Return by how much slower than white noise the residual is, over what is granted."""
+    return (fit.colour - 1.0) / _most(COLOUR, COLOUR_NEARLY, fit)
+
+
+def _most(unknown: float, nearly: float, fit: Fit) -> float:
+    return float(np.hypot(unknown / np.sqrt(fit.samples), nearly))
+
+
+def explained(fit: Fit) -> bool:
+    """Whether a fit leaves noise only."""
+    return adequacy(fit) < 1.0
+
+
+def is_quiet(fit: Fit) -> bool:
+    """Whether more than half of the noise that a fit counts is not there."""
+    return fit.ratio**2 <= NOT_THERE
+
+
+def beyond_doubt(fit: Fit) -> bool:
+    """Whether a fit leaves noise only, far from the limits of what noise may be."""
+    return adequacy(fit) < BEYOND_DOUBT
+
+
+def doubtful(fit: Fit) -> bool:
+    """Whether an encoder's rounding, known roughly, may pass for what a fit leaves.
+
+    It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
+    """
+    coloured = not is_coarse(fit) and coloured_by(fit) > 1.0
+    return fit.rounding > ROUNDING * fit.noise and (excess_of(fit) > BEYOND_DOUBT or coloured)
+
+
+def is_coarse(fit: Fit) -> bool:
+    """Whether a model reads an encoder in coarse steps."""
+    return any(effect.rounded != 0 for effect in fit.composition.effects)

@@ -1,0 +1,170 @@
+"""The models from the base to the most probable one, and what may be said of them.
+
+What belongs here: the verdict, and by what it is told. What does not: which models were tried
+(``improvement``), their probabilities (``posterior``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, explained
+from tissue_probe.diagnosis.evidence.posterior import SURE, Posterior, posterior
+from tissue_probe.diagnosis.fitting.fit import Fit
+
+Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """The models from the base to the best, and the candidates for the first step.
+
+    Attributes
+    ----------
+    base : Fit
+        The model that was asked about.
+    ranking : tuple of Fit
+        The base with each effect of the library, the most probable first.
+    steps : tuple of Fit
+        Models that were accepted one after the other; none where the base is adequate.
+    tried : tuple of Fit
+        All models that were tried, of each set of effects one.
+    posterior : Posterior
+        How probable they are.
+    verdict : str
+        "adequate", "missing", "ambiguous" or "unexplained".
+    family : str or None
+        Family of which some effect is surely missing, where no form of it is sure.
+    harmonic : float or None
+        Frequency [Hz] of a line that explains more than the effects do, see ``better_harmonic``.
+    asked : bool
+        Whether the effects were asked for, and no others tried.
+    curtailed : bool
+        Whether more is left than noise, and not all was tried that might explain it.
+    """
+
+    base: Fit
+    ranking: tuple[Fit, ...]
+    steps: tuple[Fit, ...]
+    tried: tuple[Fit, ...]
+    posterior: Posterior
+    verdict: Verdict
+    family: str | None = None
+    harmonic: float | None = None
+    asked: bool = False
+    curtailed: bool = False
+
+    @property
+    def final(self) -> Fit:
+        """The model of the last step."""
+        return self.steps[-1] if self.steps else self.base
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that were added."""
+        return self.posterior.more(self.final)
+
+    @property
+    def rivals(self) -> tuple[Fit, ...]:
+        """The likely models, the last step's first; it alone where that is sure or unlikely."""
+        likely = self.posterior.likely
+        return likely if self.steps and self.final is likely[0] else self.steps[-1:]
+
+    @property
+    def tied(self) -> tuple[str, ...]:
+        """Effects by which the rivals differ; where there is one only, the first that was added."""
+        if not self.rivals:
+            return ()
+        return differing(self.rivals) or (self.steps[0].composition.names[-1],)
+
+    @property
+    def alternatives(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the effects that each of several rivals adds; none where one is alone."""
+        return tuple(map(self.posterior.more, self.rivals)) if len(self.rivals) > 1 else ()
+
+
+def concluded(
+    base: Fit,
+    ranking: Sequence[Fit],
+    steps: Sequence[Fit],
+    tried: Sequence[Fit] = (),
+    second: Mapping[frozenset[str], float] | None = None,
+) -> Ladder:
+    """Say what is missing, by the probabilities of the models that were tried.
+
+    Where the most probable one leaves noise only, it is the last step; else the search's own: of
+    models that are all wrong the most probable one has too many effects.
+
+    Parameters
+    ----------
+    base : Fit
+        The model that was asked about.
+    ranking : sequence of Fit
+        It with one effect more, the best first.
+    steps : sequence of Fit
+        The models that the search went through.
+    tried : sequence of Fit
+        Others that it tried.
+    second : mapping, optional
+        See ``posterior``.
+    """
+    every = (*ranking, *tried, *steps)
+    told = posterior(base, every, second)
+    best = told.models[0]
+    if explained(best):
+        steps = _path(best, ranking, steps, told)
+    ladder = Ladder(base, tuple(ranking), tuple(steps), every, told, "unexplained")
+    family = _family(told) if len(told.more(best)) == 1 or explained(best) else None
+    if ladder.final is best and explained(best):
+        sure = len(told.likely) == 1
+        family = None if sure else family
+        verdict: Verdict = "missing" if sure else "ambiguous"
+        return _ordered(
+            replace(ladder, verdict=verdict if ladder.steps else "adequate", family=family)
+        )
+    if family and ladder.final.ratio < ROUGHLY:
+        return _ordered(replace(ladder, verdict="ambiguous", family=family))
+    return ladder
+
+
+def differing(rivals: Sequence[Fit]) -> tuple[str, ...]:
+    """Name the effects by which models differ, those of the first model first."""
+    named = [fit.composition.names for fit in rivals]
+    common = set(named[0]).intersection(*named[1:])
+    return tuple(dict.fromkeys(n for names in named for n in names if n not in common))
+
+
+def _family(told: Posterior) -> str | None:
+    """Return the family that is sure, though none of its forms is."""
+    for family, probability in told.families.items():
+        own = {
+            effect.name
+            for fit in told.models
+            for effect in fit.composition.effects
+            if effect.family == family and effect.name in told.more(fit)
+        }
+        if probability >= SURE and all(told.effect(name) < SURE for name in own):
+            return family
+    return None
+
+
+def _path(best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: Posterior) -> list[Fit]:
+    """Return models up to the best, each with effects of it only, as far as there are such."""
+    names, more = set(best.composition.names), told.more(best)
+    if not more:
+        return []
+    earlier = [fit for fit in steps if set(fit.composition.names) < names and fit is not best] or [
+        fit for fit in ranking if fit.composition.names[-1] in more and len(more) > 1
+    ][:1]
+    return [*earlier, best]
+
+
+def _ordered(ladder: Ladder) -> Ladder:
+    """Put the most probable effect first in the ranking, of equally probable ones the better."""
+    order = sorted(
+        ladder.ranking,
+        key=lambda fit: -round(ladder.posterior.effect(fit.composition.names[-1]), 3),
+    )
+    return replace(ladder, ranking=tuple(order))

@@ -1,0 +1,189 @@
+"""How probable each model is that was tried, and each effect.
+
+What belongs here: from fits to probabilities. What does not: what is said of them (``conclusion``).
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tissue_probe.diagnosis.evidence.adequacy import adequacy, doubtful, explained
+from tissue_probe.diagnosis.evidence.line import is_multiple
+from tissue_probe.diagnosis.fitting.fit import Fit
+
+#: Before anything was measured one of so many effects, all of the library, is missing as likely as
+#: none is.
+LIBRARY = 27
+#: Logarithm of the odds of no second effect, and of no line at a multiple of the drive: it makes up
+#: for one line of whatever is not linear.
+SECOND, LINE = 4.0, 8.0
+#: A law's form is right to this share: forms of one family are told apart no better by what they
+#: leave.
+FORM = 0.01
+#: Logarithm of a ratio of costs from which on a form is beyond all question.
+MUCH = 50.0
+#: How fast the odds of a model that is not in the library grow with the adequacy of the best, and
+#: how probable the effects of that remain if none in the library is right (21 of 50 seen).
+UNKNOWN, STILL = 8.0, 0.4
+#: Probability that a set of models holds, and from which on one counts as sure.
+SURE = 0.95
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Probabilities of the models that were tried, given that one of the library's is right.
+
+    Attributes
+    ----------
+    base : Fit
+        The model that was asked about.
+    models : tuple of Fit
+        The most probable first.
+    probabilities : tuple of float
+        Of each.
+    unknown : float
+        Probability that none of the library's is right.
+    """
+
+    base: Fit
+    models: tuple[Fit, ...]
+    probabilities: tuple[float, ...]
+    unknown: float
+
+    @property
+    def likely(self) -> tuple[Fit, ...]:
+        """The fewest models that together are sure."""
+        count = int(np.searchsorted(np.cumsum(self.probabilities), SURE)) + 1
+        return self.models[:count]
+
+    def effect(self, name: str) -> float:
+        """Return the probability that an effect is missing, over all models."""
+        known = sum(
+            probability
+            for fit, probability in zip(self.models, self.probabilities, strict=True)
+            if name in self.more(fit)
+        )
+        still = STILL if name in self.more(self.models[0]) else 0.0
+        return (1.0 - self.unknown) * known + self.unknown * still
+
+    @property
+    def families(self) -> dict[str, float]:
+        """Probability that some effect of a family is missing, by the family's name."""
+        found: dict[str, float] = defaultdict(float)
+        for fit, probability in zip(self.models, self.probabilities, strict=True):
+            for family in set(_families(fit, self.base)):
+                found[family] += probability
+        return dict(sorted(found.items(), key=lambda each: -each[1]))
+
+    def more(self, fit: Fit) -> tuple[str, ...]:
+        """Name the effects that a model has beside the base."""
+        return _names(fit, self.base)
+
+
+def posterior(
+    base: Fit, fits: Iterable[Fit], second: Mapping[frozenset[str], float] | None = None
+) -> Posterior:
+    """Return how probable models are.
+
+    Nothing is added to a model that leaves noise only. Forms of one family are told apart no better
+    than a law's form is right: their likelihood is tempered, and the evidence of the family is not.
+
+    Parameters
+    ----------
+    base : Fit
+        The model that was asked about.
+    fits : iterable of Fit
+        It with effects more; of each set of effects the best counts.
+    second : mapping of frozenset of str to float, optional
+        Logarithm of the likelihood of a second recording, by the names of a model's effects; then
+        only the models named there count.
+    """
+    best = _best_of_each([base, *fits])
+    enough = [names for names, fit in best.items() if explained(fit) and not doubtful(fit)]
+    open_ones = {
+        names: fit
+        for names, fit in best.items()
+        if not any(names > fewer for fewer in enough) and (second is None or names in second)
+    }
+    if not open_ones:
+        open_ones = {frozenset(): base}
+    groups: dict[tuple[str, ...], list[_Told]] = defaultdict(list)
+    for names, fit in open_ones.items():
+        likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
+        told = _Told(fit, likely, thought_of(fit, base))
+        groups[tuple(sorted(_families(fit, base)))].append(told)
+    weighed = [pair for group in groups.values() for pair in _tempered(group, base)]
+    weighed.sort(key=lambda pair: -pair[1])
+    models, weights = [fit for fit, _ in weighed], np.array([weight for _, weight in weighed])
+    probabilities = np.exp(weights - np.logaddexp.reduce(weights))
+    return Posterior(
+        base, tuple(models), tuple(map(float, probabilities)), _unknown(adequacy(models[0]))
+    )
+
+
+class _Told(NamedTuple):
+    """A fit, the logarithm of its likelihood, and of its probability before that."""
+
+    fit: Fit
+    likely: float
+    thought: float
+
+
+def thought_of(fit: Fit, base: Fit) -> float:
+    """Return the logarithm of a model's odds without its likelihood.
+
+    By what is thought of its effects before anything was measured, and by the Bayesian information
+    criterion for what it has to learn (G. Schwarz, Ann. Statist. 6 (1978), 461).
+    """
+    count = len(_names(fit, base))
+    effects = (
+        np.log(LIBRARY) * count + SECOND * max(count - 1, 0) + (LINE if is_multiple(fit) else 0.0)
+    )
+    return -0.5 * (fit.bic - fit.misfit) - float(effects)
+
+
+def _unknown(left: float) -> float:
+    """Return the probability that no model is right, by the adequacy of the best."""
+    return float(1.0 / (1.0 + np.exp(min(-UNKNOWN * (left - 1.0), 500.0))))
+
+
+def _tempered(group: Sequence[_Told], base: Fit) -> list[tuple[Fit, float]]:
+    """Share the evidence of a group of forms among them, told apart as far as forms may be.
+
+    Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
+    share: one that leaves D more than the best is less likely by exp(-D / 2 (1 + FORM^2 E)), as if
+    there were as many times fewer samples to tell them by. Fewer samples also ask less of what has
+    to be learnt.
+    """
+    likely = np.array([each.likely for each in group])
+    thought = np.array([each.thought for each in group])
+    best, samples = group[int(np.argmax(likely))].fit, base.samples
+    removed = max(base.cost - best.cost, 0.0)
+    more = samples * np.expm1(np.minimum((2.0 / samples) * (likely.max() - likely), MUCH))
+    blurred = 1.0 + FORM**2 * removed
+    asked = max(1.0 - np.log(blurred) / np.log(samples), 0.0)
+    told = asked * thought - 0.5 * more / blurred
+    shares = told - np.logaddexp.reduce(told) + np.logaddexp.reduce(likely + thought)
+    return [(each.fit, float(share)) for each, share in zip(group, shares, strict=True)]
+
+
+def _best_of_each(fits: Iterable[Fit]) -> dict[frozenset[str], Fit]:
+    best: dict[frozenset[str], Fit] = {}
+    for fit in fits:
+        names = frozenset(fit.composition.names)
+        if np.isfinite(fit.bic) and (names not in best or fit.bic < best[names].bic):
+            best[names] = fit
+    return best
+
+
+def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
+    return fit.composition.names[len(base.composition.names) :]
+
+
+def _families(fit: Fit, base: Fit) -> list[str]:
+    return [each.family for each in fit.composition.effects[len(base.composition.effects) :]]
