@@ -102,8 +102,8 @@ class Check:
         Of residuals as odd as these, if the model of inclusions is right.
     disagreement : float
         Largest difference between two halves of the chains in the probability of an inclusion.
-    moves : int
-        Of all chains together.
+    states : int
+        Kept, of all chains together.
     notes : tuple of str
         All that a reader has to know, in sentences.
     """
@@ -111,7 +111,7 @@ class Check:
     model: str
     probability: float
     disagreement: float
-    moves: int
+    states: int
     notes: tuple[str, ...]
 
 
