@@ -90,7 +90,7 @@ class Condition:
         At most.
     """
 
-    variation: float = 0.10
+    variation: float = 0.05
     noise: float = 0.05
     tilt: float = 0.20
     curvature: float = 0.05
