@@ -4,9 +4,10 @@ What belongs here: the answer to "how large a nodule may be here without my havi
 does not: the inclusions that were felt (``found``).
 
 An inclusion of given contrast and radius would add d to log k at the sites. Its strength in the
-data, as a share of d, is estimated as d'Qr / d'Qd with variance 1 / d'Qd; where the upper bound of
-95 % of that share is below 1, the sites exclude it. Where a found inclusion covers the place, it is
-that one which may be there.
+data, as a share of d, is estimated as d'Qr / d'Qd with variance 1 / d'Qd, in each state of the
+chains by its own residuals r. That it may be there has a probability: in states that have one over
+the place it is 1, up to the largest of all these states; else how probably the strength is 1 or
+more. Below 5 % on average the sites exclude it.
 """
 
 from __future__ import annotations
@@ -18,16 +19,16 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.felt_surface import sums_at
-from tissue_probe.mapping.posterior.prior import LOG_RADIUS, X, Y
+from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS
 from tissue_probe.mapping.posterior.sampling import States
-from tissue_probe.mapping.posterior.shape import metric
+from tissue_probe.mapping.posterior.shape import squared_distance
 from tissue_probe.signals import FloatArray
 
 LARGEST = 10.0  # mm
-_STEP = 0.5  # mm, of radii
-_STATES = 200
-#: One-sided bound of 95 %.
-_BOUND = 1.645
+_STEP, _COARSE = 0.5, 2.0  # mm, of radii
+_STATES = 50
+#: Less probable than this is excluded.
+_EXCLUDED = 0.05
 #: A plateau with an edge as blunt as a tip makes it: steeper than that nothing is felt.
 _EXPONENT = 4.0
 #: Of the radius: farther than that less than 0.3 % of it is felt.
@@ -35,8 +36,11 @@ _FADED = 1.7
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _excluded(px, py, radius, excess, x, y, precision, residual, change, where):
-    """Whether the sites exclude a round inclusion."""
+def _there(px, py, radius, excess, x, y, precision, weighted, covered, change, where):
+    """Return how probably a round inclusion may be at a place, of all states.
+
+    ``weighted`` are the states' Qr, shape (states, n), ``covered`` says which have one over it.
+    """
     count = 0
     for i in range(x.size):
         relative = math.hypot(x[i] - px, y[i] - py) / radius
@@ -44,51 +48,54 @@ def _excluded(px, py, radius, excess, x, y, precision, residual, change, where):
             change[count] = math.log(1.0 + excess * 2.0 ** -(relative**_EXPONENT))
             where[count] = i
             count += 1
-    information, projection = 0.0, 0.0
+    information = 0.0
     for a in range(count):
         inner = 0.0
         for b in range(count):
             inner += precision[where[a], where[b]] * change[b]
         information += change[a] * inner
-        projection += change[a] * residual[where[a]]
-    return projection + _BOUND * math.sqrt(information) < information
+    total = 0.0
+    for s in range(covered.size):
+        if covered[s] or information <= 0.0:
+            total += 1.0
+            continue
+        projection = 0.0
+        for a in range(count):
+            projection += change[a] * weighted[s, where[a]]
+        total += 0.5 * math.erfc((information - projection) / math.sqrt(2.0 * information))
+    return total / covered.size
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _radii(places_x, places_y, excess, x, y, precision, residual, out):
+def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, out):
     change, where = np.empty(x.size), np.empty(x.size, np.int64)
+    covered = np.empty(count.size, np.bool_)
+    uncovered = np.zeros(count.size, np.bool_)
     for i in range(places_y.size):
         for j in range(places_x.size):
-            radius = LARGEST
-            while radius > 0.0 and _excluded(
-                places_x[j], places_y[i], radius, excess, x, y, precision, residual, change, where
-            ):
-                radius -= _STEP
+            px, py = places_x[j], places_y[i]
+            largest = 0.0
+            for s in range(count.size):
+                covered[s] = False
+                for m in range(count[s]):
+                    if squared_distance(rows[s, m], px, py) < 1.0:
+                        covered[s] = True
+                        longest = math.exp(rows[s, m, LOG_RADIUS] + 0.5 * rows[s, m, LOG_ASPECT])
+                        largest = max(largest, longest)
+            radius, step = LARGEST, _COARSE
+            while True:
+                if radius > 0.0 and _EXCLUDED > _there(
+                    px, py, radius, excess, x, y, precision, weighted,
+                    covered if radius <= largest else uncovered, change, where,
+                ):
+                    radius -= step
+                elif step == _STEP or radius == LARGEST:
+                    break
+                else:
+                    radius, step = radius + step - _STEP, _STEP
+            # The bound lies between this radius and the next.
+            radius += _STEP
             out[i, j] = radius
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _covering(rows, states, x, y, out):
-    """Write the radius that inclusions of 5 % of the states that cover a place exceed."""
-    bins = np.zeros((y.size, x.size, int(LARGEST / _STEP) + 1), np.int64)
-    for m in range(rows.shape[0]):
-        a, b, c = metric(rows[m])
-        radius = math.exp(rows[m, LOG_RADIUS])
-        at = min(int(radius / _STEP) + 1, bins.shape[2] - 1)
-        for i in range(y.size):
-            up = y[i] - rows[m, Y]
-            if abs(up) < 2.0 * radius:
-                for j in range(x.size):
-                    across = x[j] - rows[m, X]
-                    if a * across**2 + 2.0 * b * across * up + c * up**2 < 1.0:
-                        bins[i, j, at] += 1
-    for i in range(y.size):
-        for j in range(x.size):
-            left, at = 0.05 * states, bins.shape[2] - 1
-            while at > 0 and left >= bins[i, j, at]:
-                left -= bins[i, j, at]
-                at -= 1
-            out[i, j] = at * _STEP
 
 
 def could_hide(
@@ -111,12 +118,14 @@ def could_hide(
         The raster [mm].
     """
     rows, count, level = states.some(_STATES)
-    explained = np.log(sums_at(rows, count, background.x, background.y)).mean(axis=0)
+    residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
+    weighted = np.array(
+        [background.precision[used] @ r for used, r in zip(level, residuals, strict=True)]
+    )
     used, times = np.unique(level, return_counts=True)
     precision = np.tensordot(times / level.size, background.precision[used], axes=1)
-    residual = precision @ (log_k - explained)
-    radii, covered = np.empty((y.size, x.size)), np.empty((y.size, x.size))
-    _radii(x, y, contrast - 1.0, background.x, background.y, precision, residual, radii)
-    _covering(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y, covered)
-    largest = np.maximum(radii, covered)
-    return np.where(largest >= LARGEST, np.nan, largest)
+    radii = np.empty((y.size, x.size))
+    _radii(
+        x, y, contrast - 1.0, background.x, background.y, precision, weighted, rows, count, radii
+    )  # fmt: skip
+    return np.where(radii >= LARGEST, np.nan, radii)

@@ -20,8 +20,9 @@ CHAINS = 4
 #: Moves of one chain before anything is kept, and of each stretch that is kept.
 _BURN_IN, _STRETCH = 2000, 4000
 _THIN = 20
-#: Stretches at most.
-_LONGEST = 4
+#: Moves of one chain times sites at most: a move takes longer the more sites it is told by, and
+#: few sites leave more to be weighed.
+_MOST_WORK = 0.4e6
 #: Two halves of the chains may differ so much in the probability of an inclusion. Two runs, each
 #: of all the chains, then differ by less: each has twice as many states as a half.
 AGREEMENT = 0.05
@@ -109,7 +110,7 @@ class Chains:
     @property
     def exhausted(self) -> bool:
         """Whether the chains have run as long as they may."""
-        return self.stretches >= _LONGEST
+        return (self.stretches + 1) * _STRETCH * self._data[0].size > _MOST_WORK
 
     def _run(self, steps: int) -> States:
         kept = steps // _THIN

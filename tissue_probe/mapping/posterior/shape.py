@@ -21,7 +21,7 @@ from tissue_probe.mapping.posterior.prior import (
 
 _LOG_2 = math.log(2.0)
 #: Where less than exp(-9) = 0.01 % is felt, nothing is.
-_FADED = 9.0
+FADED = 9.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -49,7 +49,7 @@ def squared_distance(row, x, y):
 def felt(row, x, y, out):
     """Write g at each place [mm] to ``out``; exactly 0 where it has faded."""
     half = 0.5 * math.exp(row[LOG_EXPONENT])
-    reach = (_FADED / _LOG_2) ** (1.0 / half)
+    reach = (FADED / _LOG_2) ** (1.0 / half)
     a, b, c = metric(row)
     for i in range(x.size):
         across, up = x[i] - row[X], y[i] - row[Y]
