@@ -51,7 +51,7 @@ def measure(count: int, first: int = FRESH) -> dict[str, dict[str, list[Marks]]]
     """Return marks by table and column."""
     mapped(Tissue.random(0, SHAPES[0]), 5, 0, SHAPES[0])  # compiles what is not kept compiled
     mixed = {f"{n} x {n}": _set(count, n, SHAPES, MIXED, first) for n in GRIDS}
-    seven = [one for one in mixed["7 x 7"]]
+    seven = mixed["7 x 7"]
     shapes = {shape: [one for one in seven if one.shape == shape] for shape in SHAPES}
     shapes["gaussian"] = _set(max(count // 3, 1), 7, ("gaussian",), MIXED, first)
     others = {

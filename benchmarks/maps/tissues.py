@@ -51,7 +51,7 @@ def _gaussian(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
 
 
 def _plateau(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
-    """A flat top with an edge that is as wide as the nodule is deep, at least 1.5 mm."""
+    """Return a flat top with an edge that is as wide as the nodule is deep, at least 1.5 mm."""
     edge = max(0.6 * nodule.depth, 1.5)
     distance = np.hypot(dx, dy)
     return erfc((distance - nodule.radius) / edge) / erfc(-nodule.radius / edge)

@@ -9,7 +9,7 @@ import pytest
 from sensor_msgs.msg import PointCloud2
 
 from conftest import collect, site_publisher
-from tissue_probe.analysis.recorded import build_map
+from tissue_probe.analysis.recorded import palpated
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
@@ -194,7 +194,7 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     assert all(arrived)
     end_recording(running)
     live, recorded = read_map(bag), read_recording(bag)
-    off_line = build_map(recorded, list(read_estimates(bag).values()))
+    off_line = palpated(recorded, list(read_estimates(bag).values())).map()
     assert live.origin == off_line.grid.origin
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp

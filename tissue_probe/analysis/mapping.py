@@ -69,6 +69,7 @@ class MapResult:
             Column("y", "y [mm]", number(3, 1e3), right=True),
             Column("probability", "probability", lambda p: f"{p:.2f}", right=True),
             Column("stiffness", "stiffness [N/m]", number(4), right=True),
+            Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),
         )
         names = [column.name for column in columns]
@@ -131,6 +132,7 @@ class MapResult:
                     "covariance": one.covariance.tolist(),
                     "probability": one.probability,
                     "stiffness": one.stiffness,
+                    "stiffness_sd": one.stiffness_sd,
                     "contrast": one.contrast,
                     "boundary_50": one.boundary_50.tolist(),
                     "boundary_90": one.boundary_90.tolist(),
@@ -173,7 +175,6 @@ class MapResult:
 
         nodules = [(n.x, n.y, n.radius) for n in self.phantom.nodules] if self.phantom else []
         return draw_map(self.map, self.sites, nodules)
-
 
     def save_csv(self, path: str | Path) -> None:
         """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability."""

@@ -51,9 +51,7 @@ def map_command(
     clock: measured.ClockOption = None,
     effects: EffectFiles = None,
     rig: measured.FilteredRigOption = None,
-    raster: Annotated[
-        float, typer.Option(metavar="MM", help="Step of the surface [mm].")
-    ] = 0.5,
+    raster: Annotated[float, typer.Option(metavar="MM", help="Step of the surface [mm].")] = 0.5,
     contrast: Annotated[
         float,
         typer.Option(help="Of inclusions that could hide: stiffness over the background's."),
@@ -68,7 +66,7 @@ def map_command(
         Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
     ] = None,
 ) -> None:
-    """Map a recorded scan, or a table of sites; list the inclusions and what could still hide.
+    """Map a scan or a table of sites: inclusions, and what could still hide.
 
     A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site.
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
@@ -112,12 +110,13 @@ def summarize(result: MapResult) -> None:
 
     console = Console(highlight=False, markup=False)
     console.print(result.text)
-    found, phantom = [one for one in result.map.inclusions if one.probability >= TOLD], result.phantom
+    found = [one for one in result.map.inclusions if one.probability >= TOLD]
+    phantom = result.phantom
     if phantom is None:
         table = Table("inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background")
         for number, one in enumerate(found, 1):
             ratio = f"{one.contrast:.2f}"
-            table.add_row(str(number), _place(one), _sure(one), f"{one.stiffness:.1f}", ratio)
+            table.add_row(str(number), _place(one), _sure(one), _stiffness(one), ratio)
         console.print(table)
         return
     titles = (
@@ -138,7 +137,7 @@ def summarize(result: MapResult) -> None:
             one, off = by_nodule[number]
             true = phantom.stiffness(one.x, one.y)
             cells += [_place(one), f"{1e3 * off:.1f}", _sure(one)]
-            cells += [f"{one.stiffness:.1f}", f"{true:.1f}"]
+            cells += [_stiffness(one), f"{true:.1f}"]
         table.add_row(*cells, *(["missed"] if number not in by_nodule else []))
     console.print(table)
     console.print(
@@ -153,3 +152,7 @@ def _place(thing) -> str:
 
 def _sure(one: Inclusion) -> str:
     return f"{one.probability:.2f}"
+
+
+def _stiffness(one: Inclusion) -> str:
+    return f"{one.stiffness:.1f} ± {one.stiffness_sd:.1f}"

@@ -102,7 +102,12 @@ def _draw_layer(
     axes: Axes, raster: Raster, layer: FloatArray, limits: tuple[float, float], colours: str
 ) -> AxesImage:
     half_x, half_y = ((axis[1] - axis[0]) / 2.0 for axis in (raster.x, raster.y))
-    edges = (raster.x[0] - half_x, raster.x[-1] + half_x, raster.y[0] - half_y, raster.y[-1] + half_y)
+    edges = (
+        raster.x[0] - half_x,
+        raster.x[-1] + half_x,
+        raster.y[0] - half_y,
+        raster.y[-1] + half_y,
+    )
     return axes.imshow(
         layer,
         origin="lower",
@@ -121,7 +126,9 @@ def _draw_sites(axes: Axes, sites: Sites) -> None:
 
 def _draw_nodules(axes: Axes, nodules: Sequence[tuple[float, float, float]]) -> None:
     for x, y, radius in MILLIMETRES * np.reshape(nodules, (-1, 3)):
-        axes.add_patch(Circle((x, y), radius, fill=False, linewidth=1.0, linestyle="--", **_OUTLINED))
+        axes.add_patch(
+            Circle((x, y), radius, fill=False, linewidth=1.0, linestyle="--", **_OUTLINED)
+        )
 
 
 def _draw_inclusions(axes: Axes, shown: Sequence[Inclusion]) -> None:

@@ -288,9 +288,7 @@ def _result(dwell: Dwell, repeat: int) -> SiteResult:
     values = tuple(map(float, _fuse(usable))) if usable else (math.nan,) * 5
     site = dwell.site
     position = tuple(map(float, site.position))
-    return SiteResult(
-        site.site, repeat, site.stamp, position, _UP, *values, dwell.verdict()
-    )
+    return SiteResult(site.site, repeat, site.stamp, position, _UP, *values, dwell.verdict())
 
 
 #: Verdicts by which an estimator has said something of the tissue.

@@ -78,10 +78,15 @@ class Sites:
         return positive & (self.k > LEAST_CONTACT * np.median(self.k[positive]))
 
     @property
+    def hanging(self) -> np.ndarray:
+        """Whether each site was palpated without contact: there is no tissue, or none known."""
+        return np.isfinite(self.k) & ~self.felt
+
+    @property
     def left_out(self) -> tuple[str, ...]:
         """Why rows tell nothing, in sentences."""
         without = int((~np.isfinite(self.k)).sum())
-        hanging = int((np.isfinite(self.k) & ~self.felt).sum())
+        hanging = int(self.hanging.sum())
         told = []
         if without:
             told.append(f"{without} of {self.x.size} sites have no value: unknown there")

@@ -22,6 +22,8 @@ from tissue_probe.signals import FloatArray
 #: Standard deviations of the coefficients of log k: level, tilt from middle to edge, curvature.
 #: A tilt of 50 % and a curvature of 10 % are ordinary.
 _LEVEL, _TILT, _CURVATURE = 1.0, 0.4, 0.1
+#: Tissue does not tilt as much over less [mm].
+_LEAST_HALF = 5.0
 #: Tissue relaxes by tens of per cent, at rates that are not known.
 _DRIFT = 0.2
 #: Times of relaxation over the time of the whole scan.
@@ -111,7 +113,10 @@ class Background:
     ) -> Background:
         """Lay the grid of levels for sites at x, y [mm], times t [s], known noise of log k."""
         corners = np.array([[x.min(), x.max()], [y.min(), y.max()]])
-        middle, half = corners.mean(axis=1), max(float(np.ptp(corners, axis=1).max()) / 2.0, 1.0)
+        middle, half = (
+            corners.mean(axis=1),
+            max(float(np.ptp(corners, axis=1).max()) / 2.0, _LEAST_HALF),
+        )
         trend = _trend(x, y, middle, half)
         known = trend @ trend.T + np.diag(noise**2)
         drift = _drift(t) if t is not None and np.ptp(t) > 0.0 else np.zeros((x.size, 1))
@@ -123,8 +128,12 @@ class Background:
             for size in levels.sizes:
                 factor = cho_factor(known + size**2 * varied, lower=True)
                 precision.append(cho_solve(factor, np.eye(x.size)))
-                weight.append(np.log(prior) - size / levels.usual - np.log(np.diag(factor[0])).sum())
-        return Background(x, y, levels, np.array(precision), np.array(weight), middle, half, trend, drift)
+                weight.append(
+                    np.log(prior) - size / levels.usual - np.log(np.diag(factor[0])).sum()
+                )
+        return Background(
+            x, y, levels, np.array(precision), np.array(weight), middle, half, trend, drift
+        )
 
     def cross(self, level: int, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return covariances of the background at places [mm] with the sites, and variances.

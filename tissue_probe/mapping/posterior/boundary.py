@@ -27,7 +27,7 @@ _MEMBERS = 1000
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _around(row, x, y):
-    """Return the rows and columns of a raster that an inclusion may reach: first and end of each."""
+    """Return first and end of the rows and of the columns that an inclusion may reach."""
     step, far = x[1] - x[0], math.exp(row[LOG_RADIUS] + 0.5 * row[LOG_ASPECT])
     return (
         max(0, int((row[Y] - far - y[0]) / step)),

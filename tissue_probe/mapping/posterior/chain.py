@@ -54,10 +54,10 @@ def _inside(px, py, x, y, reach, box):
     """Whether a place is in the box and within reach of a site: nothing is said of any other."""
     if not (box[0] <= px <= box[1] and box[2] <= py <= box[3]):
         return False
+    nearest = np.inf
     for i in range(x.size):
-        if (px - x[i]) ** 2 + (py - y[i]) ** 2 <= reach**2:
-            return True
-    return False
+        nearest = min(nearest, (px - x[i]) ** 2 + (py - y[i]) ** 2)
+    return nearest <= reach**2
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -231,7 +231,24 @@ def _moved(row, new, kind, spacing):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state, steps, thin, rows, kept, levels):
+def run(
+    seed,
+    y,
+    sx,
+    sy,
+    reach,
+    spacing,
+    box,
+    area,
+    precision,
+    log_weight,
+    state,
+    steps,
+    thin,
+    rows,
+    kept,
+    levels,
+):
     """Run a chain on, and keep every ``thin``-th state.
 
     Parameters
@@ -298,8 +315,13 @@ def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state
                                 - math.log(area)
                                 + log_prior_of_contrast(new[LOG_CONTRAST])
                                 - _log_density_of_birth(
-                                    new, sx, sy, width, (box[1] - box[0]) * (box[3] - box[2]),
-                                    weights, expected,
+                                    new,
+                                    sx,
+                                    sy,
+                                    width,
+                                    (box[1] - box[0]) * (box[3] - box[2]),
+                                    weights,
+                                    expected,
                                 )
                             )
                             if math.log(np.random.random()) < log_ratio:
@@ -328,8 +350,13 @@ def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state
                         + math.log(area)
                         - log_prior_of_contrast(inclusions[j, LOG_CONTRAST])
                         + _log_density_of_birth(
-                            inclusions[j], sx, sy, width,
-                            (box[1] - box[0]) * (box[3] - box[2]), weights, expected,
+                            inclusions[j],
+                            sx,
+                            sy,
+                            width,
+                            (box[1] - box[0]) * (box[3] - box[2]),
+                            weights,
+                            expected,
                         )
                     )
                     if math.log(np.random.random()) < log_ratio:
@@ -352,9 +379,13 @@ def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state
                     expected = _expected_contrast(
                         inclusions[j], sx, sy, without_sum, other_residual, Q, shapes[j]
                     )
-                    log_ratio = gain + _log_density_of_birth(
-                        inclusions[j], sx, sy, width, box_area, weights, expected
-                    ) - log_prior_of_contrast(inclusions[j, LOG_CONTRAST])
+                    log_ratio = (
+                        gain
+                        + _log_density_of_birth(
+                            inclusions[j], sx, sy, width, box_area, weights, expected
+                        )
+                        - log_prior_of_contrast(inclusions[j, LOG_CONTRAST])
+                    )
                     expected = _draw_birth(
                         new, sx, sy, width, box, weights, without_sum, other_residual, Q, shape
                     )
@@ -364,8 +395,15 @@ def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state
                         log_ratio -= _log_apart(inclusions, count, inclusions[j], j)
                         excess = math.exp(new[LOG_CONTRAST]) - 1.0
                         changed = _changed(
-                            shape, excess, nothing, 0.0, without_sum, without_r, new_sum,
-                            change, where,
+                            shape,
+                            excess,
+                            nothing,
+                            0.0,
+                            without_sum,
+                            without_r,
+                            new_sum,
+                            change,
+                            where,
                         )
                         if changed >= 0:
                             log_ratio += (
@@ -425,9 +463,9 @@ def run(seed, y, sx, sy, reach, spacing, box, area, precision, log_weight, state
                             + inclusions[j, LOG_CONTRAST]
                             - new[LOG_CONTRAST]
                         )
-                        prior += log_prior_of_contrast(
-                            new[LOG_CONTRAST]
-                        ) - log_prior_of_contrast(inclusions[j, LOG_CONTRAST])
+                        prior += log_prior_of_contrast(new[LOG_CONTRAST]) - log_prior_of_contrast(
+                            inclusions[j, LOG_CONTRAST]
+                        )
                 if possible:
                     changed = _changed(
                         shape, excess, shapes[j], excesses[j], sum_felt, r, new_sum, change, where

@@ -1,4 +1,4 @@
-"""Whether the model of a map holds: would it make data like these?
+"""Whether the model of a map holds: that it would make data like these.
 
 What belongs here: the posterior-predictive check. What does not: the map that is given where it
 fails (``process``).
@@ -6,7 +6,8 @@ fails (``process``).
 Two properties of the sites' residuals, each told by all other sites and over its own error, are
 held against those of data drawn from the states (Gelman, Meng and Stern, Posterior predictive
 assessment of model fitness, Statistica Sinica 6 (1996) 733): the largest, and how far neighbours go
-together. A model that needs nearly as many inclusions as it may have does not hold either.
+together. A model that needs nearly as many inclusions as it may have does not hold either, nor one
+whose smooth background varies like inclusions do.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from tissue_probe.signals import FloatArray
 
 #: Of maps of which the model is right, one in a hundred fails: either property in one of 200.
 LEAST = 0.005
+#: Two standard deviations of the variation are then a contrast of 1.3.
+LARGEST_VARIATION = 0.13
 _STATES = 100
 #: Of data, from each of these states.
 _DRAWS = 4
@@ -31,9 +34,11 @@ _DRAWS = 4
 def predictive_probability(states: States, background: Background, log_k: FloatArray) -> float:
     """Return how probable residuals as odd as these are, the odder of the two properties; 0 to 1.
 
-    0 where most states have more inclusions than three quarters of ``MOST``.
+    0 where most states have more inclusions than three quarters of ``MOST``, or a background that
+    varies by more than ``LARGEST_VARIATION``.
     """
-    if np.median(states.count) > 0.75 * MOST:
+    sizes = background.levels.sizes[states.level % background.levels.sizes.size]
+    if np.median(states.count) > 0.75 * MOST or np.median(sizes) > LARGEST_VARIATION:
         return 0.0
     rows, count, level = states.some(_STATES)
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))

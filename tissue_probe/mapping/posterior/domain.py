@@ -40,10 +40,15 @@ class Domain:
     reach: float
     box: FloatArray
     _sites: FloatArray
+    _hanging: FloatArray
 
     @staticmethod
-    def of(x: FloatArray, y: FloatArray) -> Domain:
-        """Return the domain of sites at x, y [mm]; repeats at one place are one."""
+    def of(x: FloatArray, y: FloatArray, hanging: FloatArray) -> Domain:
+        """Return the domain of sites at x, y [mm]; repeats at one place are one.
+
+        ``hanging``, shape (m, 2), are sites without contact [mm]: they are in the box, and what is
+        nearest to them is unknown.
+        """
         places = np.unique(np.round(np.column_stack([x, y]), 3), axis=0)
         if len(places) > 1:
             nearest = cKDTree(places).query(places, k=2)[0][:, 1]
@@ -51,9 +56,10 @@ class Domain:
         else:
             spacing = _LONE
         beyond = min(spacing / 2.0, _TIP)
-        low, high = places.min(axis=0) - beyond, places.max(axis=0) + beyond
+        palpated = np.concatenate([places, hanging])
+        low, high = palpated.min(axis=0) - beyond, palpated.max(axis=0) + beyond
         box = np.array([low[0], high[0], low[1], high[1]])
-        return Domain(spacing, max(_REACH * spacing, _TIP), box, places)
+        return Domain(spacing, max(_REACH * spacing, _TIP), box, places, hanging)
 
     @property
     def area(self) -> float:
@@ -71,7 +77,7 @@ class Domain:
             If it has too many cells.
         """
         sides = self.box[1] - self.box[0], self.box[3] - self.box[2]
-        counts = [max(int(round(side / step)), 2) + 1 for side in sides]
+        counts = [max(round(side / step), 2) + 1 for side in sides]
         if counts[0] * counts[1] > _MOST_CELLS:
             raise ParameterError(
                 f"a raster of {step:g} mm has {counts[0]} x {counts[1]} cells here: make raster "
@@ -85,4 +91,8 @@ class Domain:
         """Return whether each place of a raster is within reach, shape (len y, len x)."""
         columns, rows = np.meshgrid(x, y)
         places = np.column_stack([columns.ravel(), rows.ravel()])
-        return (cKDTree(self._sites).query(places)[0] <= self.reach).reshape(rows.shape)
+        nearest = cKDTree(self._sites).query(places)[0]
+        known = nearest <= self.reach
+        if len(self._hanging):
+            known &= nearest < cKDTree(self._hanging).query(places)[0]
+        return known.reshape(rows.shape)

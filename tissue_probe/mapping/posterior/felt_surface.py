@@ -85,12 +85,16 @@ def _add(rows, count, x, y, first, second, mean, square):
             u -= b
             w00, w01, w10, w11 = (1 - v) * (1 - u), (1 - v) * u, v * (1 - u), v * u
             one = (
-                w00 * first[a, b] + w01 * first[a, b + 1]
-                + w10 * first[a + 1, b] + w11 * first[a + 1, b + 1]
+                w00 * first[a, b]
+                + w01 * first[a, b + 1]
+                + w10 * first[a + 1, b]
+                + w11 * first[a + 1, b + 1]
             )
             two = (
-                w00 * second[a, b] + w01 * second[a, b + 1]
-                + w10 * second[a + 1, b] + w11 * second[a + 1, b + 1]
+                w00 * second[a, b]
+                + w01 * second[a, b + 1]
+                + w10 * second[a + 1, b]
+                + w11 * second[a + 1, b + 1]
             )
             mean[i, k] += one * total[i, k]
             square[i, k] += two * total[i, k] ** 2
@@ -132,4 +136,3 @@ def surface_of(
             _add(rows[one], count[one], x, y, first, second, mean, square)
     mean /= count.size
     return mean, np.sqrt(np.maximum(square / count.size - mean**2, 0.0))
-

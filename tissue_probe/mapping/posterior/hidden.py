@@ -84,9 +84,22 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
                         largest = max(largest, longest)
             radius, step = LARGEST, _COARSE
             while True:
-                if radius > 0.0 and _EXCLUDED > _there(
-                    px, py, radius, excess, x, y, precision, weighted,
-                    covered if radius <= largest else uncovered, change, where,
+                if (
+                    radius > 0.0
+                    and _there(
+                        px,
+                        py,
+                        radius,
+                        excess,
+                        x,
+                        y,
+                        precision,
+                        weighted,
+                        covered if radius <= largest else uncovered,
+                        change,
+                        where,
+                    )
+                    < _EXCLUDED
                 ):
                     radius -= step
                 elif step == _STEP or radius == LARGEST:

@@ -37,6 +37,8 @@ CONTRAST = 1.5
 _MM = 1e3
 #: A plane takes three sites; a fourth is the first to contradict it.
 _LEAST_SITES = 4
+#: The background is the tissue that most places are like.
+_ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
 _SHARE_STATES = 1000
 _TREND_STATES = 200
@@ -92,7 +94,8 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
             f"none of {sites.x.size} sites has a stiffness above 0: there is nothing to map"
         )
     felt = _Felt.of(sites)
-    domain = Domain.of(felt.x, felt.y)
+    hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
+    domain = Domain.of(felt.x, felt.y, hanging)
     background = Background.of(felt.x, felt.y, felt.t, felt.noise)
     states, found, disagreement = _sampled(felt, domain, background)
     probability = predictive_probability(states, background, felt.log_k)
@@ -101,17 +104,18 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
     x, y = domain.raster(step)
     if probability < LEAST:
         wide = Background.of(felt.x, felt.y, felt.t, felt.noise, LEVELS)
-        model, (mean, sd, share, inclusions) = "gaussian_process", map_of_process(
-            wide, felt.log_k, felt.level, x, y
+        model, (mean, sd, share, inclusions) = (
+            "gaussian_process",
+            map_of_process(wide, felt.log_k, felt.level, x, y),
         )
     else:
         model = "inclusions"
-        mean, sd = (math.exp(felt.level) * each for each in surface_of(
-            states, background, felt.log_k, x, y
-        ))
+        mean, sd = (
+            math.exp(felt.level) * each for each in surface_of(states, background, felt.log_k, x, y)
+        )
         rows, count, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
-        inclusions = [_inclusion(one, mean, x, y) for one in found]
+        inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
     if felt.x.size < _LEAST_SITES:
         inclusions = []
     unknown = ~domain.known(x, y)
@@ -119,12 +123,20 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
         layer[unknown] = np.nan
     hx, hy = domain.raster(max(step, _COARSEST))
     hidden = could_hide(states, background, felt.log_k, contrast, hx, hy)
+    hidden[~domain.known(hx, hy)] = np.nan
+    tissue = _tissue(states, background, felt)
+    alike = np.abs(mean[~unknown] / tissue.stiffness - 1.0) < _ALIKE
+    if alike.mean() < 0.5:
+        notes.append(
+            f"only {alike.mean():.0%} of the tissue is within {_ALIKE:.0%} of the background of "
+            f"{tissue.stiffness:.0f} N/m: it is not certain which tissue is the background"
+        )
     chains, kept = states.count.shape
     return PosteriorMap(
         tuple(inclusions),
         SurfaceFelt(x / _MM, y / _MM, mean, sd, share),
         CouldHide(hx / _MM, hy / _MM, hidden / _MM, contrast),
-        _tissue(states, background, felt),
+        tissue,
         Check(model, probability, disagreement, chains * kept, tuple(notes)),
     )
 
@@ -169,7 +181,9 @@ def _notes(felt: _Felt, disagreement: float, probability: float) -> list[str]:
     return told
 
 
-def _inclusion(one: Found, mean: FloatArray, x: FloatArray, y: FloatArray) -> Inclusion:
+def _inclusion(
+    one: Found, mean: FloatArray, sd: FloatArray, x: FloatArray, y: FloatArray
+) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
     lines = boundaries(one.members)
@@ -178,6 +192,7 @@ def _inclusion(one: Found, mean: FloatArray, x: FloatArray, y: FloatArray) -> In
         one.covariance / _MM**2,
         one.probability,
         float(mean[row, column]),
+        float(sd[row, column]),
         one.contrast,
         *(lines[percent] / _MM for percent in (50, 90, 95)),
     )

@@ -60,7 +60,7 @@ def map_of_process(
     for sign in (1.0, -1.0):
         for row, column, inside in _standing_out(found, sign):
             share = np.maximum(share, inside)
-            inclusions.append(_inclusion(found, middle, row, column, inside, x, y))
+            inclusions.append(_inclusion(found, middle, sd, row, column, inside, x, y))
     return middle, sd, share, sorted(inclusions, key=lambda one: -one.probability)
 
 
@@ -106,6 +106,7 @@ def _standing_out(found: Departure, sign: float) -> list[tuple[int, int, FloatAr
 def _inclusion(
     found: Departure,
     stiffness: FloatArray,
+    sd: FloatArray,
     row: int,
     column: int,
     inside: FloatArray,
@@ -113,7 +114,9 @@ def _inclusion(
     y: FloatArray,
 ) -> Inclusion:
     weight = np.where(inside > 0.5, inside, 0.0)
-    across, up = (float((weight.sum(axis=i) * axis).sum() / weight.sum()) for i, axis in ((0, x), (1, y)))
+    across, up = (
+        float((weight.sum(axis=i) * axis).sum() / weight.sum()) for i, axis in ((0, x), (1, y))
+    )
     width = weight.sum() * (x[1] - x[0]) ** 2 / np.pi
     certain = abs(found.above[row, column]) / found.stddev[row, column]
     lines = contours(x, y, inside, {50: 0.5, 90: 0.1, 95: 0.05})
@@ -123,6 +126,7 @@ def _inclusion(
         np.eye(2) * width / certain**2 / _MM**2,
         float(2.0 * ndtr(certain) - 1.0),
         float(stiffness[row, column]),
+        float(sd[row, column]),
         float(np.exp(found.above[row, column])),
         *(lines[percent] / _MM for percent in (50, 90, 95)),
     )

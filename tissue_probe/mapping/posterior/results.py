@@ -22,7 +22,7 @@ class Inclusion:
         Of the middle [m^2].
     probability : float
         That it is there, its middle within 6 mm.
-    stiffness : float
+    stiffness, stiffness_sd : float
         Felt over its middle [N/m].
     contrast : float
         How many times stiffer that is than the background.
@@ -36,6 +36,7 @@ class Inclusion:
     covariance: FloatArray
     probability: float
     stiffness: float
+    stiffness_sd: float
     contrast: float
     boundary_50: FloatArray
     boundary_90: FloatArray

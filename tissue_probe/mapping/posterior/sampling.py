@@ -93,7 +93,8 @@ class Chains:
         area: float,
         background: Background,
     ) -> None:
-        self._data = (y, sx, sy, reach, spacing, box, area, background.precision, background.log_weight)
+        levels = background.precision, background.log_weight
+        self._data = (y, sx, sy, reach, spacing, box, area, *levels)
         self._seeds = np.random.default_rng(_digest(y, sx, sy))
         self._ends = np.zeros((CHAINS, MOST + 1, PARAMETERS))
         # The chains begin at levels of their own, and without inclusions.
