@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from benchmarks.maps.finite_elements import FELT, Block
 from benchmarks.maps.tissues import SIDE, Nodule, Tissue
 
 HIT = 6.0  # mm
@@ -86,6 +87,25 @@ def marks_of(tissue: Tissue, found: dict[str, Any], shape: str, seconds: float) 
         _mark_boundary(marks, inclusions[a], tissue.nodules[b])
     marks.stated.extend(_stated(stated, distance))
     return marks
+
+
+def marks_of_block(found: dict[str, Any], of: Block, seconds: float) -> Marks:
+    """Return how many of the spheres that are felt are found, and how many inclusions are false.
+
+    A sphere that is felt too little to count is not false where it is found.
+    """
+    sure = [one for one in found["inclusions"] if one["probability"] >= DECLARED]
+    centres = 1e3 * np.array([(one["x"], one["y"]) for one in sure]).reshape(-1, 2)
+    distance = cdist(centres, np.array([(one.x, one.y) for one in of.spheres]))
+    felt = [of.contrast(sphere) >= FELT for sphere in of.spheres]
+    pairs = _paired(distance)
+    return Marks(
+        "spheres",
+        nodules=sum(felt),
+        hits=sum(felt[b] for _, b in pairs),
+        false=len(sure) - len(pairs),
+        seconds=seconds,
+    )
 
 
 def _paired(distance: np.ndarray) -> list[tuple[int, int]]:

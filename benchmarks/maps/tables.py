@@ -67,7 +67,9 @@ def table(title: str, sets: Mapping[str, Sequence[Marks]]) -> Table:
     """Return a table with a column a set of maps."""
     found = Table("", *sets, title=title)
     for name, of in ROWS.items():
-        found.add_row(name, *(of(marks) for marks in sets.values()))
+        cells = [of(marks) for marks in sets.values()]
+        if set(cells) != {"-"}:
+            found.add_row(name, *cells)
     return found
 
 
