@@ -3,8 +3,8 @@
 What belongs here: the felt stiffness over a block, kept in a file. What does not: marks.
 
 The block is linear, of trilinear bricks, on a floor that holds it; scikit-fem assembles it. The tip
-presses with the pressure of a round indenter of 3 mm radius (Hertz), and its stiffness is force over
-displacement, both weighted by the pressure: one factorisation serves all places.
+presses with the pressure of a round indenter of 3 mm radius (Hertz), and its stiffness is force
+over displacement, both weighted by the pressure: one factorisation serves all places.
 """
 
 from __future__ import annotations

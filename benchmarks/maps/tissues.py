@@ -83,7 +83,8 @@ class Condition:
     Attributes
     ----------
     variation, noise, tilt, curvature : float
-        Of the background, of the sites, over the side, over the half side; relative.
+        Standard deviation of the background, which so varies by twice as much, and of the sites;
+        change over the side, and from the middle to the corner; relative.
     relaxation : float
         By how much stiffer the tissue is when the scan begins; fades with 15 s.
     nodules : int

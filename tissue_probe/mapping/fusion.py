@@ -242,16 +242,17 @@ class MapBuilder:
         self.revision += 1
         return dwell
 
-    def results(self) -> list[SiteResult]:
-        """Return what each dwell found that has ended or has an estimate, in order of time.
+    def results(self, *, under_way: bool = True) -> list[SiteResult]:
+        """Return what each dwell found that has ended, in order of time.
 
-        A place that is visited again has several: none replaces another.
+        A place that is visited again has several: none replaces another. Where ``under_way``, a
+        dwell that has an estimate counts before it has ended, too.
         """
         repeats = {id(d): n for visits in self._visits.values() for n, d in enumerate(visits)}
         return [
             _result(dwell, repeats[id(dwell)])
             for dwell in self._timeline
-            if dwell.ended or dwell.last()
+            if dwell.ended or (under_way and dwell.last())
         ]
 
     def map(self) -> StiffnessMapData:

@@ -6,8 +6,6 @@ What belongs here: height, and the normal that follows from it. What does not: s
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
-from scipy.spatial import QhullError
 
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -15,6 +13,10 @@ from tissue_probe.signals import FloatArray
 
 def height_at(sites: Sites, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return z [m] at places: linear between the sites, that of the nearest beyond them."""
+    # Here, since it takes a second to import, and nodes import this module.
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+    from scipy.spatial import QhullError
+
     places = np.column_stack([sites.x, sites.y])
     nearest = NearestNDInterpolator(places, sites.z)(x, y)
     try:
