@@ -62,7 +62,7 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     running = demo("--dwell-time", "0.2")
     printed, said = running.communicate(timeout=150)
     assert running.returncode == 0, said
-    assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed
+    assert "3 of 3 nodules found, 0 inclusions where there is no nodule" in printed
     assert "25 of 25 sites measured" in printed
     for picture in ("map.png", "estimates.png"):
         content = (tmp_path / picture).read_bytes()
