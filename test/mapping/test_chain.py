@@ -24,9 +24,7 @@ def prior_states():
     noise = np.full(16, 1e3)  # sites that say nothing
     domain = Domain.of(x, y, np.empty((0, 2)))
     background = Background.of(x, y, None, noise)
-    chains = Chains(
-        np.zeros(16), x, y, domain.reach, domain.spacing, domain.box, domain.area, background
-    )
+    chains = Chains(np.zeros(16), domain.region(x, y), background)
     return States.joined([chains.further() for _ in range(12)])
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.posterior.moves import Region
 from tissue_probe.signals import FloatArray
 
 #: A tip of 3 mm radius feels so far beyond its middle [mm].
@@ -67,6 +68,10 @@ class Domain:
         step = max(self.reach / 4.0, 1e-3)
         x, y = self.raster(step)
         return float(self.known(x, y).mean()) * (x[-1] - x[0]) * (y[-1] - y[0])
+
+    def region(self, x: FloatArray, y: FloatArray) -> Region:
+        """Return where the chains' sites x, y [mm] are, and where inclusions may be."""
+        return Region(x, y, self.reach, self.spacing, self.box, self.area)
 
     def raster(self, step: float) -> tuple[FloatArray, FloatArray]:
         """Return x and y of a raster over the box, its cells about ``step`` [mm] wide.

@@ -145,10 +145,7 @@ def _sampled(
     felt: _Felt, domain: Domain, background: Background
 ) -> tuple[States, list[Found], float]:
     """Run chains until their halves agree; return states, inclusions, and how far they differ."""
-    chains = Chains(
-        felt.log_k, felt.x, felt.y, domain.reach, domain.spacing, domain.box, domain.area,
-        background,
-    )  # fmt: skip
+    chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
     parts: list[States] = []
     while True:
         parts.append(chains.further())

@@ -13,6 +13,7 @@ import numpy as np
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.chain import run
+from tissue_probe.mapping.posterior.moves import Region
 from tissue_probe.mapping.posterior.prior import MOST, PARAMETERS
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -74,28 +75,17 @@ class Chains:
 
     Parameters
     ----------
-    y, sx, sy : array, shape (n,)
-        log k less its median; places of the sites [mm].
-    reach, spacing, area : float
-        As in ``chain.run``.
+    y : array, shape (n,)
+        log k less its median.
+    region : Region
+        The sites, and where inclusions may be.
     background : Background
         Of these sites.
     """
 
-    def __init__(
-        self,
-        y: FloatArray,
-        sx: FloatArray,
-        sy: FloatArray,
-        reach: float,
-        spacing: float,
-        box: FloatArray,
-        area: float,
-        background: Background,
-    ) -> None:
-        levels = background.precision, background.log_weight
-        self._data = (y, sx, sy, reach, spacing, box, area, *levels)
-        self._seeds = np.random.default_rng(_digest(y, sx, sy))
+    def __init__(self, y: FloatArray, region: Region, background: Background) -> None:
+        self._data = (y, region, background.precision, background.log_weight)
+        self._seeds = np.random.default_rng(_digest(y, region.sx, region.sy))
         self._ends = np.zeros((CHAINS, MOST + 1, PARAMETERS))
         # The chains begin at levels of their own, and without inclusions.
         self._ends[:, MOST, 1] = np.linspace(0, background.log_weight.size - 1, CHAINS).astype(int)
