@@ -13,9 +13,9 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
+from tissue_probe.mapping import site_results
 from tissue_probe.mapping.kept_map import KeptMap
 from tissue_probe.mapping.site_result import SiteResult, sites_of
-from tissue_probe.mapping.site_results import SiteResults
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
@@ -34,8 +34,13 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
-from tissue_probe_msgs.msg import Inclusions, PalpationSite, StiffnessMap, TissueEstimate
-from tissue_probe_msgs.msg import SiteResults as SiteResultsMessage
+from tissue_probe_msgs.msg import (
+    Inclusions,
+    PalpationSite,
+    SiteResults,
+    StiffnessMap,
+    TissueEstimate,
+)
 
 #: Time between two looks at what has arrived [s].
 INTERVAL = 0.1
@@ -71,7 +76,7 @@ class Mapper(Node):
         settings = read(self, MapperSettings)
         self._frame_id = settings.frame_id
         file = Path(settings.results_file) if settings.results_file else self._stock_results_file()
-        self._map = KeptMap(SiteResults(file), self.get_logger().error)
+        self._map = KeptMap(site_results.SiteResults(file), self.get_logger().error)
         self._published_revision = 0
         self._found: StiffnessMapData | None = None
         self._ended: list[SiteResult] = []
@@ -80,7 +85,7 @@ class Mapper(Node):
         self._malformed = 0
         self._rate = Rate()
         self._maps = self.create_publisher(StiffnessMap, "stiffness_map", LATCHED)
-        self._sites = self.create_publisher(SiteResultsMessage, "sites", LATCHED)
+        self._sites = self.create_publisher(SiteResults, "sites", LATCHED)
         self._inclusions = self.create_publisher(Inclusions, "inclusions", LATCHED)
         self._clouds = self.create_publisher(PointCloud2, "stiffness_cloud", LATCHED)
         self._markers = self.create_publisher(MarkerArray, "inclusion_markers", LATCHED)
