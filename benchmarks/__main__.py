@@ -29,6 +29,7 @@ from benchmarks import (
     soak,
     start,
 )
+from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
 from benchmarks.protocols.catalogue import PROTOCOLS
 from benchmarks.ruler import marks
@@ -59,11 +60,12 @@ class Part(str, Enum):
     start = "start"
     protocols = "protocols"
     third_party = "third_party"
+    map = "map"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
-WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party)
+WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party, Part.map)
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
 
@@ -116,6 +118,9 @@ def main(
     protocol: Annotated[
         list[Protocol] | None, typer.Option(help="Of `protocols`; all by default.")
     ] = None,
+    phantoms: Annotated[
+        int, typer.Option(min=3, help="`map`: random phantoms of each raster of sites.")
+    ] = 200,
     before: Annotated[
         str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
     ] = "HEAD~1",
@@ -131,7 +136,7 @@ def main(
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
-    felupe). `all` leaves these eight out.
+    felupe); `map` how right the map of sites is. `all` leaves these nine out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -175,6 +180,10 @@ def main(
             outcomes = marks.measure(dealt)
             results["third_party"] = [asdict(outcome) for outcome in outcomes]
             Console(width=150).print(*ruler_tables.tables("Simulators of others", outcomes))
+        if part == Part.map:
+            found = maps.measure(RESULTS / "blocks", phantoms)
+            results["map"] = maps.kept(found)
+            Console(width=150).print(*maps.shown(found))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

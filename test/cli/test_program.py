@@ -65,7 +65,7 @@ def test_every_help_fits_80_columns_and_says_what_the_command_does(run, command)
     [
         ("estimate", ["time [s]", "(u_mm", "(F_mN", "SI units", "[N/m]", "[N s/m]"]),
         ("export", ["time [s]", "position [m]", "force [N]", "[V]"]),
-        ("map", ["[N/m]", "[N s/m]", "[mm]"]),
+        ("map", ["[m]", "[N/m]", "[s]", "[mm]"]),
         ("demo", ["[s]"]),
         ("info", ["[s]"]),
         ("excitation", ["[m]", "[Hz]", "[s]", "[N/m]", "[N s/m]", "[N]"]),
@@ -94,7 +94,7 @@ def test_the_help_shows_units(run, command, units):
         (
             "map",
             [
-                *("map.png", "the recorded estimates", "into"),
+                *("map.png", "the recorded estimates", "into", "0.5", "1.5"),
                 "(the recording's own, else compliant_probe)",
             ],
         ),

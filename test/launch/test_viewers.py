@@ -21,16 +21,17 @@ from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.estimator import EstimatorNode
 from tissue_probe.nodes.mapper import Mapper
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
 from tissue_probe.nodes.scan import Scan
 from tissue_probe.nodes.stage import Stage
-from tissue_probe_msgs.msg import PalpationSite
+from tissue_probe_msgs.msg import PalpationSite, TissueEstimate
 
 SUITE = {"/probe": [Driver, lambda: EstimatorNode("ekf"), Mapper, Scan], "/stage": [Stage]}
 LAYOUT = json.loads((ROOT / "config" / "foxglove_layout.json").read_text())
 RVIZ = yaml.safe_load((ROOT / "config" / "rviz.rviz").read_text())["Visualization Manager"]
 PLOTJUGGLER = ElementTree.parse(ROOT / "config" / "plotjuggler.xml")
 RVIZ_TYPES = {
+    "rviz_default_plugins/MarkerArray": "visualization_msgs/msg/MarkerArray",
     "rviz_default_plugins/PointCloud2": "sensor_msgs/msg/PointCloud2",
     "rviz_default_plugins/Pose": "geometry_msgs/msg/PoseStamped",
 }
@@ -133,7 +134,11 @@ def test_rviz_shows_published_topics_of_the_types_of_its_displays(published):
         if "Topic" in display
     }
     assert shown == {topic: published[topic] for topic in shown}
-    assert set(shown) == {"/probe/stiffness_cloud", "/stage/measured_cp"}
+    assert set(shown) == {
+        "/probe/inclusion_markers",
+        "/probe/stiffness_cloud",
+        "/stage/measured_cp",
+    }
 
 
 def test_the_map_is_coloured_by_a_channel_of_the_cloud_in_the_frame_that_is_shown():
@@ -146,8 +151,13 @@ def test_the_map_is_coloured_by_a_channel_of_the_cloud_in_the_frame_that_is_show
             site = PalpationSite(phase=phase)
             site.header.stamp.sec = stamp
             sites.publish(site)
-        for _ in range(100):
+        estimates = mapper.create_publisher(TissueEstimate, "ekf/estimate", BLOCKS)
+        estimate = TissueEstimate(estimator="ekf", status=TissueEstimate.CONVERGED)
+        estimate.stiffness, estimate.stiffness_variance, estimate.damping_variance = 450.0, 1.0, 1.0
+        estimate.header.stamp.sec, estimate.header.stamp.nanosec = 1, 500_000_000
+        for _ in range(600):  # where nothing is kept compiled, the first map takes half a minute
             if not clouds:
+                estimates.publish(estimate)
                 rclpy.spin_once(mapper, timeout_sec=0.1)
         mapper.destroy_node()
     channels = {field.name for field in clouds[0].fields}

@@ -13,7 +13,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from conftest import PATIENCE
-from tissue_probe.analysis.recorded import build_map
+from tissue_probe.analysis.recorded import palpated
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording
@@ -62,7 +62,7 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     running = demo("--dwell-time", "0.2")
     printed, said = running.communicate(timeout=150)
     assert running.returncode == 0, said
-    assert "3 of 3 nodules found, 0 stiff regions where there is no nodule" in printed
+    assert "3 of 3 nodules found, 0 inclusions where there is no nodule" in printed
     assert "25 of 25 sites measured" in printed
     for picture in ("map.png", "estimates.png"):
         content = (tmp_path / picture).read_bytes()
@@ -77,7 +77,7 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     # The map that was published live: the background, and a nodule right under a site.
     assert live.stiffness[0, 0] == pytest.approx(450.0, rel=0.02)
     assert live.stiffness[3, 1] > 2.5 * 450.0
-    off_line = build_map(read_recording(bag), list(read_estimates(bag).values()))
+    off_line = palpated(read_recording(bag), list(read_estimates(bag).values())).map()
     assert live.stamp == off_line.stamp
     for layer in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
         assert_array_equal(getattr(live, layer), getattr(off_line, layer))

@@ -7,17 +7,28 @@ import signal
 import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
 
+import tissue_probe as tp
 from conftest import collect, site_publisher
-from tissue_probe.analysis.recorded import build_map
+from tissue_probe.analysis.recorded import palpated
 from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.posterior.posterior_map import map_of
+from tissue_probe.mapping.posterior.results import PosteriorMap
+from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
 from tissue_probe.nodes.qos import BLOCKS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording
 from tissue_probe.signals import PalpationSite, Phase
-from tissue_probe_msgs.msg import ProbeSamples, StiffnessMap, TissueEstimate
+from tissue_probe_msgs.msg import (
+    Inclusions,
+    ProbeSamples,
+    SiteResults,
+    StiffnessMap,
+    TissueEstimate,
+)
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf", "ukf"]})
@@ -35,6 +46,13 @@ def estimate(name: str, stamp: int, stiffness: float, status: int) -> TissueEsti
     )
     message.header.stamp = to_time(stamp)
     return message
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Have the map compiled and kept before a mapper has to do it while a test waits."""
+    place = np.array([0.0, 0.01, 0.0, 0.01])
+    map_of(Sites(place, place[::-1], np.zeros(4), None, np.full(4, 450.0), np.ones(4)))
 
 
 @pytest.fixture(autouse=True)
@@ -104,7 +122,7 @@ def test_converged_estimates_are_fused_into_the_cell_of_the_site(mapped):
     assert (maps[-1].rows, maps[-1].columns, maps[-1].spacing) == (2, 3, 0.01)
 
 
-def test_the_cloud_carries_the_map_at_its_places_for_late_joiners(mapped):
+def test_a_visit_is_told_with_its_place_and_error_for_late_joiners(mapped):
     running, maps, _, publishers = mapped
 
     def measured() -> bool:
@@ -112,15 +130,74 @@ def test_the_cloud_carries_the_map_at_its_places_for_late_joiners(mapped):
         return bool(maps) and maps[-1].stiffness[4] == 500.0
 
     running.wait_until(measured, "the cell")
+    told = collect(running.node, SiteResults, "/probe/sites", LATCHED)
+    running.wait_until(lambda: bool(told), "the results, after they were published")
+    (result,) = told[0].results
+    assert (result.site, result.repeat, result.verdict) == (4, 0, StiffnessMap.MEASURED)
+    assert (result.position.x, result.position.y) == GRID.position(4)[:2]
+    assert (result.normal.x, result.normal.y, result.normal.z) == (0.0, 0.0, 1.0)
+    assert (result.stiffness, result.stiffness_stddev) == (500.0, 2.0)
+    assert (result.damping, result.damping_stddev) == (5.0, 0.1)
+
+
+def test_a_place_that_is_visited_again_has_two_results_and_the_cloud_shows_both(mapped):
+    running, maps, sites, publishers = mapped
+    told = collect(running.node, SiteResults, "/probe/sites", LATCHED)
     clouds = collect(running.node, PointCloud2, "/probe/stiffness_cloud", LATCHED)
-    running.wait_until(lambda: bool(clouds), "the cloud, after it was published")
-    names = [field.name for field in clouds[0].fields]
-    points = np.frombuffer(clouds[0].data, np.float32).reshape(6, len(names))
-    point = dict(zip(names, points[4], strict=True))
-    assert (point["x"], point["y"], point["z"]) == pytest.approx((0.01, 0.01, 0.0))
-    assert point["stiffness"] == 500.0
-    assert point["stiffness_stddev"] == 2.0
-    assert np.isnan(points[0, names.index("stiffness")])
+    publisher = publishers["ekf"]
+
+    def measured(stamp: int, stiffness: float) -> bool:
+        publisher.publish(estimate("ekf", stamp, stiffness, TissueEstimate.CONVERGED))
+        return bool(maps) and maps[-1].stiffness[4] == stiffness
+
+    running.wait_until(lambda: measured(2000, 500.0), "the cell")
+    say(sites, 3000, 4, Phase.LIFTED)
+    say(sites, 4000, 4, Phase.DWELL)
+    running.wait_until(lambda: measured(5000, 520.0), "the cell again")
+    say(sites, 6000, 4, Phase.LIFTED)
+    running.wait_until(lambda: told and len(told[-1].results) == 2, "both results")
+    assert [(one.repeat, one.stiffness) for one in told[-1].results] == [(0, 500.0), (1, 520.0)]
+    running.wait_until(lambda: clouds and clouds[-1].header.stamp.nanosec == 4000, "the cloud")
+    names = [field.name for field in clouds[-1].fields]
+    assert names == ["x", "y", "z", "stiffness", "stiffness_stddev", "probability"]
+    points = np.frombuffer(clouds[-1].data, np.float32).reshape(-1, len(names))
+    middle = points[np.hypot(*(points[:, :2] - [0.01, 0.01]).T).argmin()]
+    assert middle[3] == pytest.approx(510.0, rel=0.05)
+    assert middle[4] > 0.0
+
+
+def test_sites_on_no_grid_have_a_map(session):
+    running = session(MAPPER)
+    found = collect(running.node, Inclusions, "/probe/inclusions", LATCHED)
+    marks = collect(running.node, MarkerArray, "/probe/inclusion_markers", LATCHED)
+    sites = site_publisher(running.node)
+    publisher = running.node.create_publisher(TissueEstimate, "/probe/ekf/estimate", BLOCKS)
+    both = (sites, publisher)
+    running.wait_until(lambda: all(p.get_subscription_count() for p in both), "the mapper")
+    rng = np.random.default_rng(2)
+    places = rng.uniform(0.0, 0.03, (60, 2))
+    for number, (x, y) in enumerate(places):
+        begin = (number + 1) * 1_000_000
+        position = (float(x), float(y), 0.001)
+        for stamp, phase in ((begin, Phase.DWELL), (begin + 400_000, Phase.LIFTED)):
+            sites.publish(site_to_message(PalpationSite(stamp, number, position, phase), "stage"))
+    running.wait_until(lambda: sites.wait_for_all_acked(), "the announcements to arrive")
+    for number, (x, y) in enumerate(places):
+        k = 450.0 * (1.0 + 1.5 * 0.5 ** (((x - 0.012) ** 2 + (y - 0.017) ** 2) / 0.005**2))
+        publisher.publish(estimate("ekf", (number + 1) * 1_000_000 + 300_000, k, 1))
+
+    def sure() -> list:
+        return [one for one in (found[-1].inclusions if found else []) if one.probability > 0.9]
+
+    running.wait_until(lambda: len(sure()) == 1, "the inclusion")
+    (one,) = sure()
+    assert (one.position.x, one.position.y) == pytest.approx((0.012, 0.017), abs=0.001)
+    assert one.position.z == pytest.approx(0.001)
+    assert one.contrast == pytest.approx(2.5, rel=0.1)
+    assert len(one.boundary_95) > 10
+    running.wait_until(lambda: marks and len(marks[-1].markers) >= 4, "its markers")
+    lines = [mark for mark in marks[-1].markers if mark.type == mark.LINE_STRIP]
+    assert {mark.ns for mark in lines} == {"boundary_50", "boundary_95"}
 
 
 def test_a_model_that_is_rejected_at_the_end_takes_the_value_out_of_the_cell(mapped):
@@ -156,10 +233,47 @@ def end_recording(running) -> None:
     recorder.wait(20.0)
 
 
+def told_of(results) -> list[str]:
+    """Return results of sites as texts, in which NaN is like NaN."""
+    names = ("site", "repeat", "stiffness", "stiffness_stddev", "damping", "damping_stddev")
+    return [
+        repr([int(one.verdict), *(float(getattr(one, name)) for name in names)]) for one in results
+    ]
+
+
+def numbers_of(message: Inclusions) -> list[tuple]:
+    return [
+        (message.background,),
+        *(
+            (
+                *(one.position.x, one.position.y, one.probability, one.stiffness, one.contrast),
+                *((point.x, point.y) for point in one.boundary_95),
+            )
+            for one in message.inclusions
+        ),
+    ]
+
+
+def numbers_of_map(found: PosteriorMap) -> list[tuple]:
+    return [
+        (found.background.stiffness,),
+        *(
+            (
+                *(one.x, one.y, one.probability, one.stiffness, one.contrast),
+                *map(tuple, one.boundary_95.tolist()),
+            )
+            for one in found.inclusions
+        ),
+    ]
+
+
 def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     bag = tmp_path / "run.mcap"
     running = session(MAPPER, NodeProcess("recorder", "recorder", parameters={"output": str(bag)}))
     maps = collect(running.node, StiffnessMap, "/probe/stiffness_map", LATCHED)
+    told = collect(running.node, SiteResults, "/probe/sites", LATCHED)
+    inclusions = collect(running.node, Inclusions, "/probe/inclusions", LATCHED)
+    clouds = collect(running.node, PointCloud2, "/probe/stiffness_cloud", LATCHED)
     sites = site_publisher(running.node)
     samples = running.node.create_publisher(ProbeSamples, "/probe/samples", BLOCKS)
     publishers = {
@@ -194,7 +308,20 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     assert all(arrived)
     end_recording(running)
     live, recorded = read_map(bag), read_recording(bag)
-    off_line = build_map(recorded, list(read_estimates(bag).values()))
+    off_line = tp.map(bag)
+    running.wait_until(
+        lambda: told and told_of(told[-1].results) == told_of(off_line.results),
+        "the results, alike to the last bit",
+    )
+    running.wait_until(
+        lambda: inclusions and numbers_of(inclusions[-1]) == numbers_of_map(off_line.map),
+        "the inclusions, alike to the last bit",
+    )
+    surface = off_line.map.surface.mean
+    running.wait_until(lambda: clouds and clouds[-1].width == np.isfinite(surface).sum(), "cloud")
+    points = np.frombuffer(clouds[-1].data, np.float32).reshape(clouds[-1].width, -1)
+    np.testing.assert_array_equal(points[:, 3], surface[np.isfinite(surface)].astype(np.float32))
+    off_line = palpated(recorded, list(read_estimates(bag).values())).map()
     assert live.origin == off_line.grid.origin
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp

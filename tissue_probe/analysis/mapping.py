@@ -1,23 +1,36 @@
-"""The stiffness map of a recorded scan, its stiff regions, and the true nodules where known."""
+"""The map of a recorded scan or of a table of sites, and the true nodules where known."""
 
 from __future__ import annotations
 
+import csv
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tissue_probe.analysis.choices import FilteredRig
-from tissue_probe.analysis.measurements import Source, measurements_of
-from tissue_probe.analysis.recorded import build_map, estimate_again, recorded_phantom
+from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
+from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
 from tissue_probe.analysis.result_table import Column, ResultTable, number
 from tissue_probe.errors import ParameterError
-from tissue_probe.mapping.regions import Background, Region, find_regions
-from tissue_probe.mapping.stiffness_map import StiffnessMapData
+from tissue_probe.mapping.height import height_at
+from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, map_of
+from tissue_probe.mapping.posterior.results import PosteriorMap
+from tissue_probe.mapping.site_result import SiteResult, sites_of
+from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe.recording.columns.in_memory import columns_in_memory
+from tissue_probe.recording.columns.open_columns import open_columns
+from tissue_probe.recording.columns.source import Columns
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.open_bag import is_bag
+from tissue_probe.recording.ply import write_ply
 from tissue_probe.recording.reader import read_estimates
+from tissue_probe.recording.site_table import is_site_table, read_sites
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,97 +39,174 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class MapResult:
-    """A stiffness map and what stands out in it.
+    """A map of sites.
 
     Attributes
     ----------
-    map : StiffnessMapData
-        Stiffness, damping and verdict of each cell.
+    sites : Sites
+        What is known of each site.
+    results : tuple of SiteResult
+        The dwells of a scan; none for a table.
+    map : PosteriorMap
+        Inclusions, surface, what could hide, background, check.
     phantom : Phantom or None
         The tissue of a simulated run, where it is recorded.
     notes : tuple of str
         How the samples were read, in sentences.
     """
 
-    map: StiffnessMapData
+    sites: Sites
+    results: tuple[SiteResult, ...]
+    map: PosteriorMap
     phantom: Phantom | None
     notes: tuple[str, ...]
 
-    @cached_property
-    def stiff(self) -> Sequence[Region]:
-        """Connected regions that are stiffer than the background."""
-        return find_regions(self.map)
-
     @property
-    def regions(self) -> ResultTable:
-        """The stiff regions, in m and N/m."""
+    def inclusions(self) -> ResultTable:
+        """The inclusions, in m and N/m, the most probable first."""
         columns = (
-            Column("x", "x [mm]", lambda x: f"{1e3 * x:.1f}", right=True),
-            Column("y", "y [mm]", lambda y: f"{1e3 * y:.1f}", right=True),
-            Column("stiffness", "stiffness [N/m]", number(5), right=True),
-            Column("stiffness_stddev", "+-", number(2), right=True),
-            Column("ratio", "over background", number(3), right=True),
+            Column("x", "x [mm]", number(3, 1e3), right=True),
+            Column("y", "y [mm]", number(3, 1e3), right=True),
+            Column("probability", "probability", lambda p: f"{p:.2f}", right=True),
+            Column("stiffness", "stiffness [N/m]", number(4), right=True),
+            Column("stiffness_sd", "±", number(2), right=True),
+            Column("contrast", "over background", number(3), right=True),
         )
-        rows = tuple((r.x, r.y, r.stiffness, r.stiffness_stddev, r.ratio) for r in self.stiff)
-        return ResultTable("Stiff regions", columns, rows)
+        names = [column.name for column in columns]
+        rows = tuple(tuple(getattr(one, n) for n in names) for one in self.map.inclusions)
+        return ResultTable("Inclusions", columns, rows)
 
     @property
     def unusual(self) -> dict[str, int]:
-        """How many cells have each verdict but measured, in words; those that occur."""
-        counts = {each: int((self.map.verdict == each).sum()) for each in Verdict}
-        del counts[Verdict.MEASURED]
+        """How many dwells have each verdict but measured, in words; those that occur."""
+        verdicts = [result.verdict for result in self.results]
         return {
-            verdict.name.lower().replace("_", " "): count
-            for verdict, count in counts.items()
-            if count
+            verdict.name.lower().replace("_", " "): verdicts.count(verdict)
+            for verdict in Verdict
+            if verdict in verdicts and verdict != Verdict.MEASURED
         }
 
     @property
     def text(self) -> str:
-        """How many sites were measured, what became of the others, and the background."""
-        told = [f"{int(self.map.measured.sum())} of {len(self.map.grid)} sites measured"]
+        """How many sites were measured, what became of the others, and all that has to be known."""
+        background, check = self.map.background, self.map.check
+        told = [f"{int(self.sites.felt.sum())} of {self.sites.x.size} sites measured"]
         told += [f"{count} {word}" for word, count in self.unusual.items()]
-        if self.map.measured.any():
-            told.append(f"background {Background.of(self.map.stiffness).stiffness:.1f} N/m")
-        return "; ".join(told)
+        told.append(f"background {background.stiffness:.1f} ± {background.stiffness_sd:.1f} N/m")
+        return "\n".join(["; ".join(told), *check.notes])
 
     def __repr__(self) -> str:
-        return f"{self.text}\n{self.regions!r}"
+        return f"{self.text}\n{self.inclusions!r}"
 
     def _repr_html_(self) -> str:
-        return f"<p>{self.text}</p>{self.regions._repr_html_()}"
+        return f"<p>{self.text}</p>{self.inclusions._repr_html_()}"
 
-    def cells(self) -> ResultTable:
-        """Return a row a cell, in m, N/m and N s/m; None where nothing is known."""
-        names = ("stiffness", "stiffness_stddev", "damping", "damping_stddev")
+    def surface(self) -> ResultTable:
+        """Return a row a place of the raster, in m and N/m; None where nothing is known."""
+        felt = self.map.surface
+        names = ("mean", "sd", "probability")
         columns = (
             *(Column(name, f"{name} [m]", number(4), right=True) for name in "xy"),
             *(Column(name, name, number(5), right=True) for name in names),
-            Column("verdict", "verdict"),
         )
-        rows = []
-        for row, y in enumerate(self.map.grid.y):
-            for column, x in enumerate(self.map.grid.x):
-                cell = [float(getattr(self.map, name)[row, column]) for name in names]
-                verdict = Verdict(self.map.verdict[row, column]).name.lower()
-                known = [None if value != value else value for value in cell]
-                rows.append((float(x), float(y), *known, verdict))
-        return ResultTable("Cells of the map", columns, tuple(rows))
+        layers = [getattr(felt, name) for name in names]
+        rows = tuple(
+            (float(x), float(y), *(_known(layer[i, j]) for layer in layers))
+            for i, y in enumerate(felt.y)
+            for j, x in enumerate(felt.x)
+        )
+        return ResultTable("Surface", columns, rows)
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the cells as a pandas data frame."""
-        return self.cells().to_frame()
+        """Return the surface as a pandas data frame."""
+        return self.surface().to_frame()
 
     def to_dict(self) -> dict[str, Any]:
-        """Return cells and stiff regions, in SI units."""
-        return {"cells": self.cells().to_dict(), "regions": self.regions.to_dict()}
+        """Return the map in SI units, with nothing in it that JSON has not: NaN is None."""
+        found = self.map
+        return {
+            "inclusions": [
+                {
+                    "x": one.x,
+                    "y": one.y,
+                    "covariance": one.covariance.tolist(),
+                    "probability": one.probability,
+                    "stiffness": one.stiffness,
+                    "stiffness_sd": one.stiffness_sd,
+                    "contrast": one.contrast,
+                    "boundary_50": one.boundary_50.tolist(),
+                    "boundary_90": one.boundary_90.tolist(),
+                    "boundary_95": one.boundary_95.tolist(),
+                }
+                for one in found.inclusions
+            ],
+            "surface": {
+                "x": found.surface.x.tolist(),
+                "y": found.surface.y.tolist(),
+                "mean": _layer(found.surface.mean),
+                "sd": _layer(found.surface.sd),
+                "probability": _layer(found.surface.probability),
+            },
+            "could_hide": {
+                "x": found.could_hide.x.tolist(),
+                "y": found.could_hide.y.tolist(),
+                "radius": _layer(found.could_hide.radius),
+                "contrast": found.could_hide.contrast,
+            },
+            "background": {
+                "stiffness": found.background.stiffness,
+                "stiffness_sd": found.background.stiffness_sd,
+                "tilt": list(found.background.tilt),
+                "variation": found.background.variation,
+                "drift": found.background.drift,
+            },
+            "check": {
+                "model": found.check.model,
+                "probability": found.check.probability,
+                "disagreement": found.check.disagreement,
+                "states": found.check.states,
+                "notes": list(found.check.notes),
+            },
+        }
 
     def plot(self) -> Figure:
-        """Draw stiffness, damping and covariance trace, with the regions and the true nodules."""
+        """Draw stiffness, P(inclusion) and what could hide, with sites and true nodules."""
         from tissue_probe.figures.stiffness_map import draw_map
 
-        nodules = [(n.x, n.y, n.depth) for n in self.phantom.nodules] if self.phantom else []
-        return draw_map(self.map, self.stiff, nodules)
+        nodules = [(n.x, n.y, n.radius) for n in self.phantom.nodules] if self.phantom else []
+        return draw_map(self.map, self.sites, nodules)
+
+    def save_csv(self, path: str | Path) -> None:
+        """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability."""
+        table = self.surface()
+        with Path(path).open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow([column.name for column in table.columns])
+            writer.writerows(table.rows)
+
+    def save_ply(self, path: str | Path) -> None:
+        """Write the surface as a point cloud, where it is known, at the height of the sites [m]."""
+        felt = self.map.surface
+        known = np.isfinite(felt.mean)
+        x, y = (layer[known] for layer in np.meshgrid(felt.x, felt.y))
+        layers = [felt.mean[known], felt.sd[known], felt.probability[known]]
+        write_ply(
+            path,
+            {
+                "x": x,
+                "y": y,
+                "z": height_at(self.sites, x, y),
+                **dict(zip(("stiffness", "stiffness_sd", "probability"), layers, strict=True)),
+            },
+        )
+
+
+def _known(value: float) -> float | None:
+    return float(value) if value == value else None
+
+
+def _layer(layer: np.ndarray) -> list[list[float | None]]:
+    return [[_known(value) for value in row] for row in layer]
 
 
 def map_sites(
@@ -125,25 +215,45 @@ def map_sites(
     estimators: Sequence[str] = (),
     effects: Sequence[str | Path] = (),
     rig: FilteredRig | None = None,
+    raster: float = RASTER,
+    contrast: float = CONTRAST,
 ) -> MapResult:
-    """Map the stiffness over the sites of a recorded scan.
+    """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
     Parameters
     ----------
-    measured : Measurements, or path
-        The scan, with its announced sites.
+    measured : Measurements, path, or table in memory
+        The scan, with its announced sites; or a table with the columns x, y [m], k, k_sd [N/m] and
+        perhaps z [m], t [s] and site, a row a visit of a site.
     estimators : sequence of str
-        Filters to run on the samples; by default the recorded estimates are taken.
+        Filters to run on the samples of a scan; by default the recorded estimates are taken.
     effects : sequence of path
         Python files with effects of the user's own that a recorded model needs; they are run.
     rig : {"compliant_probe", "rigid_probe"}, optional
         How the instrument couples to the tissue; by default as recorded, else compliant_probe.
+    raster : float
+        Step of the surface [m].
+    contrast : float
+        Of the inclusions that could hide: stiffness over their middle, over the background's.
 
     Raises
     ------
     TissueProbeError
-        If it cannot be read, has no recorded estimates, or no sites.
+        If it cannot be read, has no recorded estimates, no sites, or none with a value.
     """
+    table = _site_table(measured)
+    if table is not None:
+        if estimators or effects or rig:
+            raise ParameterError(
+                f"{table.path} is a table of sites, which has no samples: leave out `estimator`, "
+                "`effects` and `rig`"
+            )
+        columns = read_sites(table)
+        z = columns.get("z", np.zeros_like(columns["x"]))
+        sites = Sites(
+            columns["x"], columns["y"], z, columns.get("t"), columns["k"], columns["k_sd"]
+        )
+        return MapResult(sites, (), map_of(sites, raster=raster, contrast=contrast), None, ())
     parts = measurements_of(measured).parts
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
@@ -159,5 +269,29 @@ def map_sites(
             raise ParameterError(
                 f"{part.name} has no recorded estimates: give a filter by `estimator`"
             )
-    found = build_map(part.recording, estimates)
-    return MapResult(found, recorded_phantom(part.recording), part.notes)
+    results = tuple(palpated(part.recording, estimates).results())
+    sites = sites_of(results)
+    found = map_of(sites, raster=raster, contrast=contrast)
+    return MapResult(sites, results, found, recorded_phantom(part.recording), part.notes)
+
+
+def is_sites(measured: Source) -> bool:
+    """Whether a table of sites is given, not samples."""
+    return _site_table(measured) is not None
+
+
+def _site_table(measured: Source) -> Columns | None:
+    """Return the table of sites that is given, if it is one."""
+    if isinstance(measured, Measurements):
+        return None
+    try:
+        if isinstance(measured, str | os.PathLike):
+            path = Path(measured)
+            if path.is_dir() or is_bag(path):
+                return None
+            columns = open_columns(path)
+        else:
+            columns = columns_in_memory(measured, IN_MEMORY)
+    except RecordingError:
+        return None  # whoever reads samples says why
+    return columns if is_site_table(columns) else None

@@ -14,7 +14,6 @@ from tissue_probe import bounded_yaml
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
-from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import Recording, TissueEstimates
@@ -99,13 +98,13 @@ def estimate_again(
     )
 
 
-def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> StiffnessMapData:
-    """Fuse estimates into a map over the sites of a recording.
+def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:
+    """Gather estimates over the sites of a recording.
 
     Raises
     ------
     ValueError
-        If no site was announced in the recording, or the sites lie on no square grid.
+        If no site was announced in the recording.
     """
     if not recording.sites:
         raise ValueError("the recording announces no palpation sites: there is nothing to map")
@@ -114,7 +113,7 @@ def build_map(recording: Recording, estimates: Sequence[TissueEstimates]) -> Sti
         builder.announce(site)
     for found in estimates:
         builder.add(found)
-    return builder.map()
+    return builder
 
 
 def recorded_phantom(recording: Recording) -> Phantom | None:

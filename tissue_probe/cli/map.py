@@ -1,7 +1,8 @@
-"""``tissue_probe map``: the stiffness map of a recorded scan."""
+"""``tissue_probe map``: the map of a recorded scan, or of a table of sites."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,11 @@ from tissue_probe.cli.arguments import EffectFiles
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.mapping import MapResult
-    from tissue_probe.mapping.regions import Region
+    from tissue_probe.analysis.measurements import Source
+    from tissue_probe.mapping.posterior.results import Inclusion
+
+#: Inclusions that are less probable are in the file for programs alone.
+TOLD = 0.5
 
 
 def map_command(
@@ -46,46 +51,72 @@ def map_command(
     clock: measured.ClockOption = None,
     effects: EffectFiles = None,
     rig: measured.FilteredRigOption = None,
+    raster: Annotated[float, typer.Option(metavar="MM", help="Step of the surface [mm].")] = 0.5,
+    contrast: Annotated[
+        float,
+        typer.Option(help="Of inclusions that could hide: stiffness over the background's."),
+    ] = 1.5,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="The map for programs.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The surface as a table, .csv.")
+    ] = None,
+    ply: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
+    ] = None,
 ) -> None:
-    """Draw the map of a recorded scan, and list the stiff regions.
+    """Map a scan or a table of sites: inclusions, and what could still hide.
 
-    The map shows stiffness [N/m], damping [N s/m] and covariance trace over the sites [mm].
+    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site.
+    The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
     """
-    from tissue_probe.analysis.mapping import map_sites
+    from tissue_probe.analysis.mapping import is_sites, map_sites
 
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
-    recordings = measured.read([samples], layout)
-    measured.tell(recordings.notes)
+    measured.check_there([samples])
+    source: Source = samples
+    if not is_sites(samples):
+        layout = measured.layout(
+            position, force, time, sample_rate, position_unit, force_unit, time_unit,
+            force_polarity, position_polarity, topic, clock,
+        )  # fmt: skip
+        source = measured.read([samples], layout)
+        measured.tell(source.notes)
     result = map_sites(
-        recordings,
+        source,
         estimators=estimator or [],
         effects=effects or [],
         rig=rig.value if rig else None,
+        raster=1e-3 * raster,
+        contrast=contrast,
     )
     result.plot().savefig(output, dpi=100)
+    if json_file is not None:
+        json_file.write_text(json.dumps(result.to_dict(), allow_nan=False) + "\n")
+    if csv is not None:
+        result.save_csv(csv)
+    if ply is not None:
+        result.save_ply(ply)
     summarize(result)
     print(f"The map is in {output}.")
 
 
 def summarize(result: MapResult) -> None:
-    """Print what became of the sites, and the stiff regions, beside the true nodules if known."""
+    """Print what became of the sites, and the inclusions, beside the true nodules if known."""
     from rich.console import Console
     from rich.table import Column, Table
 
-    from tissue_probe.mapping.regions import match
+    from tissue_probe.mapping.matching import match
 
     console = Console(highlight=False, markup=False)
     console.print(result.text)
-    if not result.map.measured.any():
-        return
-    regions, phantom = result.stiff, result.phantom
+    found = [one for one in result.map.inclusions if one.probability >= TOLD]
+    phantom = result.phantom
     if phantom is None:
-        table = Table("stiff region", "x, y [mm]", "stiffness [N/m]", "over background")
-        for number, region in enumerate(regions, 1):
-            table.add_row(str(number), _place(region), _stiffness(region), f"{region.ratio:.2f}")
+        table = Table("inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background")
+        for number, one in enumerate(found, 1):
+            ratio = f"{one.contrast:.2f}"
+            table.add_row(str(number), _place(one), _sure(one), _stiffness(one), ratio)
         console.print(table)
         return
     titles = (
@@ -93,23 +124,25 @@ def summarize(result: MapResult) -> None:
         "depth\n[mm]",
         "found\nat x, y [mm]",
         "off by\n[mm]",
+        "probability",
         "stiffness\nthere [N/m]",
         "truth\nthere",
     )
     table = Table(*(Column(title, no_wrap=True) for title in titles))
-    matched = match(regions, [(n.x, n.y) for n in phantom.nodules], result.map.grid.spacing)
-    by_nodule = {nodule: (regions[region], off) for region, nodule, off in matched.pairs}
+    matched = match([(one.x, one.y) for one in found], [(n.x, n.y) for n in phantom.nodules])
+    by_nodule = {nodule: (found[one], off) for one, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
         cells = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
         if number in by_nodule:
-            region, off = by_nodule[number]
-            true = phantom.stiffness(region.x, region.y)
-            cells += [_place(region), f"{1e3 * off:.1f}", _stiffness(region), f"{true:.1f}"]
+            one, off = by_nodule[number]
+            true = phantom.stiffness(one.x, one.y)
+            cells += [_place(one), f"{1e3 * off:.1f}", _sure(one)]
+            cells += [_stiffness(one), f"{true:.1f}"]
         table.add_row(*cells, *(["missed"] if number not in by_nodule else []))
     console.print(table)
     console.print(
         f"{len(matched.pairs)} of {len(phantom.nodules)} nodules found, "
-        f"{len(matched.false)} stiff regions where there is no nodule"
+        f"{len(matched.false)} inclusions where there is no nodule"
     )
 
 
@@ -117,5 +150,9 @@ def _place(thing) -> str:
     return f"{1e3 * thing.x:.1f}, {1e3 * thing.y:.1f}"
 
 
-def _stiffness(region: Region) -> str:
-    return f"{region.stiffness:.1f} ± {region.stiffness_stddev:.1f}"
+def _sure(one: Inclusion) -> str:
+    return f"{one.probability:.2f}"
+
+
+def _stiffness(one: Inclusion) -> str:
+    return f"{one.stiffness:.1f} ± {one.stiffness_sd:.1f}"

@@ -1,7 +1,6 @@
-"""The stiffness map as a picture: stiffness, damping and covariance trace over the tissue.
+"""The map as a picture: stiffness, P(inclusion), and what could still hide.
 
-What belongs here: how a map looks, after figure 12 of the paper. What does not: what is in it
-(``mapping``).
+What belongs here: how a map looks. What does not: what is in it (``mapping``).
 """
 
 from __future__ import annotations
@@ -13,210 +12,171 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Rectangle
+from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from tissue_probe.figures.shown_figure import ShownFigure
-from tissue_probe.mapping.grid import Grid
-from tissue_probe.mapping.regions import Region
-from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.mapping.surface import interpolate
-from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.mapping.posterior.hidden import LARGEST
+from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
+from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 MILLIMETRES = 1e3
 PANEL_WIDTH = 3.75  # inches, a third of what the figure's axes take
 ROOM_FOR_LEGENDS = 1.75  # inches above and below the panels
 LEAST_RANGE = 0.1  # of the largest value: a uniform phantom shall not look like a mountain range
+BESIDE = 3.0  # mm, of the unknown tissue around the map
+#: Inclusions that are drawn: more likely there than not.
+DRAWN = 0.5
 
 # White on black is seen on every colour of the map.
 _OUTLINED = {"color": "white", "path_effects": [withStroke(linewidth=3.5, foreground="black")]}
-_UNVISITED = {"facecolor": "0.92", "edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
-_WITHOUT_VALUE = {"facecolor": "0.92", "edgecolor": "0.6", "linewidth": 0.5}
-#: The letter in a palpated cell that is not simply measured, and its meaning.
-_MARKS = {
-    Verdict.NO_ESTIMATE: ("N", "no estimate"),
-    Verdict.NOT_CONVERGED: ("U", "unsure: not converged"),
-    Verdict.NO_CONTACT: ("A", "in air: no contact"),
-    Verdict.MODEL_REJECTED: ("R", "rejected: the model is wrong"),
-    Verdict.DISTURBED: ("D", "measured, disturbed by another force"),
-}
+_UNKNOWN = {"facecolor": "0.92", "edgecolor": "0.6", "hatch": "///", "linewidth": 0.0}
+_STYLES = {"boundary_50": "-", "boundary_95": ":"}
 
 
 def draw_map(
-    stiffness_map: StiffnessMapData,
-    found: Sequence[Region] = (),
+    found: PosteriorMap,
+    sites: Sites,
     nodules: Sequence[tuple[float, float, float]] = (),
 ) -> Figure:
-    """Draw stiffness, damping and covariance trace as interpolated heat maps side by side.
+    """Draw stiffness, P(inclusion) and what could hide side by side.
 
     Parameters
     ----------
-    stiffness_map : StiffnessMapData
-        Cells that were not palpated are hatched; a letter tells why a palpated cell has no value,
-        or that it was disturbed.
-    found : sequence of Region
-        Stiff regions, marked by a cross, with their stiffness over the background's.
+    found : PosteriorMap
+        Places that no site is near are hatched.
+    sites : Sites
+        Dots where they tell a stiffness, crosses where they do not.
     nodules : sequence of (float, float, float)
-        x, y and depth of each true nodule [m], where they are known; each is a circle of its
-        depth's radius.
+        x, y and radius of each true nodule [m], where they are known.
     """
-    zero = np.where(stiffness_map.measured, 0.0, np.nan)
-    rows, columns = stiffness_map.grid.shape
-    height = PANEL_WIDTH * min(max(rows / columns, 0.3), 2.0) + ROOM_FOR_LEGENDS
-    figure = ShownFigure(figsize=(12.0, height), layout="constrained")
-    panels = zip(
-        figure.subplots(1, 3, sharey=True),
-        ("stiffness k [N/m]", "damping β [N s/m]", "covariance trace, mixed units"),
-        (stiffness_map.stiffness, stiffness_map.damping, stiffness_map.covariance_trace),
-        (stiffness_map.stiffness_stddev, stiffness_map.damping_stddev, zero),
-        strict=True,
+    surface, hide = found.surface, found.could_hide
+    shown = [one for one in found.inclusions if one.probability >= DRAWN]
+    height = PANEL_WIDTH * min(max(np.ptp(surface.y) / np.ptp(surface.x), 0.3), 2.0)
+    figure = ShownFigure(figsize=(12.0, height + ROOM_FOR_LEGENDS), layout="constrained")
+    contrast = f"{hide.contrast:g}"
+    panels = (
+        ("stiffness k [N/m]", surface, surface.mean, _range(surface.mean), "viridis"),
+        ("P(inclusion)", surface, surface.probability, (0.0, 1.0), "magma"),
+        (
+            f"could hide, {contrast} times stiffer: radius [mm]",
+            hide,
+            np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius),
+            (0.0, LARGEST),
+            "cividis",
+        ),
     )
-    for axes, label, values, stddev in panels:
-        if stiffness_map.measured.any():
-            image = _draw_surface(axes, stiffness_map.grid, values, stddev)
-            bar = figure.colorbar(image, ax=axes, orientation="horizontal", label=label, aspect=30)
-            bar.locator = MaxNLocator(5)  # more long numbers do not fit side by side
-            bar.update_ticks()
-        else:
-            axes.set_title(f"{label}: nothing measured", fontsize=10)
-        _draw_sites(axes, stiffness_map)
+    for axes, (label, raster, layer, limits, colours) in zip(
+        figure.subplots(1, 3, sharex=True, sharey=True), panels, strict=True
+    ):
+        axes.patch.set(facecolor="0.92", edgecolor="0.6", hatch="///")
+        image = _draw_layer(axes, raster, layer, limits, colours)
+        bar = figure.colorbar(image, ax=axes, orientation="horizontal", label=label, aspect=30)
+        bar.locator = MaxNLocator(5)  # more long numbers do not fit side by side
+        bar.update_ticks()
+        _draw_sites(axes, sites)
         _draw_nodules(axes, nodules)
-        _draw_found(axes, found)
-    _write_depths(figure.axes[0], nodules)
-    _write_ratios(figure.axes[0], found)
+        _draw_inclusions(axes, shown)
+        axes.set(aspect="equal", xlabel="x [mm]", xlim=_shown(surface.x), ylim=_shown(surface.y))
+    _write_contrasts(figure.axes[0], shown)
     figure.axes[0].set_ylabel("y [mm]")
-    figure.legend(
-        handles=_legend(stiffness_map, found, nodules), loc="outside upper center", ncols=4
-    )
+    handles = _legend(found, sites, shown, nodules)
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
 
 
-def _draw_surface(axes: Axes, grid: Grid, values: FloatArray, stddev: FloatArray) -> AxesImage:
-    surface = interpolate(grid, values, stddev)
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+def _shown(axis: FloatArray) -> tuple[float, float]:
+    """Return what is shown of an axis [mm]: the raster, and a little of what is unknown."""
+    return MILLIMETRES * axis[0] - BESIDE, MILLIMETRES * axis[-1] + BESIDE
+
+
+def _range(layer: FloatArray) -> tuple[float, float]:
+    low, high = float(np.nanmin(layer)), float(np.nanmax(layer))
     widening = max(0.0, LEAST_RANGE * max(abs(low), abs(high)) - (high - low)) / 2.0
+    return low - widening, high + widening
+
+
+def _draw_layer(
+    axes: Axes, raster: Raster, layer: FloatArray, limits: tuple[float, float], colours: str
+) -> AxesImage:
+    half_x, half_y = ((axis[1] - axis[0]) / 2.0 for axis in (raster.x, raster.y))
+    edges = (
+        raster.x[0] - half_x,
+        raster.x[-1] + half_x,
+        raster.y[0] - half_y,
+        raster.y[-1] + half_y,
+    )
     return axes.imshow(
-        surface.mean,
+        layer,
         origin="lower",
-        extent=_extent(grid),
-        vmin=low - widening,
-        vmax=high + widening,
-        cmap="viridis",
-        interpolation="bilinear",
+        extent=tuple(MILLIMETRES * edge for edge in edges),
+        vmin=limits[0],
+        vmax=limits[1],
+        cmap=colours,
     )
 
 
-def _extent(grid: Grid) -> tuple[float, float, float, float]:
-    """Left, right, bottom and top of the map [mm], half a spacing beyond the outermost cells."""
-    half = grid.spacing / 2.0
-    edges = (grid.x[0] - half, grid.x[-1] + half, grid.y[0] - half, grid.y[-1] + half)
-    return tuple(MILLIMETRES * edge for edge in edges)
-
-
-def _draw_sites(axes: Axes, stiffness_map: StiffnessMapData) -> None:
-    grid = stiffness_map.grid
-    x, y = np.meshgrid(MILLIMETRES * grid.x, MILLIMETRES * grid.y)
-    measured, size = stiffness_map.measured, MILLIMETRES * grid.spacing
-    for row, column in np.argwhere(~measured):
-        corner = (x[row, column] - size / 2, y[row, column] - size / 2)
-        palpated = stiffness_map.verdict[row, column] != Verdict.NOT_PALPATED
-        style = _WITHOUT_VALUE if palpated else _UNVISITED
-        axes.add_patch(Rectangle(corner, size, size, **style))
-    axes.plot(x[measured], y[measured], ".", color="white", markeredgecolor="black", markersize=6)
-    for verdict, (mark, _) in _MARKS.items():
-        for row, column in np.argwhere(stiffness_map.verdict == verdict):
-            beside = (7.0, 7.0) if measured[row, column] else (0.0, 0.0)
-            _write(axes, mark, (x[row, column], y[row, column]), beside, "center")
-    left, right, bottom, top = _extent(grid)
-    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xlabel="x [mm]")
+def _draw_sites(axes: Axes, sites: Sites) -> None:
+    x, y, felt = MILLIMETRES * sites.x, MILLIMETRES * sites.y, sites.felt
+    axes.plot(x[felt], y[felt], ".", color="white", markeredgecolor="black", markersize=5)
+    axes.plot(x[~felt], y[~felt], "x", color="tab:red", markersize=6)
 
 
 def _draw_nodules(axes: Axes, nodules: Sequence[tuple[float, float, float]]) -> None:
-    for x, y, depth in MILLIMETRES * np.reshape(nodules, (-1, 3)):
-        axes.add_patch(Circle((x, y), depth, fill=False, linewidth=1.5, **_OUTLINED))
+    for x, y, radius in MILLIMETRES * np.reshape(nodules, (-1, 3)):
+        axes.add_patch(
+            Circle((x, y), radius, fill=False, linewidth=1.0, linestyle="--", **_OUTLINED)
+        )
 
 
-def _draw_found(axes: Axes, found: Sequence[Region]) -> None:
-    for region in found:
-        centre = (MILLIMETRES * region.x, MILLIMETRES * region.y)
-        axes.plot(*centre, "x", markersize=9, markeredgewidth=1.5, **_OUTLINED)
+def _draw_inclusions(axes: Axes, shown: Sequence[Inclusion]) -> None:
+    for one in shown:
+        for name, style in _STYLES.items():
+            axes.plot(*(MILLIMETRES * getattr(one, name).T), style, linewidth=1.5, **_OUTLINED)
 
 
-def _write_depths(axes: Axes, nodules: Sequence[tuple[float, float, float]]) -> None:
-    """Write each nodule's depth beside its circle, towards the middle of the map."""
-    middle = sum(axes.get_xlim()) / 2.0
-    for x, y, depth in MILLIMETRES * np.reshape(nodules, (-1, 3)):
-        side, alignment = (-1.0, "right") if x > middle else (1.0, "left")
-        edge, gap = (x + side * depth, y), (5.0 * side, 0.0)
-        _write(axes, f"{depth:g} mm", edge, gap, alignment)
-
-
-def _write_ratios(axes: Axes, found: Sequence[Region]) -> None:
-    """Write each found nodule's stiffness over the background's above its cross."""
-    for region in found:
-        centre = (MILLIMETRES * region.x, MILLIMETRES * region.y)
-        _write(axes, f"{region.ratio:.1f}×", centre, (0.0, 34.0), "center")
-
-
-def _write(
-    axes: Axes, text: str, place: tuple[float, float], gap: tuple[float, float], alignment: str
-) -> None:
-    """Write text at a distance [points] from a place [mm]."""
-    axes.annotate(
-        text,
-        place,
-        xytext=gap,
-        textcoords="offset points",
-        fontsize=9,
-        fontweight="bold",
-        ha=alignment,
-        va="center",
-        **_OUTLINED,
-    )
+def _write_contrasts(axes: Axes, shown: Sequence[Inclusion]) -> None:
+    """Write how many times stiffer each inclusion is, and how probable, in its middle."""
+    for one in shown:
+        axes.annotate(
+            f"{one.contrast:.1f}×\nP {one.probability:.2f}",
+            (MILLIMETRES * one.x, MILLIMETRES * one.y),
+            fontsize=8,
+            fontweight="bold",
+            ha="center",
+            va="center",
+            **_OUTLINED,
+        )
 
 
 def _legend(
-    stiffness_map: StiffnessMapData,
-    found: Sequence[Region],
+    found: PosteriorMap,
+    sites: Sites,
+    shown: Sequence[Inclusion],
     nodules: Sequence[tuple[float, float, float]],
 ) -> list[Line2D | Patch]:
     """Return one handle for each kind of mark that is drawn."""
-    marker = {"linestyle": "none", "color": "white", "markeredgecolor": "black"}
-    letter = {"linestyle": "none", "color": "black"}
+    dot = {"linestyle": "none", "color": "white", "markeredgecolor": "black"}
     entries = [
+        (sites.felt.any(), Line2D([], [], marker=".", markersize=8, label="site measured", **dot)),
         (
-            stiffness_map.measured.any(),
-            Line2D([], [], marker=".", markersize=8, label="site measured", **marker),
+            (~sites.felt).any(),
+            Line2D([], [], marker="x", linestyle="none", color="tab:red", label="site unknown"),
+        ),
+        (np.isnan(found.surface.mean).any(), Patch(label="no site near", **_UNKNOWN)),
+        (
+            bool(shown),
+            Line2D([], [], color="black", linestyle="-", label="inclusion, likely boundary"),
         ),
         (
-            (stiffness_map.verdict == Verdict.NOT_PALPATED).any(),
-            Patch(label="not palpated", **_UNVISITED),
-        ),
-        *(
-            (
-                (stiffness_map.verdict == verdict).any(),
-                Line2D([], [], marker=f"${mark}$", markersize=8, label=meaning, **letter),
-            )
-            for verdict, (mark, meaning) in _MARKS.items()
+            bool(shown),
+            Line2D([], [], color="black", linestyle=":", label="holds all of it, 95 %"),
         ),
         (
             len(nodules) > 0,
-            Line2D(
-                [], [], marker="o", markersize=10, label="true nodule, radius = depth", **marker
-            ),
-        ),
-        (
-            len(found) > 0,
-            Line2D(
-                [],
-                [],
-                marker="X",
-                markersize=9,
-                label="nodule found, stiffness over background",
-                **marker,
-            ),
+            Line2D([], [], color="black", linestyle="--", label="true nodule"),
         ),
     ]
     return [handle for drawn, handle in entries if drawn]

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
+from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
 from tissue_probe.signals import FloatArray, PalpationSite, Phase, TissueEstimates
@@ -27,6 +28,8 @@ _OPEN_END = int(np.iinfo(np.int64).max)
 #: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
 #: DDS holds back.
 _HELD_BACK = 1000
+#: The outward normal of tissue that lies flat under the stage.
+_UP = (0.0, 0.0, 1.0)
 
 
 class Estimate(NamedTuple):
@@ -239,6 +242,19 @@ class MapBuilder:
         self.revision += 1
         return dwell
 
+    def results(self, *, under_way: bool = True) -> list[SiteResult]:
+        """Return what each dwell found that has ended, in order of time.
+
+        A place that is visited again has several: none replaces another. Where ``under_way``, a
+        dwell that has an estimate counts before it has ended, too.
+        """
+        repeats = {id(d): n for visits in self._visits.values() for n, d in enumerate(visits)}
+        return [
+            _result(dwell, repeats[id(dwell)])
+            for dwell in self._timeline
+            if dwell.ended or (under_way and dwell.last())
+        ]
+
     def map(self) -> StiffnessMapData:
         """Return the map as known now, each cell fused over its estimators.
 
@@ -265,6 +281,15 @@ class MapBuilder:
             if usable:
                 layers[(slice(None), *cell)] = _fuse(usable)
         return StiffnessMapData(grid, stamp, *layers, verdicts)
+
+
+def _result(dwell: Dwell, repeat: int) -> SiteResult:
+    last = dwell.last()
+    usable = [each.estimate for each in last.values() if each.is_usable]
+    values = tuple(map(float, _fuse(usable))) if usable else (math.nan,) * 5
+    site = dwell.site
+    position = tuple(map(float, site.position))
+    return SiteResult(site.site, repeat, site.stamp, position, _UP, *values, dwell.verdict())
 
 
 #: Verdicts by which an estimator has said something of the tissue.

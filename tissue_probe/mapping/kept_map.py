@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from tissue_probe.mapping.fusion import Dwell, Estimate, MapBuilder
+from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.site_results import SiteResults
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.signals import PalpationSite, Phase
@@ -43,6 +44,10 @@ class KeptMap:
     def map(self) -> StiffnessMapData:
         """Return the map as known now; ValueError as ``MapBuilder.map``."""
         return self._builder.map()
+
+    def results(self, *, under_way: bool = True) -> list[SiteResult]:
+        """Return what each dwell found, as ``MapBuilder.results``."""
+        return self._builder.results(under_way=under_way)
 
     def announce(self, site: PalpationSite, sent: int) -> None:
         """Note where the probe is, as announced at the time ``sent`` [ns since the epoch].

@@ -1,8 +1,9 @@
-"""The mapper node: estimates of each site become a stiffness map."""
+"""The mapper node: estimates of each site become results, and these a map."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,21 +11,36 @@ from pydantic import BaseModel
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
 
+from tissue_probe.mapping import site_results
 from tissue_probe.mapping.kept_map import KeptMap
-from tissue_probe.mapping.site_results import SiteResults
+from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
-from tissue_probe.nodes.conversions import cloud_message, site_from_message, to_time
+from tissue_probe.nodes.conversions import site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.live_posterior import LivePosterior
+from tissue_probe.nodes.map_messages import (
+    inclusions_message,
+    markers_message,
+    results_message,
+    surface_cloud,
+)
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap, TissueEstimate
+from tissue_probe_msgs.msg import (
+    Inclusions,
+    PalpationSite,
+    SiteResults,
+    StiffnessMap,
+    TissueEstimate,
+)
 
 #: Time between two looks at what has arrived [s].
 INTERVAL = 0.1
@@ -60,14 +76,19 @@ class Mapper(Node):
         settings = read(self, MapperSettings)
         self._frame_id = settings.frame_id
         file = Path(settings.results_file) if settings.results_file else self._stock_results_file()
-        self._map = KeptMap(SiteResults(file), self.get_logger().error)
+        self._map = KeptMap(site_results.SiteResults(file), self.get_logger().error)
         self._published_revision = 0
         self._found: StiffnessMapData | None = None
+        self._ended: list[SiteResult] = []
+        self._posterior = LivePosterior()
         self.received = 0
         self._malformed = 0
         self._rate = Rate()
         self._maps = self.create_publisher(StiffnessMap, "stiffness_map", LATCHED)
+        self._sites = self.create_publisher(SiteResults, "sites", LATCHED)
+        self._inclusions = self.create_publisher(Inclusions, "inclusions", LATCHED)
         self._clouds = self.create_publisher(PointCloud2, "stiffness_cloud", LATCHED)
+        self._markers = self.create_publisher(MarkerArray, "inclusion_markers", LATCHED)
         self._inbox = Inbox(self)
         self._inbox.subscribe(PalpationSite, "palpation_site", ANNOUNCEMENTS, self._on_site)
         for name in settings.estimators:
@@ -84,6 +105,7 @@ class Mapper(Node):
     def destroy_node(self) -> None:
         """Let go of everything."""
         self._inbox.destroy()
+        self._posterior.close()
         super().destroy_node()
 
     def _on_site(self, message: PalpationSite, info: dict) -> None:
@@ -105,13 +127,45 @@ class Mapper(Node):
 
     def _update(self) -> None:
         self._inbox.empty()
-        if self._map.revision == self._published_revision:
+        if self._map.revision != self._published_revision:
+            self._published_revision = self._map.revision
+            self._publish_grid()
+            self._publish_sites()
+        self._publish_posterior()
+
+    def _publish_sites(self) -> None:
+        """Publish what the dwells found; have the map made of those that have ended."""
+        results = self._map.results()
+        if results:
+            self._sites.publish(results_message(self._header(results), results))
+        ended = self._map.results(under_way=False)
+        # Values that are NaN are unequal to themselves: texts are compared.
+        if repr(ended) != repr(self._ended):
+            self._ended = ended
+            self._posterior.ask(ended)
+
+    def _publish_posterior(self) -> None:
+        found = self._posterior.take()
+        if found is None:
             return
-        self._published_revision = self._map.revision
+        if isinstance(found, str):
+            self.get_logger().info(f"no inclusions are told yet: {found}")
+            return
+        header, sites = self._header(found.results), sites_of(found.results)
+        self._inclusions.publish(inclusions_message(header, found.map, sites))
+        self._clouds.publish(surface_cloud(header, found.map, sites))
+        self._markers.publish(markers_message(header, found.map, sites))
+
+    def _header(self, results: Sequence[SiteResult]) -> Header:
+        newest = max(result.stamp for result in results)
+        return Header(stamp=to_time(newest), frame_id=self._frame_id)
+
+    def _publish_grid(self) -> None:
+        """Publish the cells, where the sites lie on a square grid."""
         try:
             self._found = self._map.map()
         except ValueError as error:
-            self.get_logger().error(f"there is no map: {error}", throttle_duration_sec=1.0)
+            self.get_logger().info(f"there are no cells: {error}", throttle_duration_sec=10.0)
             return
         # Before any sample is known of, a map would have no time.
         if self._found.stamp:
@@ -133,10 +187,6 @@ class Mapper(Node):
         for name, layer in layers.items():
             setattr(message, name, layer.ravel().tolist())
         self._maps.publish(message)
-        x, y = np.meshgrid(grid.x, grid.y)
-        z = np.full(grid.shape, grid.origin[2])
-        points = np.stack([layer.ravel() for layer in (x, y, z, *layers.values())], axis=1)
-        self._clouds.publish(cloud_message(header, points, ["x", "y", "z", *layers]))
 
     def _examine(self) -> Health:
         rate = self._rate(self.received)

@@ -12,7 +12,9 @@ from matplotlib.patches import Circle
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.mapping.regions import find_regions, match
+from tissue_probe.mapping.matching import match
+from tissue_probe.mapping.posterior.posterior_map import map_of
+from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.surface import interpolate
 from tissue_probe.mapping.verdict import Verdict
@@ -24,6 +26,8 @@ from tissue_probe.reproduction.finding import Finding, Reproduction
 from tissue_probe.signals import FloatArray, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
+#: An inclusion that is declared has this probability.
+SURE = 0.9
 #: What is drawn in each row: the paper averages its filters.
 COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
 
@@ -72,9 +76,12 @@ def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
 
 
 def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:
-    regions = find_regions(found)
-    pairs = match(regions, [(n.x, n.y) for n in phantom.nodules], GRID.spacing).pairs
-    return f"{len(pairs)} of {len(phantom.nodules)}, {len(regions) - len(pairs)} false"
+    x, y = (place.ravel() for place in np.meshgrid(GRID.x, GRID.y))
+    k, k_sd = found.stiffness.ravel(), found.stiffness_stddev.ravel()
+    inclusions = map_of(Sites(x, y, np.zeros_like(x), None, k, k_sd)).inclusions
+    sure = [(one.x, one.y) for one in inclusions if one.probability >= SURE]
+    pairs = match(sure, [(n.x, n.y) for n in phantom.nodules]).pairs
+    return f"{len(pairs)} of {len(phantom.nodules)}, {len(sure) - len(pairs)} false"
 
 
 def _errors(maps: dict[str, StiffnessMapData], phantom: Phantom) -> list[str]:

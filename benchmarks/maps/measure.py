@@ -1,0 +1,110 @@
+"""``python -m benchmarks map``: maps of many tissues, marked.
+
+What belongs here: which tissues, and the time of a map. What does not: marks and tables.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+import tissue_probe as tp
+from benchmarks.maps import tables
+from benchmarks.maps.finite_elements import block
+from benchmarks.maps.marks import Marks, marks_of, marks_of_block
+from benchmarks.maps.tissues import MIXED, SIDE, Condition, Tissue, raster
+
+GRIDS = (5, 7, 9)
+SHAPES = ("plateau", "heavy tail", "ellipse")
+#: Seeds from here on were not looked at while the map was made.
+FRESH = 50_000
+#: Finite-element blocks, each solved once, in half a minute.
+BLOCKS = 8
+CONDITIONS = {
+    "40 % relaxation": replace(MIXED, relaxation=0.4, nodules=0),
+    "50 % tilt": replace(MIXED, tilt=0.5, nodules=0),
+}
+
+
+def mapped(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
+    """Palpate a tissue at a raster of sites, map it, and mark the map."""
+    table = tissue.palpated(*raster(sites), seed)
+    begin = time.process_time()
+    found = tp.map(table)
+    seconds = time.process_time() - begin
+    return marks_of(tissue, found.to_dict(), shape, seconds)
+
+
+def _set(
+    count: int, sites: int, shapes: Sequence[str], condition: Condition, first: int
+) -> list[Marks]:
+    marks = []
+    for seed in range(first, first + count):
+        shape = shapes[seed % len(shapes)]
+        marks.append(mapped(Tissue.random(seed, shape, condition), sites, seed, shape))
+    return marks
+
+
+def _blocks(spacing: float, noise: float, folder: Path) -> list[Marks]:
+    """Map finite-element blocks at a raster [mm], each under two noises."""
+    along = np.arange(0.0, SIDE + 1e-9, spacing)
+    places = [each.ravel() for each in np.meshgrid(along, along)]
+    marks = []
+    for number, again in product(range(1, BLOCKS + 1), range(2)):
+        of = block(number, folder)
+        begin = time.process_time()
+        found = tp.map(of.palpated(*places, noise, FRESH + 2 * number + again))
+        marks.append(marks_of_block(found.to_dict(), of, time.process_time() - begin))
+    return marks
+
+
+def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str, list[Marks]]]:
+    """Return marks by table and column; what finite elements take long for is kept in a folder."""
+    mapped(Tissue.random(0, SHAPES[0]), 5, 0, SHAPES[0])  # compiles what is not kept compiled
+    mixed = {f"{n} x {n}": _set(count, n, SHAPES, MIXED, first) for n in GRIDS}
+    seven = mixed["7 x 7"]
+    shapes = {shape: [one for one in seven if one.shape == shape] for shape in SHAPES}
+    shapes["gaussian"] = _set(max(count // 3, 1), 7, ("gaussian",), MIXED, first)
+    others = {
+        f"{name}, {n} x {n}": _set(max(count // 4, 1), n, SHAPES, condition, first)
+        for name, condition in CONDITIONS.items()
+        for n in (5, 9)
+    }
+    elements = {
+        f"{spacing:g} mm, noise {noise:.0%}": _blocks(spacing, noise, folder)
+        for spacing, noise in ((8.0, 0.01), (8.0, 0.03), (5.0, 0.01))
+    }
+    return {
+        "Mixed condition": mixed,
+        "True shapes, 7 x 7": shapes,
+        "Nothing there": others,
+        "Finite elements: spheres felt 1.2 times and more": elements,
+    }
+
+
+def shown(found: Mapping[str, Mapping[str, Sequence[Marks]]]) -> list[Table]:
+    """Return the tables."""
+    told = [tables.table(title, sets) for title, sets in found.items()]
+    return [*told, tables.stated(found["Mixed condition"])]
+
+
+def kept(found: Mapping[str, Mapping[str, Sequence[Marks]]]) -> dict[str, Any]:
+    """Return the marks as JSON has them."""
+    return {
+        title: {name: [_known(asdict(one)) for one in marks] for name, marks in sets.items()}
+        for title, sets in found.items()
+    }
+
+
+def _known(marks: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: None if isinstance(value, float) and not np.isfinite(value) else value
+        for name, value in marks.items()
+    }

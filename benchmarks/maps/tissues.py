@@ -1,0 +1,180 @@
+"""Random tissues: stiffness over place, from nodules of several shapes and a varying background.
+
+What belongs here: the truth, and how sites feel it. What does not: marks (``marks``). Nothing is
+taken from the package: a map would otherwise be held against its own assumptions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.special import erfc
+
+SIDE = 40.0  # mm
+STIFFNESS = 450.0  # N/m
+#: Depth by which a nodule is felt half as much [mm].
+FADING = 8.0
+#: What the filters say of a site: 0.05 % of k, far less than sites differ by.
+STATED = 0.0005
+_STEP = 0.5  # mm, of the background's raster
+_MARGIN = 10.0  # mm
+
+
+@dataclass(frozen=True)
+class Nodule:
+    """A nodule [mm] and the excess that is felt above its middle; ``shape`` names a profile."""
+
+    x: float
+    y: float
+    radius: float
+    depth: float
+    excess: float
+    shape: str
+    angle: float
+
+    @property
+    def width(self) -> float:
+        """How wide it is felt [mm]."""
+        return math.hypot(self.radius, self.depth)
+
+    def felt(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return its profile at places [mm], 1 in the middle."""
+        return PROFILES[self.shape](self, x - self.x, y - self.y)
+
+
+def _gaussian(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    return np.exp(-(dx**2 + dy**2) / nodule.width**2)
+
+
+def _plateau(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Return a flat top with an edge that is as wide as the nodule is deep, at least 1.5 mm."""
+    edge = max(0.6 * nodule.depth, 1.5)
+    distance = np.hypot(dx, dy)
+    return erfc((distance - nodule.radius) / edge) / erfc(-nodule.radius / edge)
+
+
+def _heavy_tail(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    return 1.0 / (1.0 + (dx**2 + dy**2) / (0.85 * nodule.width) ** 2) ** 1.5
+
+
+def _ellipse(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    along = math.cos(nodule.angle) * dx + math.sin(nodule.angle) * dy
+    beside = math.cos(nodule.angle) * dy - math.sin(nodule.angle) * dx
+    return np.exp(-(along**2 / 1.7 + beside**2 * 1.7) / nodule.width**2)
+
+
+#: Profiles of nodules, by name.
+PROFILES: dict[str, Callable[[Nodule, np.ndarray, np.ndarray], np.ndarray]] = {
+    "gaussian": _gaussian,
+    "plateau": _plateau,
+    "heavy tail": _heavy_tail,
+    "ellipse": _ellipse,
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """How unlike the plain tissue a tissue is, each up to so much.
+
+    Attributes
+    ----------
+    variation, noise, tilt, curvature : float
+        Standard deviation of the background, which so varies by twice as much, and of the sites;
+        change over the side, and from the middle to the corner; relative.
+    relaxation : float
+        By how much stiffer the tissue is when the scan begins; fades with 15 s.
+    nodules : int
+        At most.
+    """
+
+    variation: float = 0.05
+    noise: float = 0.05
+    tilt: float = 0.20
+    curvature: float = 0.05
+    relaxation: float = 0.0
+    nodules: int = 4
+
+
+MIXED = Condition()
+
+
+@dataclass(frozen=True)
+class Tissue:
+    """A tissue of SIDE by SIDE mm.
+
+    Attributes
+    ----------
+    nodules : tuple of Nodule
+        What is to be found.
+    noise, relaxation : float
+        As the condition has them, here drawn.
+    """
+
+    nodules: tuple[Nodule, ...]
+    noise: float
+    relaxation: float
+    _tilt: np.ndarray
+    _curvature: float
+    _variation: np.ndarray
+
+    @staticmethod
+    def random(seed: int, shape: str, condition: Condition = MIXED) -> Tissue:
+        """Draw a tissue."""
+        rng = np.random.default_rng([seed, 45])
+        size = int((SIDE + 2 * _MARGIN) / _STEP) + 1
+        field = gaussian_filter(rng.standard_normal((size, size)), 3.5 / _STEP / math.sqrt(2.0))
+        field *= rng.uniform(0.0, condition.variation) / field.std()
+        angle = rng.uniform(0.0, 2.0 * math.pi)
+        tilt = rng.uniform(0.0, condition.tilt) * np.array([math.cos(angle), math.sin(angle)])
+        return Tissue(
+            _nodules(rng, shape, condition.nodules),
+            rng.uniform(0.0, condition.noise),
+            condition.relaxation,
+            tilt,
+            rng.uniform(-condition.curvature, condition.curvature),
+            field,
+        )
+
+    def background(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the stiffness without nodules at places [mm], in N/m."""
+        u, v = x / SIDE - 0.5, y / SIDE - 0.5
+        shape = 1.0 + self._tilt[0] * u + self._tilt[1] * v + 4 * self._curvature * (u**2 + v**2)
+        cells = [(np.asarray(each) + _MARGIN) / _STEP for each in (y, x)]
+        varied = map_coordinates(self._variation, cells, order=1, mode="nearest")
+        return STIFFNESS * shape * (1.0 + varied)
+
+    def stiffness(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the stiffness at places [mm], in N/m."""
+        excess = sum((one.excess * one.felt(x, y) for one in self.nodules), np.zeros(np.shape(x)))
+        return self.background(x, y) * (1.0 + excess)
+
+    def palpated(self, x: np.ndarray, y: np.ndarray, seed: int) -> dict[str, np.ndarray]:
+        """Return the table of a scan of sites in this order, 1.57 s a site, in m, s and N/m."""
+        rng = np.random.default_rng([seed, 451])
+        t = 1.571 * np.arange(x.size)
+        true = self.stiffness(x, y) * (1.0 + self.relaxation * np.exp(-t / 15.0))
+        k = true * (1.0 + self.noise * rng.standard_normal(x.size))
+        return {"x": 1e-3 * x, "y": 1e-3 * y, "t": t, "k": k, "k_sd": STATED * k}
+
+
+def _nodules(rng: np.random.Generator, shape: str, most: int) -> tuple[Nodule, ...]:
+    wanted, nodules = rng.integers(0, most + 1), []
+    while len(nodules) < wanted:
+        x, y = rng.uniform(0.0, SIDE, 2)
+        if all(math.hypot(x - other.x, y - other.y) >= 8.0 for other in nodules):
+            depth, ratio = rng.uniform(1.0, 6.0), rng.uniform(1.3, 3.0)
+            excess = (ratio - 1.0) / (1.0 + (depth / FADING) ** 2)
+            radius, angle = rng.uniform(3.0, 8.0), rng.uniform(0.0, math.pi)
+            nodules.append(Nodule(x, y, radius, depth, excess, shape, angle))
+    return tuple(nodules)
+
+
+def raster(sites: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return places of sites by sites, in serpentine order [mm]."""
+    along = np.linspace(0.0, SIDE, sites)
+    rows = [(along if row % 2 == 0 else along[::-1], y) for row, y in enumerate(along)]
+    return np.concatenate([x for x, _ in rows]), np.repeat(along, sites)

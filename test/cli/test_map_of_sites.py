@@ -1,0 +1,112 @@
+"""``tissue_probe map`` on a table of sites, and the same from Python."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+import tissue_probe as tp
+
+KEYS = {"inclusions", "surface", "could_hide", "background", "check"}
+INCLUSION = {
+    "x", "y", "probability", "stiffness", "contrast", "boundary_50", "boundary_90", "boundary_95",
+}  # fmt: skip
+
+
+def table(count=7, nodule=(0.021, 0.018), **changed):
+    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 0.04, count)] * 2))
+    excess = 0.5 ** (((x - nodule[0]) ** 2 + (y - nodule[1]) ** 2) / 0.006**2)
+    rng = np.random.default_rng(7)
+    k = 450.0 * (1.0 + excess) * (1.0 + 0.01 * rng.standard_normal(x.size))
+    return {"x": x, "y": y, "k": k, "k_sd": 0.001 * k, **changed}
+
+
+def write(path, columns):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+    return path
+
+
+def test_a_table_of_sites_gives_the_map_as_json(run, tmp_path):
+    outcome = run("map", write(tmp_path / "sites.csv", table()), "--json", "out.json")
+    assert outcome.status == 0, outcome.err
+    assert "49 of 49 sites measured" in outcome.out
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert set(found) == KEYS
+    (one,) = (each for each in found["inclusions"] if each["probability"] >= 0.9)
+    assert set(one) >= INCLUSION
+    assert (one["x"], one["y"]) == pytest.approx((0.021, 0.018), abs=0.001)
+    assert one["contrast"] == pytest.approx(2.0, rel=0.1)
+    assert np.array(one["boundary_50"]).shape[1] == 2
+    surface, hide = found["surface"], found["could_hide"]
+    for raster, layer in ((surface, "mean"), (surface, "sd"), (hide, "radius")):
+        assert np.shape(raster[layer]) == (len(raster["y"]), len(raster["x"]))
+    assert np.diff(surface["x"]) == pytest.approx(0.0005)
+    assert found["background"]["stiffness"] == pytest.approx(450.0, rel=0.03)
+    assert found["check"]["model"] == "inclusions"
+    assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_python_gives_the_same_map(run, tmp_path):
+    path = write(tmp_path / "sites.csv", table())
+    run("map", path, "--json", "out.json", "--raster", "2")
+    from_python = tp.map(path, raster=0.002)
+    assert json.loads(json.dumps(from_python.to_dict())) == json.loads(
+        (tmp_path / "out.json").read_text()
+    )
+    assert tp.map(table(), raster=0.002).to_dict() == from_python.to_dict()
+    assert "probability" in repr(from_python)
+
+
+def test_the_surface_is_written_as_a_table_and_as_a_point_cloud(run, tmp_path):
+    x = table()["x"]
+    path = write(tmp_path / "sites.csv", table(z=0.1 * x))
+    outcome = run("map", path, "--csv", "surface.csv", "--ply", "cloud.ply", "--raster", "2")
+    assert outcome.status == 0, outcome.err
+    with (tmp_path / "surface.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    known = [row for row in rows if row["mean"]]
+    assert float(known[0]["mean"]) > 300.0
+    head, _, points = (tmp_path / "cloud.ply").read_bytes().partition(b"end_header\n")
+    assert f"element vertex {len(known)}\n".encode() in head
+    cloud = np.frombuffer(points, "<f8").reshape(len(known), 6)
+    inside = (cloud[:, 0] >= 0) & (cloud[:, 0] <= 0.04) & (cloud[:, 1] >= 0) & (cloud[:, 1] <= 0.04)
+    assert cloud[inside, 2] == pytest.approx(0.1 * cloud[inside, 0], abs=1e-6)
+    assert cloud[0, 3:] == pytest.approx(
+        [float(known[0][n]) for n in ("mean", "sd", "probability")]
+    )
+
+
+def test_a_higher_contrast_leaves_less_room(run, tmp_path):
+    path = write(tmp_path / "sites.csv", table())
+    room = []
+    for contrast in (1.3, 3.0):
+        run("map", path, "--json", "out.json", "--contrast", contrast)
+        hide = json.loads((tmp_path / "out.json").read_text())["could_hide"]
+        assert hide["contrast"] == contrast
+        radius = np.array(hide["radius"], dtype=float)
+        room.append(np.where(np.isnan(radius), 0.01, radius).mean())
+    assert room[1] < room[0]
+
+
+@pytest.mark.parametrize(
+    ("columns", "arguments", "message"),
+    [
+        ({"k_sd": None}, (), "has no column k_sd"),
+        ({"k_sd": np.full(49, -1.0)}, (), "k_sd of site 0 is -1.0"),
+        ({"k": np.full(49, -1.0)}, (), "none of 49 sites has a stiffness above 0"),
+        ({}, ("--raster", "0"), "raster is 0.0 m"),
+        ({}, ("--contrast", "0.5"), "contrast is 0.5"),
+        ({}, ("--estimator", "ekf"), "a table of sites, which has no samples"),
+    ],
+)
+def test_input_that_makes_no_map_is_refused_in_a_sentence(
+    run, tmp_path, columns, arguments, message
+):
+    given = {name: values for name, values in table(**columns).items() if values is not None}
+    outcome = run("map", write(tmp_path / "sites.csv", given), *arguments)
+    assert outcome.status != 0
+    assert message in outcome.err.replace("\n", " ")

@@ -1,0 +1,26 @@
+"""How high the tissue's surface is between the sites.
+
+What belongs here: height, and the normal that follows from it. What does not: stiffness.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.mapping.sites import Sites
+from tissue_probe.signals import FloatArray
+
+
+def height_at(sites: Sites, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return z [m] at places: linear between the sites, that of the nearest beyond them."""
+    # Here, since it takes a second to import, and nodes import this module.
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+    from scipy.spatial import QhullError
+
+    places = np.column_stack([sites.x, sites.y])
+    nearest = NearestNDInterpolator(places, sites.z)(x, y)
+    try:
+        between = LinearNDInterpolator(places, sites.z)(x, y)
+    except QhullError:  # on one line, or fewer than three
+        return nearest
+    return np.where(np.isfinite(between), between, nearest)

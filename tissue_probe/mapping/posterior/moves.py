@@ -1,0 +1,516 @@
+"""The moves of a chain: an inclusion is born, dies, is drawn anew, or changes; the level changes.
+
+What belongs here: what a move proposes, and when it is accepted. What does not: their order and
+number (``chain``), the prior (``prior``), the shape of an inclusion (``shape``).
+
+The background is integrated out, so that a state is a list of inclusions and a level of variation.
+Its log density is -r'Qr / 2 and the prior's, where r is log k less that of the inclusions and Q the
+level's precision. With r changed at the few sites that a move reaches, r'Qr is changed by these
+alone.
+
+P. J. Green, Reversible jump Markov chain Monte Carlo computation and Bayesian model determination,
+Biometrika 82 (1995) 711.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from tissue_probe.mapping.posterior.prior import (
+    ANGLE,
+    CONTRAST_SCALE,
+    FURTHER,
+    LOG_ASPECT,
+    LOG_CONTRAST,
+    LOG_EXPONENT,
+    LOG_RADIUS,
+    MOST,
+    OVERLAP,
+    PARAMETERS,
+    SOFT,
+    X,
+    Y,
+    draw_contrast,
+    draw_shape,
+    log_prior_of_contrast,
+    log_prior_of_shape,
+)
+from tissue_probe.mapping.posterior.shape import felt, squared_distance
+
+#: Share of births anywhere, against those where the sites are off.
+_ANYWHERE = 0.3
+#: An inclusion that softens takes this much of the stiffness at most, with all others.
+_LEAST_LEFT = 0.05
+
+
+class Region(NamedTuple):
+    """Where sites and inclusions may be [mm].
+
+    ``sx``, ``sy`` are the sites, ``reach`` how far from one an inclusion may lie, ``spacing`` their
+    distance, ``box`` the rectangle of all (least and largest x, y), ``area`` what is within reach
+    of it.
+    """
+
+    sx: np.ndarray
+    sy: np.ndarray
+    reach: float
+    spacing: float
+    box: np.ndarray
+    area: float
+
+
+class State(NamedTuple):
+    """Inclusions, shape (MOST, PARAMETERS), and what follows from them at the sites.
+
+    ``shapes`` and ``excesses`` are g and e of each inclusion, ``sum_felt`` is 1 + sum e g, ``r``
+    log k less its log, ``residual`` Qr.
+    """
+
+    inclusions: np.ndarray
+    shapes: np.ndarray
+    excesses: np.ndarray
+    sum_felt: np.ndarray
+    r: np.ndarray
+    residual: np.ndarray
+
+
+class Scratch(NamedTuple):
+    """Arrays that moves write to: a new inclusion, its shape and sum; the state without one."""
+
+    new: np.ndarray
+    shape: np.ndarray
+    nothing: np.ndarray
+    sum_felt: np.ndarray
+    change: np.ndarray
+    where: np.ndarray
+    weights: np.ndarray
+    without_sum: np.ndarray
+    without_r: np.ndarray
+    without_residual: np.ndarray
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _inside(px, py, x, y, reach, box):
+    """Whether a place is in the box and within reach of a site: nothing is said of any other."""
+    if not (box[0] <= px <= box[1] and box[2] <= py <= box[3]):
+        return False
+    nearest = np.inf
+    for i in range(x.size):
+        nearest = min(nearest, (px - x[i]) ** 2 + (py - y[i]) ** 2)
+    return nearest <= reach**2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_apart(rows, count, row, skipped):
+    """Return the log prior of an inclusion beside the others: two that overlap are rather one."""
+    total = 0.0
+    for j in range(count):
+        if j != skipped:
+            if (
+                squared_distance(rows[j], row[X], row[Y]) < 1.0
+                or squared_distance(row, rows[j, X], rows[j, Y]) < 1.0
+            ):
+                return -np.inf
+            distance = math.hypot(rows[j, X] - row[X], rows[j, Y] - row[Y])
+            both = math.exp(rows[j, LOG_RADIUS]) + math.exp(row[LOG_RADIUS])
+            if distance < both:
+                total += OVERLAP * math.log(distance / both)
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _nearest(row, x, y):
+    best, at = np.inf, 0
+    for i in range(x.size):
+        squared = (x[i] - row[X]) ** 2 + (y[i] - row[Y]) ** 2
+        if squared < best:
+            best, at = squared, i
+    return at
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _weights(residual, precision, out):
+    """Write to ``out`` how far each site is off what all others tell of it, squared, of sum 1."""
+    total = 0.0
+    for i in range(out.size):
+        out[i] = residual[i] ** 2 / precision[i, i] + 0.5
+        total += out[i]
+    for i in range(out.size):
+        out[i] /= total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _expected_contrast(row, x, y, sum_felt, residual, precision, shape):
+    """Return the log contrast that explains the site nearest to a new inclusion, 0 if none."""
+    i = _nearest(row, x, y)
+    off = residual[i] / precision[i, i]
+    excess = sum_felt[i] * (math.exp(min(off, 5.0)) - 1.0) / max(shape[i], 0.02)
+    return math.log(min(max(1.0 + excess, 0.2), 12.0))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_density_of_birth(row, x, y, width, area, weights, expected):
+    """Return the log density with which a birth proposes place and contrast of an inclusion."""
+    near = 0.0
+    for i in range(x.size):
+        squared = ((row[X] - x[i]) ** 2 + (row[Y] - y[i]) ** 2) / width**2
+        if squared < 40.0:
+            near += weights[i] * math.exp(-0.5 * squared)
+    place = _ANYWHERE / area + (1.0 - _ANYWHERE) * near / (2.0 * math.pi * width**2)
+    spread = 0.1 + 0.3 * abs(expected)
+    explains = math.exp(-0.5 * ((row[LOG_CONTRAST] - expected) / spread) ** 2)
+    explains /= spread * math.sqrt(2.0 * math.pi)
+    size = abs(row[LOG_CONTRAST])
+    sign = SOFT if row[LOG_CONTRAST] < 0.0 else 1.0 - SOFT
+    any_size = sign * size / CONTRAST_SCALE**2 * math.exp(-size / CONTRAST_SCALE)
+    return math.log(place) + math.log(0.5 * any_size + 0.5 * explains)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _draw_birth(row, x, y, width, box, weights, sum_felt, residual, precision, shape):
+    """Draw an inclusion: its shape from the prior, its place where sites are off, or anywhere."""
+    draw_shape(row)
+    if np.random.random() < _ANYWHERE:
+        row[X] = box[0] + (box[1] - box[0]) * np.random.random()
+        row[Y] = box[2] + (box[3] - box[2]) * np.random.random()
+    else:
+        left, i = np.random.random(), 0
+        while i < x.size - 1 and left > weights[i]:
+            left -= weights[i]
+            i += 1
+        row[X] = x[i] + width * np.random.standard_normal()
+        row[Y] = y[i] + width * np.random.standard_normal()
+    felt(row, x, y, shape)
+    expected = _expected_contrast(row, x, y, sum_felt, residual, precision, shape)
+    if np.random.random() < 0.5:
+        row[LOG_CONTRAST] = draw_contrast()
+    else:
+        row[LOG_CONTRAST] = expected + (0.1 + 0.3 * abs(expected)) * np.random.standard_normal()
+    return expected
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _changed(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, change, where):
+    """Write the new sum and the changes of r; return how many sites change, -1 if none is left."""
+    count = 0
+    for i in range(r.size):
+        delta = excess * shape[i] - old_excess * old_shape[i]
+        new_sum[i] = sum_felt[i] + delta
+        if delta != 0.0:
+            if new_sum[i] < _LEAST_LEFT:
+                return -1
+            change[count] = -math.log(new_sum[i] / sum_felt[i])
+            where[count] = i
+            count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _gain(change, where, count, residual, precision):
+    """Return how the log likelihood changes with r."""
+    total = 0.0
+    for a in range(count):
+        i = where[a]
+        row = precision[i]
+        inner = 0.0
+        for b in range(count):
+            inner += row[where[b]] * change[b]
+        total += change[a] * (residual[i] + 0.5 * inner)
+    return -total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _take(change, where, count, r, residual, precision):
+    """Change r and Qr."""
+    for a in range(count):
+        i = where[a]
+        r[i] += change[a]
+        row, by = precision[i], change[a]
+        for j in range(r.size):
+            residual[j] += row[j] * by
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _apply(precision, r, out):
+    """Write Qr to ``out`` and return r'Qr."""
+    total = 0.0
+    for i in range(r.size):
+        row, inner = precision[i], 0.0
+        for j in range(r.size):
+            inner += row[j] * r[j]
+        out[i] = inner
+        total += inner * r[i]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _moved(row, new, kind, spacing):
+    """Write to ``new`` an inclusion moved a little, or farther, in what ``kind`` says."""
+    new[:] = row
+    radius = math.exp(row[LOG_RADIUS])
+    if kind == 0:
+        new[X] += 0.15 * radius * np.random.standard_normal()
+        new[Y] += 0.15 * radius * np.random.standard_normal()
+    elif kind == 1:
+        new[X] += 0.6 * spacing * np.random.standard_normal()
+        new[Y] += 0.6 * spacing * np.random.standard_normal()
+    elif kind == 2:
+        new[LOG_CONTRAST] += 0.1 * np.random.standard_normal()
+        new[LOG_RADIUS] += 0.1 * np.random.standard_normal()
+    elif kind == 3:
+        new[LOG_EXPONENT] += 0.4 * np.random.standard_normal()
+        new[LOG_RADIUS] += 0.1 * np.random.standard_normal()
+    elif kind == 4:
+        new[LOG_ASPECT] = abs(new[LOG_ASPECT] + 0.3 * np.random.standard_normal())
+        new[ANGLE] = (new[ANGLE] + 0.5 * np.random.standard_normal()) % np.pi
+    else:
+        new[LOG_RADIUS] += 0.25 * np.random.standard_normal()
+        new[LOG_EXPONENT] += 0.4 * np.random.standard_normal()
+        new[X] += 0.2 * radius * np.random.standard_normal()
+        new[Y] += 0.2 * radius * np.random.standard_normal()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _allowed(row, region):
+    """Whether an inclusion is one that the prior knows."""
+    prior = log_prior_of_shape(row) + log_prior_of_contrast(row[LOG_CONTRAST])
+    return prior > -np.inf and _inside(
+        row[X], row[Y], region.sx, region.sy, region.reach, region.box
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _propose(state_sum, residual, Q, region, scratch):
+    """Draw an inclusion to be born, and return the log density of that."""
+    new, width, box = scratch.new, 0.5 * region.spacing, region.box
+    expected = _draw_birth(
+        new, region.sx, region.sy, width, box, scratch.weights, state_sum, residual, Q,
+        scratch.shape,
+    )  # fmt: skip
+    return _log_density(new, expected, region, scratch.weights)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_density(row, expected, region, weights):
+    box = region.box
+    size = (box[1] - box[0]) * (box[3] - box[2])
+    return _log_density_of_birth(
+        row, region.sx, region.sy, 0.5 * region.spacing, size, weights, expected
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _leave_out(state, j, Q, region, scratch):
+    """Write the state without an inclusion to scratch.
+
+    Return the gain in log likelihood and the log density with which a birth would bring it back;
+    NaN if the rest is no state.
+    """
+    changed = _changed(
+        scratch.nothing, 0.0, state.shapes[j], state.excesses[j], state.sum_felt, state.r,
+        scratch.without_sum, scratch.change, scratch.where,
+    )  # fmt: skip
+    if changed < 0:
+        return np.nan, np.nan
+    gain = _gain(scratch.change, scratch.where, changed, state.residual, Q)
+    scratch.without_r[:] = state.r
+    scratch.without_residual[:] = state.residual
+    _take(scratch.change, scratch.where, changed, scratch.without_r, scratch.without_residual, Q)
+    _weights(scratch.without_residual, Q, scratch.weights)
+    row = state.inclusions[j]
+    expected = _expected_contrast(
+        row, region.sx, region.sy, scratch.without_sum, scratch.without_residual, Q,
+        state.shapes[j],
+    )  # fmt: skip
+    return gain, _log_density(row, expected, region, scratch.weights)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def born(state, count, Q, region, scratch):
+    """Propose one more inclusion; return how many there are then."""
+    if count == MOST:
+        return count
+    new, shape = scratch.new, scratch.shape
+    _weights(state.residual, Q, scratch.weights)
+    density = _propose(state.sum_felt, state.residual, Q, region, scratch)
+    if not _allowed(new, region):
+        return count
+    excess = math.exp(new[LOG_CONTRAST]) - 1.0
+    changed = _changed(
+        shape, excess, scratch.nothing, 0.0, state.sum_felt, state.r, scratch.sum_felt,
+        scratch.change, scratch.where,
+    )  # fmt: skip
+    if changed < 0:
+        return count
+    log_ratio = (
+        _gain(scratch.change, scratch.where, changed, state.residual, Q)
+        + math.log(FURTHER)
+        + _log_apart(state.inclusions, count, new, -1)
+        - math.log(region.area)
+        + log_prior_of_contrast(new[LOG_CONTRAST])
+        - density
+    )
+    if math.log(np.random.random()) >= log_ratio:
+        return count
+    state.inclusions[count], state.shapes[count] = new, shape
+    state.excesses[count] = excess
+    state.sum_felt[:] = scratch.sum_felt
+    _take(scratch.change, scratch.where, changed, state.r, state.residual, Q)
+    return count + 1
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def died(state, count, Q, region, scratch):
+    """Propose one inclusion fewer; return how many there are then."""
+    if count == 0:
+        return count
+    j = np.random.randint(count)
+    gain, density = _leave_out(state, j, Q, region, scratch)
+    log_ratio = (
+        gain
+        - math.log(FURTHER)
+        - _log_apart(state.inclusions, count, state.inclusions[j], j)
+        + math.log(region.area)
+        - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
+        + density
+    )
+    if not math.log(np.random.random()) < log_ratio:
+        return count
+    last = count - 1
+    state.inclusions[j], state.shapes[j] = state.inclusions[last], state.shapes[last]
+    state.excesses[j] = state.excesses[last]
+    state.sum_felt[:] = scratch.without_sum
+    state.r[:], state.residual[:] = scratch.without_r, scratch.without_residual
+    return last
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def redrawn(state, count, Q, region, scratch):
+    """Propose another inclusion instead of one, as if that had died and this were born."""
+    if count == 0:
+        return
+    j, new, shape = np.random.randint(count), scratch.new, scratch.shape
+    gain, density = _leave_out(state, j, Q, region, scratch)
+    if gain != gain:
+        return
+    log_ratio = gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
+    log_ratio -= _log_apart(state.inclusions, count, state.inclusions[j], j)
+    log_ratio -= _propose(scratch.without_sum, scratch.without_residual, Q, region, scratch)
+    if not _allowed(new, region):
+        return
+    excess = math.exp(new[LOG_CONTRAST]) - 1.0
+    changed = _changed(
+        shape, excess, scratch.nothing, 0.0, scratch.without_sum, scratch.without_r,
+        scratch.sum_felt, scratch.change, scratch.where,
+    )  # fmt: skip
+    if changed < 0:
+        return
+    log_ratio += _gain(scratch.change, scratch.where, changed, scratch.without_residual, Q)
+    log_ratio += _log_apart(state.inclusions, count, new, j)
+    log_ratio += log_prior_of_contrast(new[LOG_CONTRAST])
+    if math.log(np.random.random()) < log_ratio:
+        _take(
+            scratch.change, scratch.where, changed, scratch.without_r, scratch.without_residual, Q
+        )
+        state.inclusions[j], state.shapes[j], state.excesses[j] = new, shape, excess
+        state.sum_felt[:], state.r[:] = scratch.sum_felt, scratch.without_r
+        state.residual[:] = scratch.without_residual
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def another_level(state, level, precision, log_weight, scratch):
+    """Propose another level of variation, a neighbour mostly; return the level then."""
+    other = np.random.randint(log_weight.size)
+    if np.random.random() < 0.7:
+        other = level + (1 if np.random.random() < 0.5 else -1)
+    if other == level or not 0 <= other < log_weight.size:
+        return level
+    new_quadratic = _apply(precision[other], state.r, scratch.without_residual)
+    log_ratio = log_weight[other] - log_weight[level]
+    log_ratio -= 0.5 * (new_quadratic - np.dot(state.r, state.residual))
+    if math.log(np.random.random()) >= log_ratio:
+        return level
+    state.residual[:] = scratch.without_residual
+    return other
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _same_at_nearest(state, j, region, scratch):
+    """Give a reshaped inclusion the contrast that its nearest site feels as before.
+
+    Return its excess and the log Jacobian; NaN if that site is another, or there is none such.
+    """
+    new, shape = scratch.new, scratch.shape
+    i = _nearest(state.inclusions[j], region.sx, region.sy)
+    if i != _nearest(new, region.sx, region.sy):
+        return np.nan, np.nan
+    if shape[i] <= 1e-3 or state.shapes[j, i] <= 1e-3:
+        return np.nan, np.nan
+    excess = state.excesses[j] * state.shapes[j, i] / shape[i]
+    if excess <= -0.95:
+        return np.nan, np.nan
+    new[LOG_CONTRAST] = math.log(1.0 + excess)
+    jacobian = math.log(state.shapes[j, i] / shape[i])
+    return excess, jacobian + state.inclusions[j, LOG_CONTRAST] - new[LOG_CONTRAST]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def changed_one(state, count, Q, region, scratch):
+    """Propose another place, extent, contrast or shape of an inclusion."""
+    if count == 0:
+        return
+    j, kind = np.random.randint(count), np.random.randint(6)
+    old, new, shape = state.inclusions[j], scratch.new, scratch.shape
+    _moved(old, new, kind, region.spacing)
+    if not _allowed(new, region):
+        return
+    felt(new, region.sx, region.sy, shape)
+    excess, jacobian = math.exp(new[LOG_CONTRAST]) - 1.0, 0.0
+    if kind >= 3:
+        excess, jacobian = _same_at_nearest(state, j, region, scratch)
+        if excess != excess:
+            return
+    changed = _changed(
+        shape, excess, state.shapes[j], state.excesses[j], state.sum_felt, state.r,
+        scratch.sum_felt, scratch.change, scratch.where,
+    )  # fmt: skip
+    if changed < 0:
+        return
+    log_ratio = (
+        _gain(scratch.change, scratch.where, changed, state.residual, Q)
+        + jacobian
+        + log_prior_of_shape(new)
+        - log_prior_of_shape(old)
+        + log_prior_of_contrast(new[LOG_CONTRAST])
+        - log_prior_of_contrast(old[LOG_CONTRAST])
+        + _log_apart(state.inclusions, count, new, j)
+        - _log_apart(state.inclusions, count, old, j)
+    )
+    if math.log(np.random.random()) < log_ratio:
+        state.inclusions[j], state.shapes[j], state.excesses[j] = new, shape, excess
+        state.sum_felt[:] = scratch.sum_felt
+        _take(scratch.change, scratch.where, changed, state.r, state.residual, Q)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def begun(inclusions, count, Q, y, region):
+    """Return the state of inclusions, and scratch for its moves."""
+    n = y.size
+    state = State(
+        inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n)
+    )
+    for j in range(count):
+        felt(inclusions[j], region.sx, region.sy, state.shapes[j])
+        state.excesses[j] = math.exp(inclusions[j, LOG_CONTRAST]) - 1.0
+        state.sum_felt[:] += state.excesses[j] * state.shapes[j]
+    state.r[:] = y - np.log(state.sum_felt)
+    _apply(Q, state.r, state.residual)
+    scratch = Scratch(
+        np.empty(PARAMETERS), np.empty(n), np.zeros(n), np.empty(n), np.empty(n),
+        np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+    )  # fmt: skip
+    return state, scratch

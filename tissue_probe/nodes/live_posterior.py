@@ -1,0 +1,92 @@
+"""The posterior map of a scan that goes on, computed beside the node's own work.
+
+What belongs here: the thread, and when it computes. What does not: the map (``mapping.posterior``)
+and its messages (``map_messages``).
+
+A map takes some tenths of a second, and the first one of an installation compiles for half a
+minute: meanwhile estimates have to be taken and verdicts published.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tissue_probe.errors import TissueProbeError
+from tissue_probe.mapping.site_result import SiteResult, sites_of
+from tissue_probe.mapping.sites import Sites
+
+if TYPE_CHECKING:
+    from tissue_probe.mapping.posterior.results import PosteriorMap
+
+#: How long the end of a node waits for a map; a compilation takes longer [s].
+_PATIENCE = 1.0
+#: The map waits for whoever measures: the thread's priority is so much lower.
+NICENESS = 10
+
+
+class Posterior(NamedTuple):
+    """A map, and the results that it tells of."""
+
+    results: tuple[SiteResult, ...]
+    map: PosteriorMap
+
+
+class LivePosterior:
+    """Computes the map of the results that were given last."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._asked: tuple[SiteResult, ...] | None = None
+        self._found: Posterior | str | None = None
+        self._ended = False
+        self._thread = threading.Thread(target=self._run, name="posterior", daemon=True)
+        self._thread.start()
+
+    def ask(self, results: Sequence[SiteResult]) -> None:
+        """Have the map of these results computed next, and of none that were given before."""
+        with self._changed:
+            self._asked = tuple(results)
+            self._changed.notify()
+
+    def take(self) -> Posterior | str | None:
+        """Return a map that was not returned before, why there is none, or nothing new."""
+        with self._changed:
+            found, self._found = self._found, None
+            return found
+
+    def close(self) -> None:
+        """End, after the map that is being computed if that is soon done."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+        self._thread.join(_PATIENCE)
+
+    def _run(self) -> None:
+        if hasattr(os, "setpriority"):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+        # Here, since it takes seconds to import: the node is there before.
+        from tissue_probe.mapping.posterior.posterior_map import map_of
+
+        map_of(_few())  # has all compiled, or loaded, before the first site is done
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._ended or self._asked is not None)
+                if self._ended:
+                    return
+                results, self._asked = self._asked, None
+            try:
+                found: Posterior | str = Posterior(results, map_of(sites_of(results)))
+            except TissueProbeError as error:
+                found = str(error)
+            with self._changed:
+                self._found = found
+
+
+def _few() -> Sites:
+    x, y = (each.ravel() for each in np.meshgrid([0.0, 0.01], [0.0, 0.01]))
+    return Sites(x, y, np.zeros(4), None, np.array([1.0, 1.0, 1.0, 3.0]), np.full(4, 0.01))
