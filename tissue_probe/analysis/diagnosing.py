@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +23,7 @@ from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
 
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissue_probe.analysis.comparing import ComparisonResult
+
+Found = Callable[[str, Mapping[str, float]], None]
+"""Told an effect and its errors beside the model that is asked about."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -168,6 +172,7 @@ def diagnose(
     site: int | None = None,
     lowpass: float | None = None,
     progress: Callable[[str], None] = lambda doing: None,
+    found: Found = lambda effect, errors: None,
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
 
@@ -185,6 +190,10 @@ def diagnose(
         See ``segments``.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
+    found : callable
+        Told each effect's name and its ``rmse`` and ``heldout_rmse`` beside the model as soon as
+        they are known, maybe again when they are known better. It is called in this process or in
+        a copy of it, where nothing of this one can be changed: let it write to a pipe or a file.
 
     Raises
     ------
@@ -198,19 +207,20 @@ def diagnose(
     validated = Measurements(()) if validate is None else measurements_of(validate)
     _check_validation(fitted, validated)
     output = asked.composition.output
-    found, tried = (segments(each, starts, site, lowpass) for each in (fitted, validated))
+    taken, tried = (segments(each, starts, site, lowpass) for each in (fitted, validated))
     diagnosis = search(
         asked.composition,
-        [each.measurement(output) for each in found],
+        [each.measurement(output) for each in taken],
         asked.instrument,
         asked.library,
         [each.measurement(output) for each in tried],
         tuple(add),
         asked.model.values,
         progress,
+        lambda fit: found(added(fit).name, {"rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse}),
     )
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
-    sources = tuple(each.source for each in found)
+    sources = tuple(each.source for each in taken)
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
 
 

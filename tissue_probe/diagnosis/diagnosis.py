@@ -34,7 +34,7 @@ from tissue_probe.diagnosis.improvement.ladder import (
 )
 from tissue_probe.diagnosis.improvement.settled import settled
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
@@ -148,6 +148,7 @@ def diagnose(
     wanted: Sequence[str] = (),
     begin_at: Mapping[str, float] | None = None,
     progress: Progress = lambda doing: None,
+    tell: Tell = lambda fit: None,
 ) -> Diagnosis:
     """Say what a model misses.
 
@@ -169,6 +170,8 @@ def diagnose(
         Values of the model, found before, at which the search for it begins.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
+    tell : callable
+        Told the model with each effect alone, as ``climb`` does.
 
     Raises
     ------
@@ -196,7 +199,9 @@ def diagnose(
         ladder = climb_by(composition, clean, instrument, effects, begin_at)
     else:
         coloured = _coloured(composition, clean, instrument, library, begin_at)
-        ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
+        ladder = climb(
+            composition, coloured, instrument, library, begin_at, progress=progress, tell=tell
+        )
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition)
