@@ -26,6 +26,7 @@ from tissue_probe.diagnosis.diagnosis import diagnose as search
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,6 +122,28 @@ class DiagnosisResult:
         from tissue_probe.analysis.kept_files import kept_model
 
         return kept_model(self)
+
+    @property
+    def rivals(self) -> dict[str, FittedModel]:
+        """Models that explain the measurement equally well, by their titles; at least the last."""
+        ladder = self.found.ladder
+        fits = (ladder.rivals if self.found.indistinguishable else ()) or (ladder.final,)
+        files = self.asked.model.effect_files
+        return {fit_shown.title(fit): fit_shown.model_of(fit, files) for fit in fits}
+
+    def explained_by(self, effect: str, index: int) -> FloatArray:
+        """Return what an effect alone takes off the residual of a stretch [unit of the output].
+
+        Raises
+        ------
+        ParameterError
+            If the ranking has no such effect.
+        """
+        ladder = self.found.ladder
+        for fit in ladder.ranking:
+            if added(fit).name == effect:
+                return fit.predicted[index] - ladder.base.predicted[index]
+        raise ParameterError(f"`effect` {effect}: the ranking does not have it")
 
     def __repr__(self) -> str:
         return f"{self.text}\n{tables.shortened(self.ranking, 8)!r}"
