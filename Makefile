@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SEED := 25
-PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/*) \
+PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/* examples/*.csv examples/*.mcap) \
 	$(shell find msg_defs crtk_msgs -type f)
 
 # Tests in which processes live in real time: apart from those that need the whole processor, and in
@@ -45,11 +45,13 @@ hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find
 	@echo "The seal is opened. Hidden were:"
 	@sed -n '/"effects": \[/,/\]/s/^ *"\([a-z_]*\)",*$$/- \1/p' hidden-effect/answers.sealed.json
 
-lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings, import contracts, types.
+lint: $(VENV)/packages.done $(VENV)/development.done node_modules/.done ## Check style, docstrings, import contracts, types.
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	PATH=$(BIN):$$PATH node_modules/.bin/tsc -p tissue_probe/workbench/page/jsconfig.json
+	PATH=$(BIN):$$PATH node_modules/.bin/eslint tissue_probe/workbench/page
 
 benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, latency and losses.
 	$(BIN)/python -m benchmarks
@@ -57,7 +59,7 @@ benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, late
 setup: $(VENV)/packages.done ## Only set up; afterwards .venv/bin/tissue_probe works from any folder.
 
 clean: ## Remove everything that setup made.
-	rm -rf .venv build
+	rm -rf .venv build node_modules
 
 # Bytecode is left to the first import: most modules of what is installed are never imported. The pip
 # that comes with Python 3.11 takes twice as long as today's.
@@ -74,6 +76,11 @@ $(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/w
 
 $(VENV)/development.done: requirements/development.txt $(VENV)/wheels.done
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -r $<
+	touch $@
+
+# The linters of the page's scripts, by the Node.js that PyPI has; the page itself needs neither.
+node_modules/.done: package.json package-lock.json $(VENV)/development.done
+	PATH=$(BIN):$$PATH $(BIN)/npm ci --no-audit --no-fund --loglevel=error
 	touch $@
 
 # All packages go into .venv itself, so that nothing needs to be sourced afterwards. The Python

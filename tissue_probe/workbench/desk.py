@@ -191,6 +191,7 @@ class Desk:
         again = fitted != self.fitted or not self.rungs
         self.fitted, self.second = fitted, second
         if self._has_sites(fitted) and self.asked.site is None:
+            self._forget_fits()
             await self.draw_map(fitted)
             return
         if again:

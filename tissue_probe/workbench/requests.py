@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import asyncio
 import json
+import traceback
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from tissue_probe.errors import TissueProbeError
+from tissue_probe.one_line import sentence
 from tissue_probe.workbench import examples, told
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.messages import as_json, packed
@@ -113,9 +115,13 @@ class Requests:
             number = asked.get("id")
             page.answer(await self._result(number, asked))
         except TissueProbeError as error:
-            refused = error if isinstance(error, Refused) else Refused(str(error))
-            answer = {"id": number, "refused": str(refused), "fields": refused.fields}
-            page.answer(as_json(answer | {"cancelled": isinstance(error, Cancelled)}))
+            page.answer(_refusal(number, error))
+        except OSError as error:
+            page.answer(_refusal(number, Refused(sentence(error))))
+        except Exception as error:  # a page must not wait for ever
+            traceback.print_exc()
+            told_all = f"an error of the program itself: {type(error).__name__}: {error}"
+            page.answer(_refusal(number, Refused(told_all)))
 
     async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
         name = str(asked.get("do"))
@@ -178,6 +184,12 @@ class Requests:
             else:
                 path.write_text(before, encoding="utf-8")
             raise Refused(str(error).replace(str(path), name)) from None
+
+
+def _refusal(number: Any, error: TissueProbeError) -> str:
+    refused = error if isinstance(error, Refused) else Refused(str(error))
+    answer = {"id": number, "refused": str(refused), "fields": refused.fields}
+    return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
 
 
 def _request(text: str) -> dict[str, Any]:
