@@ -28,6 +28,7 @@ from benchmarks import (
     report,
     soak,
     start,
+    workbench,
 )
 from benchmarks.protocols import deal
 from benchmarks.protocols.catalogue import PROTOCOLS
@@ -59,11 +60,12 @@ class Part(str, Enum):
     start = "start"
     protocols = "protocols"
     third_party = "third_party"
+    workbench = "workbench"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
-WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party)
+WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party, Part.workbench)
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
 
@@ -131,7 +133,7 @@ def main(
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
-    felupe). `all` leaves these eight out.
+    felupe); `workbench` how soon its page answers in a browser. `all` leaves these nine out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -175,6 +177,9 @@ def main(
             outcomes = marks.measure(dealt)
             results["third_party"] = [asdict(outcome) for outcome in outcomes]
             Console(width=150).print(*ruler_tables.tables("Simulators of others", outcomes))
+        if part == Part.workbench:
+            results["workbench"] = workbench.measure()
+            Console().print(workbench.table(results["workbench"]))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -12,16 +12,21 @@ from __future__ import annotations
 
 import io
 import pickle
+import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tissue_probe import quantities
-from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
 from tissue_probe.quantities import Quantity
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
+
+#: Where effects are of: without SymPy, which that takes a second to import, there are none.
+_EFFECTS = "tissue_probe.physics.effects.effect"
 
 
 def to_bytes(result: object) -> bytes:
@@ -61,7 +66,7 @@ class _Writer(pickle.Pickler):
         """Name what the reader has as well."""
         if isinstance(obj, Quantity):
             return ("quantity", obj.name)
-        if isinstance(obj, Effect):
+        if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
             # As a whole, or in one of its forms: `plain` is not what the library holds.
             return ("effect", obj.name, None if obj.forms else _written(obj))
         if isinstance(obj, Composition):
@@ -76,7 +81,7 @@ class _Writer(pickle.Pickler):
 class _Reader(pickle.Unpickler):
     def __init__(self, file: io.BytesIO, effects: Sequence[str | Path]) -> None:
         super().__init__(file)
-        self._known = _library(tuple(map(Path, effects)))
+        self._files = tuple(map(Path, effects))
 
     def persistent_load(self, pid: Any) -> object:
         """Return the reader's own of what is named."""
@@ -92,7 +97,7 @@ class _Reader(pickle.Unpickler):
         return found
 
     def _effect(self, name: str, written: str | None) -> Effect:
-        known = self._known[name]
+        known = _library(self._files)[name]
         if written is None:
             return known
         if not known.forms and _written(known) == written:
@@ -105,6 +110,8 @@ _libraries: dict[tuple[tuple[Path, int], ...], dict[str, Effect]] = {}
 
 def _library(files: tuple[Path, ...]) -> dict[str, Effect]:
     """Return the library with these files, run once for as long as they stay the same."""
+    from tissue_probe.physics import library
+
     key = tuple((path, path.stat().st_mtime_ns) for path in files)
     if key not in _libraries:
         _libraries[key] = library.effects(files)

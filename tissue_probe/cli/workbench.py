@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +32,15 @@ def workbench(
         int | None,
         typer.Option(min=1, max=65535, help="Where to listen.", show_default="one that is free"),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="Listen to the nodes of a running suite, too (ROS).")
+    ] = False,
+    allow_commands: Annotated[
+        bool,
+        typer.Option(
+            "--allow-commands", help="Let the page start and stop the driver, excite and scan."
+        ),
+    ] = False,
     browser: Annotated[
         bool, typer.Option(help="Open the page in the browser; its address is printed in any case.")
     ] = True,
@@ -41,6 +51,11 @@ def workbench(
     read (columns, units, polarity) ask for it on the page.
     """
     measured.check_there(files or [])
+    if live and find_spec("rclpy") is None:
+        raise SystemExit(
+            "tissue_probe: --live listens to ROS 2 nodes, and there is no rclpy; run it where "
+            "`make setup` was run, or where ROS 2 is sourced and the packages are built by colcon"
+        )
     layout = {
         "position": position, "force": force, "time": time, "sample_rate": sample_rate,
         "position_unit": position_unit, "force_unit": force_unit, "time_unit": time_unit,
@@ -56,4 +71,4 @@ def workbench(
             f"tissue_probe: the workbench needs {error.name}: pip install 'tissue_probe[workbench]'"
         ) from None
     stated = {name: value for name, value in layout.items() if value is not None}
-    serve([path.resolve() for path in files or []], stated, port, browser)
+    serve([path.resolve() for path in files or []], stated, port, browser, live, allow_commands)

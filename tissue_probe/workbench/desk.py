@@ -10,16 +10,18 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tissue_probe.analysis.comparing import ComparisonResult
-from tissue_probe.analysis.diagnosing import DiagnosisResult
-from tissue_probe.analysis.mapping import MapResult
 from tissue_probe.workbench.opened import Opened, checked_layout
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.analysis.diagnosing import DiagnosisResult
+    from tissue_probe.analysis.mapping import MapResult
 
 
 @dataclass

@@ -20,6 +20,7 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.one_line import sentence
 from tissue_probe.workbench import examples, told
 from tissue_probe.workbench.desk import Desk
+from tissue_probe.workbench.live import Live
 from tissue_probe.workbench.messages import as_json, packed
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
@@ -45,12 +46,18 @@ class Requests:
         What is shown.
     folder : path
         Where examples and typed effects are kept.
-    live : mapping of str to callable
-        Further requests, where ROS is listened to.
+    live : bool
+        Whether ROS is listened to.
+    commands : bool
+        Whether pages may command the nodes.
     """
 
-    def __init__(self, desk: Desk, folder: Path, live: dict[str, Change] | None = None) -> None:
+    def __init__(
+        self, desk: Desk, folder: Path, live: bool = False, commands: bool = False
+    ) -> None:
         self.desk, self.pages, self._folder = desk, Pages(), folder
+        self.live = Live(self.pages) if live else None
+        self._commands = commands
         self._pictures = Pictures(desk)
         self._drawing = ThreadPoolExecutor(1, "pictures")
         self._changing = asyncio.Lock()
@@ -58,7 +65,6 @@ class Requests:
         self._searching = False
         desk.changed = lambda: self.pages.tell("desk", lambda: told.desk(desk))
         desk.briefly = lambda: self.pages.tell("job", lambda: told.job(desk))
-        self._live = live or {}
         self._changes: dict[str, Change] = {
             "define": lambda a: desk.define(a.get("file", -1), a.get("layout")),
             "forget": self._forget,
@@ -93,6 +99,8 @@ class Requests:
         if not text:
             page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
             page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
+            if self.live is not None and (found := self.live.map) is not None:
+                page.tell("live_map", lambda: found)
             return
         task = asyncio.create_task(self._answer(page, text))
         self._tasks.add(task)
@@ -106,7 +114,7 @@ class Requests:
             return await change()
 
     def _can(self) -> dict[str, Any]:
-        return {"live": bool(self._live), "commands": "command" in self._live}
+        return {"live": self.live is not None, "commands": self._commands}
 
     async def _answer(self, page: Page, text: str) -> None:
         number = None
@@ -135,9 +143,16 @@ class Requests:
         if change := self._changes.get(name):
             result = await self.change(lambda: change(asked))
             return as_json({"id": number, "ok": result})
-        if live := self._live.get(name):
-            return as_json({"id": number, "ok": await live(asked)})
+        if name == "command":
+            return as_json({"id": number, "ok": await self._command(asked)})
         raise Refused(f"there is nothing called {name} to be done")
+
+    async def _command(self, asked: dict[str, Any]) -> Any:
+        if self.live is None:
+            raise Refused("nobody listens to ROS: start `tissue_probe workbench` with --live")
+        if not self._commands:
+            raise Refused("pages may only listen: start the workbench with --allow-commands")
+        return await self.live.command(asked)
 
     async def _forget(self, asked: dict[str, Any]) -> None:
         self.desk.forget(asked.get("file", -1))

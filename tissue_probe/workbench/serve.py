@@ -40,7 +40,12 @@ ENDING = 1
 
 
 def serve(
-    files: Sequence[Path], layout: dict[str, Any], port: int | None = None, browse: bool = True
+    files: Sequence[Path],
+    layout: dict[str, Any],
+    port: int | None = None,
+    browse: bool = True,
+    live: bool = False,
+    commands: bool = False,
 ) -> None:
     """Serve the workbench until Ctrl-C.
 
@@ -54,6 +59,8 @@ def serve(
         Where to listen; by default the first that is free.
     browse : bool
         Whether to open the page in the user's browser.
+    live, commands : bool
+        Whether to listen to ROS, and whether pages may command the nodes.
 
     Raises
     ------
@@ -64,7 +71,7 @@ def serve(
     port = listening.getsockname()[1]
     kept = Kept(port)
     token = kept.token()
-    app = _made(files, layout, kept)
+    app = _made(files, layout, kept, live, commands)
     address = f"http://127.0.0.1:{port}/?token={token}"
     config = uvicorn.Config(
         Guard(app, token, port),
@@ -103,11 +110,13 @@ def _listening(port: int | None) -> socket.socket:
     raise ParameterError(f"`port` {tried[0]} is taken; give another one")
 
 
-def _made(files: Sequence[Path], layout: dict[str, Any], kept: Kept) -> Starlette:
+def _made(
+    files: Sequence[Path], layout: dict[str, Any], kept: Kept, live: bool, commands: bool
+) -> Starlette:
     """Return the application with its desk, which begins with the files, or where it was killed."""
     workshop = Workshop()
     desk = Desk(workshop)
-    requests = Requests(desk, kept.folder)
+    requests = Requests(desk, kept.folder, live, commands)
     tell = desk.changed
 
     def changed() -> None:
@@ -133,9 +142,14 @@ def _made(files: Sequence[Path], layout: dict[str, Any], kept: Kept) -> Starlett
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         before = kept.desk()
-        beginning = asyncio.create_task(requests.change(lambda: begin(before)))
+        tasks = [asyncio.create_task(requests.change(lambda: begin(before)))]
+        if requests.live is not None:
+            tasks.append(asyncio.create_task(requests.live.listen()))
         yield
-        beginning.cancel()
+        for task in tasks:
+            task.cancel()
+        if requests.live is not None:
+            await requests.live.close()
         requests.close()
         await workshop.close()
 

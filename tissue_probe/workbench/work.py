@@ -10,15 +10,17 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tissue_probe as tp
-from tissue_probe.analysis.comparing import ComparisonResult
-from tissue_probe.analysis.diagnosing import DiagnosisResult
-from tissue_probe.analysis.mapping import MapResult
-from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.passing import from_bytes, to_bytes
-from tissue_probe.analysis.previewing import Preview
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.analysis.diagnosing import DiagnosisResult
+    from tissue_probe.analysis.mapping import MapResult
+    from tissue_probe.analysis.measurements import Measurements
+    from tissue_probe.analysis.previewing import Preview
 
 Tell = Callable[[dict[str, Any]], None]
 """Told what is under way."""

@@ -82,7 +82,7 @@ export class Connection {
       return;
     }
     if ("live" in head) this.hear("live", { ...head.live, arrays });
-    for (const kind of ["choices", "desk", "job"]) {
+    for (const kind of ["choices", "desk", "job", "live_map"]) {
       if (kind in head) this.hear(kind, head[kind]);
     }
   }

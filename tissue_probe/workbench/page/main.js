@@ -5,6 +5,7 @@ import { Charts } from "./charts.js";
 import { compare, fit } from "./compare.js";
 import { fill, h, svg } from "./elements.js";
 import { ladder } from "./ladder.js";
+import { live } from "./live.js";
 import { map } from "./map.js";
 import { addChosen, missing, rank, step } from "./missing.js";
 import { next } from "./next.js";
@@ -18,10 +19,11 @@ const STAGES = /** @type {const} */ ([
   ["next", "Next", "M4 12h14M13 6l6 6-6 6"],
   ["map", "Map", "M4 4h5v5H4zM10 4h5v5h-5zM16 4h4v5h-4zM4 10h5v5H4zM10 10h5v5h-5zM16 10h4v5h-4zM4 16h5v4H4zM10 16h5v4h-5zM16 16h4v4h-4z"],
   ["take", "Take away", "M12 4v11M7 11l5 5 5-5M4 20h16"],
+  ["live", "Live", "M3 12h4l3-8 4 16 3-8h4"],
 ]);
 
 const KEYS = [
-  ["1 … 6", "the stages, from Open to Take away"],
+  ["1 … 7", "the stages, from Open to Live"],
   ["r", "find what is missing"],
   ["↑ ↓", "another row of the ranking, its curve over the residual"],
   ["a", "add the effect of that row"],
@@ -41,7 +43,7 @@ const charts = new Charts();
 const panels = { compare: compare(), missing: missing() };
 const work = h("div", { class: "work" });
 const nothing = h("div", { class: "empty" }, h("p", {}, "Nothing is compared yet."), h("button", { type: "button", class: "main", onclick: () => go("open") }, "Open a recording"));
-const sheets = /** @type {Record<string, HTMLElement>} */ ({ open: open(h("div")), next: next(), map: map(), take: take() });
+const sheets = /** @type {Record<string, HTMLElement>} */ ({ open: open(h("div")), next: next(), map: map(), take: take(), live: live() });
 
 function show() {
   const name = shown.stage;
@@ -73,15 +75,21 @@ fill(
       svg("svg", { viewBox: "0 0 24 24", "aria-hidden": "true" }, svg("path", { d: path })), label)),
 );
 ladder(byId("ladder"), byId("status"));
+on("choices", () => {
+  const button = byId("rail").querySelector("[data-stage=live]");
+  if (button instanceof HTMLElement) button.hidden = !told.choices.live;
+});
 
+let begun = false;
 on("stage", () => {
+  begun = true;
   show();
   stage.scrollTop = 0;
 });
-let begun = false;
 on("desk", () => {
+  // What was opened on the command line is shown, unless the user has gone elsewhere meanwhile.
   if (!begun && told.desk.rungs.length) shown.stage = "compare";
-  begun = begun || told.desk.rungs.length > 0 || told.desk.files.length > 0;
+  begun = begun || told.desk.rungs.length > 0;
   const known = told.desk.rungs.map((/** @type {any} */ each) => each.number);
   if (shown.rung !== null && !known.includes(shown.rung)) shown.rung = null;
   if (rung()?.number !== last) {
@@ -145,7 +153,7 @@ addEventListener("keydown", (event) => {
   const typing = target.matches("input:not([type=range]):not([type=checkbox]), textarea, select");
   if (typing || event.ctrlKey || event.metaKey || event.altKey || help.open) return;
   const place = Number(event.key);
-  if (place >= 1 && place <= STAGES.length) go(STAGES[place - 1][0]);
+  if (place >= 1 && place <= STAGES.length - Number(!told.choices?.live)) go(STAGES[place - 1][0]);
   else if (shown.stage === "missing" && (event.key === "ArrowDown" || event.key === "ArrowUp") && !target.matches("input")) {
     event.preventDefault();
     step(event.key === "ArrowDown" ? 1 : -1);

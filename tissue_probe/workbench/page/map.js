@@ -7,6 +7,8 @@ import { short } from "./numbers.js";
 /** From soft to stiff: Matplotlib's cividis in nine steps, read alike by the colour-blind. */
 const SCALE = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#fee838"];
 const SIDE = 46, EDGE = 44;
+/** A map of few sites is drawn at most so many times as large: its words would grow with it. */
+const LARGEST = 1.6;
 
 const LAYERS = {
   stiffness: { label: "stiffness", unit: "N/m" },
@@ -37,7 +39,7 @@ export function map() {
       element,
       h("div", { class: "row spread" }, h("h1", {}, "Map"), h("div", { class: "row" }, there.map((name) =>
         h("button", { type: "button", class: "tiny", "aria-pressed": name === layer, "data-key": `layer-${name}`, onclick: () => pick(name) }, LAYERS[name].label)))),
-      h("div", { class: "mapgrid" }, grid(found, layer), side(found)),
+      h("div", { class: "mapgrid" }, picture(found, layer), side(found)),
     );
   };
   on("desk", draw);
@@ -49,12 +51,13 @@ export function map() {
  * @param {any} found
  * @param {Layer} layer
  */
-function grid(found, layer) {
+export function picture(found, layer) {
   const { x, y, cells } = found;
   const values = cells.map((/** @type {any} */ cell) => Number(cell[layer])).filter(Number.isFinite);
   const low = Math.min(...values), high = Math.max(...values);
   const wide = EDGE + SIDE * x.length + 74, tall = SIDE * y.length + 40;
-  const picture = svg("svg", { viewBox: `0 0 ${wide} ${tall}`, role: "group", "aria-label": `Map of the ${LAYERS[layer].label}` });
+  const drawing = svg("svg", { viewBox: `0 0 ${wide} ${tall}`, role: "group", "aria-label": `Map of the ${LAYERS[layer].label}` });
+  drawing.style.setProperty("max-width", `${LARGEST * wide}px`);
   cells.forEach((/** @type {any} */ cell, /** @type {number} */ number) => {
     const column = number % x.length, row = Math.floor(number / x.length);
     const value = Number(cell[layer]), known = cell[layer] !== null && Number.isFinite(value);
@@ -67,22 +70,23 @@ function grid(found, layer) {
       "stroke-dasharray": known ? "none" : "4 3", "data-site": site ?? "",
       onclick: () => visit(site), onkeydown: (/** @type {KeyboardEvent} */ event) => event.key === "Enter" && visit(site),
     }, svg("title", {}, words));
-    picture.append(rectangle);
+    drawing.append(rectangle);
     if (found.site === site && site !== null) {
-      picture.append(svg("circle", { cx: EDGE + SIDE * (column + 0.5), cy: top + SIDE / 2, r: 6, fill: "none", stroke: "var(--brush)", "stroke-width": 3, "pointer-events": "none" }));
+      drawing.append(svg("circle", { cx: EDGE + SIDE * (column + 0.5), cy: top + SIDE / 2, r: 6, fill: "none", stroke: "var(--brush)", "stroke-width": 3, "pointer-events": "none" }));
     }
   });
-  x.forEach((/** @type {number} */ place, /** @type {number} */ n) => picture.append(svg("text", { x: EDGE + SIDE * (n + 0.5), y: SIDE * y.length + 22, "text-anchor": "middle" }, short(1e3 * place))));
-  y.forEach((/** @type {number} */ place, /** @type {number} */ n) => picture.append(svg("text", { x: EDGE - 8, y: SIDE * (y.length - 0.5 - n) + 10, "text-anchor": "end" }, short(1e3 * place))));
-  picture.append(svg("text", { x: EDGE + (SIDE * x.length) / 2, y: SIDE * y.length + 37, "text-anchor": "middle" }, "x [mm]; up is y [mm]"));
+  x.forEach((/** @type {number} */ place, /** @type {number} */ n) => drawing.append(svg("text", { x: EDGE + SIDE * (n + 0.5), y: SIDE * y.length + 22, "text-anchor": "middle" }, short(1e3 * place))));
+  y.forEach((/** @type {number} */ place, /** @type {number} */ n) => drawing.append(svg("text", { x: EDGE - 8, y: SIDE * (y.length - 0.5 - n) + 10, "text-anchor": "end" }, short(1e3 * place))));
+  drawing.append(svg("text", { x: EDGE + (SIDE * x.length) / 2, y: SIDE * y.length + 37, "text-anchor": "middle" }, "x [mm]; up is y [mm]"));
   const right = EDGE + SIDE * x.length + 14, height = SIDE * y.length;
-  SCALE.forEach((colour, n) => picture.append(svg("rect", { x: right, y: 6 + height - ((n + 1) * height) / SCALE.length, width: 12, height: height / SCALE.length + 0.5, fill: colour })));
-  picture.append(svg("text", { x: right + 16, y: 15 }, short(high)), svg("text", { x: right + 16, y: 6 + height }, short(low)));
+  SCALE.forEach((colour, n) => drawing.append(svg("rect", { x: right, y: 6 + height - ((n + 1) * height) / SCALE.length, width: 12, height: height / SCALE.length + 0.5, fill: colour })));
+  drawing.append(svg("text", { x: right + 16, y: 15 }, short(high)),
+    svg("text", { x: right + 16, y: 28 }, LAYERS[layer].unit), svg("text", { x: right + 16, y: 6 + height }, short(low)));
   for (const region of found.regions) {
     const column = (region.x - x[0]) / (x[1] - x[0] || 1), row = (region.y - y[0]) / (y[1] - y[0] || 1);
-    picture.append(svg("circle", { cx: EDGE + SIDE * (column + 0.5), cy: SIDE * (y.length - 0.5 - row) + 6, r: SIDE * 0.62, fill: "none", stroke: "var(--residual)", "stroke-width": 2.5, "pointer-events": "none" }));
+    drawing.append(svg("circle", { cx: EDGE + SIDE * (column + 0.5), cy: SIDE * (y.length - 0.5 - row) + 6, r: SIDE * 0.62, fill: "none", stroke: "var(--residual)", "stroke-width": 2.5, "pointer-events": "none" }));
   }
-  return picture;
+  return drawing;
 }
 
 /** @param {number | null} site */

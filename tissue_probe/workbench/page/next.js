@@ -19,7 +19,7 @@ export function next() {
   let drawn = "";
   const draw = async () => {
     const ranking = told.desk?.ranking;
-    const now = JSON.stringify([ranking?.rung, ranking?.done, ranking?.text]);
+    const now = JSON.stringify([ranking?.rung, ranking?.done, ranking?.text, told.desk?.rungs.length]);
     if (now === drawn) return;
     drawn = now;
     fill(words, inWords(ranking));
