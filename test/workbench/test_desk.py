@@ -10,7 +10,7 @@ import zipfile
 
 import pytest
 
-from conftest import EXAMPLES
+from served import EXAMPLES
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.notebook import notebook

@@ -8,7 +8,7 @@ import http.client
 import pytest
 import websockets
 
-from conftest import EXAMPLES
+from served import EXAMPLES
 from tissue_probe.workbench import uploads
 from tissue_probe.workbench.refused import Refused
 

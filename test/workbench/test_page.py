@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from conftest import EXAMPLES, PATIENCE, serving
+from served import EXAMPLES, PATIENCE, serving
 
 SMALL = re.compile(r"([\d.]+) (mN|N|µm)")
 
