@@ -39,6 +39,17 @@ def test_the_next_rung_is_that_of_improve(challenge, next_rung):
     assert next_rung.fit.composition.names == (EFFECT,)
 
 
+def test_a_rung_that_a_ranking_knows_is_found_from_there(challenge, compared, next_rung):
+    ranked = tp.diagnose(challenge.first, starts="at-rest")
+    again = compared.plus(EFFECT, ranked.beside(EFFECT))
+    assert again.rmse == pytest.approx(next_rung.rmse, rel=1e-3)
+    assert again.parameters.to_dict()[0]["value"] == pytest.approx(
+        next_rung.parameters.to_dict()[0]["value"], rel=1e-2
+    )
+    with pytest.raises(tp.TissueProbeError, match="does not have it"):
+        ranked.beside("nothing")
+
+
 def test_an_effect_that_is_there_or_unknown_is_refused(next_rung):
     with pytest.raises(tp.TissueProbeError, match="has it already"):
         next_rung.plus(EFFECT)

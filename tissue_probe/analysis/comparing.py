@@ -25,7 +25,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.improvement.ladder import climb_by
-from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
@@ -98,8 +98,16 @@ class ComparisonResult:
         """Values, errors, and where the model fails, as ``compare`` prints them."""
         return "\n".join([*_errors(self.fit, self.held), *_failures(self.fit, self.sources)])
 
-    def plus(self, effect: str) -> ComparisonResult:
+    def plus(self, effect: str, begin: Fit | None = None) -> ComparisonResult:
         """Add an effect, and fit the model again: the next rung of a ladder.
+
+        Parameters
+        ----------
+        effect : str
+            Its name in the library.
+        begin : Fit, optional
+            The model with the effect as a ranking found it: the search goes on there, instead of
+            from every start (``DiagnosisResult.beside``).
 
         Raises
         ------
@@ -110,10 +118,12 @@ class ComparisonResult:
         """
         asked = replace(self.asked, model=self.model)
         check_wanted(asked, [effect])
-        fit = climb_by(
-            self.fit.composition, self.fit.measurements, self.instrument, [asked.library[effect]],
-            self.fit.named(),
-        ).final  # fmt: skip
+        fit = None if begin is None else refit(begin, begin.composition, self.instrument)
+        if fit is None:
+            fit = climb_by(
+                self.fit.composition, self.fit.measurements, self.instrument,
+                [asked.library[effect]], self.fit.named(),
+            ).final  # fmt: skip
         told = [each.sentence for each in check_fit(fit, fit)]
         notes = tuple(dict.fromkeys((*self.notes, *told)))
         return replace(self, fit=fit, held="", notes=notes)

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.diagnosis.fitting.fit import Fit
 
 Found = Callable[[str, Mapping[str, float]], None]
 """Told an effect and its errors beside the model that is asked about."""
@@ -139,10 +140,19 @@ class DiagnosisResult:
         ParameterError
             If the ranking has no such effect.
         """
-        ladder = self.found.ladder
-        for fit in ladder.ranking:
+        return self.beside(effect).predicted[index] - self.found.ladder.base.predicted[index]
+
+    def beside(self, effect: str) -> Fit:
+        """Return the model that was asked about with an effect of the ranking.
+
+        Raises
+        ------
+        ParameterError
+            If the ranking has no such effect.
+        """
+        for fit in self.found.ladder.ranking:
             if added(fit).name == effect:
-                return fit.predicted[index] - ladder.base.predicted[index]
+                return fit
         raise ParameterError(f"`effect` {effect}: the ranking does not have it")
 
     def __repr__(self) -> str:

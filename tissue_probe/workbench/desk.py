@@ -19,7 +19,7 @@ from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
 if TYPE_CHECKING:
-    from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.analysis.comparing import ComparisonResult, Fit
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
 
@@ -55,6 +55,13 @@ class Ranking:
     told: dict[str, dict[str, float]] = field(default_factory=dict)
     result: DiagnosisResult | None = None
     answer: dict[str, Any] = field(default_factory=dict)
+
+    def of(self, rung: Rung, effect: str) -> Fit | None:
+        """Return what was found of an effect beside a rung; None if nothing was."""
+        if self.result is None or self.rung != rung.number:
+            return None
+        known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
+        return self.result.beside(effect) if effect in known else None
 
 
 @dataclass
@@ -233,7 +240,8 @@ class Desk:
     async def add(self, effect: str, after: int | None = None) -> None:
         """Add an effect to the last rung, or to another one: those above it are taken down."""
         base = self._last() if after is None else self.rung(after)
-        arguments = {"compared": base.compared, "effect": effect}
+        begin = self.ranking.of(base, effect) if self.ranking else None
+        arguments = {"compared": base.compared, "effect": effect, "begin": begin}
         compared = await self._do(f"{effect} is added", "add", arguments)
         self.rungs = self.rungs[: self.rungs.index(base) + 1]
         await self._put_up(effect, compared)

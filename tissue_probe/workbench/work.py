@@ -16,7 +16,7 @@ import tissue_probe as tp
 from tissue_probe.analysis.passing import from_bytes, to_bytes
 
 if TYPE_CHECKING:
-    from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.analysis.comparing import ComparisonResult, Fit
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Measurements
@@ -79,9 +79,9 @@ def compare(tell: Tell, measured: Measurements, asked: Mapping[str, Any]) -> Com
     return tp.compare(measured, **asked)
 
 
-def add(tell: Tell, compared: ComparisonResult, effect: str) -> ComparisonResult:
-    """Return the next rung."""
-    return compared.plus(effect)
+def add(tell: Tell, compared: ComparisonResult, effect: str, begin: Fit | None) -> ComparisonResult:
+    """Return the next rung; where a ranking knows it, the search begins there."""
+    return compared.plus(effect, begin)
 
 
 def rank(

@@ -70,8 +70,17 @@ async function example(name) {
   leave();
 }
 
+/** Whether the page goes on as soon as the desk shows what was opened: an upload's answer comes by
+ * another way than the desk, and may be sooner. */
+let leaving = false;
+on("stage", () => {
+  leaving = false;
+});
+on("desk", () => leaving && leave());
+
 /** Go where there is something to be seen; stay where something is asked. */
 function leave() {
+  leaving = true;
   if (told.desk?.map && !told.desk.rungs.length) go("map");
   else if (told.desk?.rungs.length && told.desk.files.at(-1)?.ready) go("compare");
 }
