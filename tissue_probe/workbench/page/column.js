@@ -174,14 +174,14 @@ export class Column {
     this.unused = ok.unused;
     const times = (/** @type {string} */ name, /** @type {number} */ by) =>
       arrays[name] ? Float64Array.from(arrays[name], (value) => value * by) : new Array(x.length).fill(null);
+    this.showTimeMarks();
     const limits = { x: /** @type {[number, number]} */ (shown.zoom ? [shown.zoom.from, shown.zoom.to] : [0, ok.end]) };
     this.signals.show(x, [times("measured", output.per_drawn), times("predicted", output.per_drawn)], limits);
     const explained = times("explained", output.per_small);
-    this.residual.show(x, [explained, times("residual", output.per_small)], limits);
     const noise = ok.noise * output.per_small;
     this.residual.levels = [{ low: -noise, high: noise, colour: "noise" }];
+    this.residual.show(x, [explained, times("residual", output.per_small)], limits);
     this.rmse = ok.rmse;
-    this.showMarks();
     this.explained = Boolean(arrays.explained);
     this.showCaptions(this.explained);
     this.onlines?.(ok);
@@ -234,22 +234,29 @@ export class Column {
     plot.show([left * by, right * by], [[0, 0]], { x: [left * by, right * by], y: [-high, high] });
   }
 
-  /** Regions that stand out, samples left out, and what is brushed, in each plot. */
-  showMarks() {
-    const here = (/** @type {string} */ axis) => {
-      const found = this.regions.find((each) => each.axis === axis)?.here;
-      const foremost = this.regions.find((each) => each.foremost)?.axis === axis;
-      return found ? [{ low: found.begin, high: found.end, colour: "here", label: foremost ? "here" : "stands out", strength: foremost ? 0.2 : 0.1 }] : [];
-    };
+  /** The region of an axis that stands out. @param {string} axis */
+  here(axis) {
+    const found = this.regions.find((each) => each.axis === axis)?.here;
+    const foremost = this.regions.find((each) => each.foremost)?.axis === axis;
+    return found ? [{ low: found.begin, high: found.end, colour: "here", label: foremost ? "here" : "stands out", strength: foremost ? 0.2 : 0.1 }] : [];
+  }
+
+  /** What stands out, is left out and is brushed over time; to be drawn with the lines. */
+  showTimeMarks() {
     const unused = this.unused.map(([low, high]) => ({ low, high, ...UNUSED }));
     const spans = this.spans.map(([low, high]) => ({ low, high, colour: "brush", strength: 0.22 }));
     this.signals.bands = [...unused, ...spans];
-    this.residual.bands = [...here("time"), ...unused, ...spans];
+    this.residual.bands = [...this.here("time"), ...unused, ...spans];
+  }
+
+  /** The same in every plot. */
+  showMarks() {
+    this.showTimeMarks();
     const own = (/** @type {string} */ axis, /** @type {number} */ by) =>
       shown.brush?.axis === axis ? [{ low: shown.brush.low * by, high: shown.brush.high * by, colour: "brush", strength: 0.22 }] : [];
-    this.spectrum.bands = [...here("frequency"), ...own("frequency", 1)];
+    this.spectrum.bands = [...this.here("frequency"), ...own("frequency", 1)];
     for (const axis of /** @type {Axis[]} */ (Object.keys(AXES))) {
-      this.dots[axis].bands = [...here(axis), ...own(axis, AXES[axis].times)];
+      this.dots[axis].bands = [...this.here(axis), ...own(axis, AXES[axis].times)];
     }
     for (const plot of this.plots()) plot.redraw();
     for (const region of this.regions) {

@@ -220,8 +220,10 @@ export class Plot {
     const side = Math.max(1, Math.round(1.3 * devicePixelRatio));
     for (const { x, y, colour: name } of this.dots) {
       ctx.fillStyle = colour(name);
+      const [left, right] = [0, 1].map((value) => plot.valToPos(value, "x", true));
+      const [bottom, top] = [0, 1].map((value) => plot.valToPos(value, "y", true));
       for (let n = 0; n < x.length; n++) {
-        ctx.fillRect(plot.valToPos(x[n], "x", true), plot.valToPos(y[n], "y", true), side, side);
+        ctx.fillRect(Math.round(left + (right - left) * x[n]), Math.round(bottom + (top - bottom) * y[n]), side, side);
       }
     }
     ctx.font = `600 ${11 * devicePixelRatio}px system-ui, "DejaVu Sans", sans-serif`;
