@@ -51,6 +51,8 @@ def workbench(
     read (columns, units, polarity) ask for it on the page.
     """
     measured.check_there(files or [])
+    if allow_commands and not live:
+        raise ValueError("--allow-commands is of the nodes that --live listens to: give both")
     if live and find_spec("rclpy") is None:
         raise SystemExit(
             "tissue_probe: --live listens to ROS 2 nodes, and there is no rclpy; run it where "

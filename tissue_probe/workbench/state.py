@@ -21,7 +21,7 @@ from tissue_probe.workbench.uploads import LARGEST, plain
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
 ENDING, MEMBER = ".workbench", "desk.json"
-#: Most bytes of that member: it holds names and some hundred numbers.
+#: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
 LONGEST = 2**20
 
 
@@ -118,18 +118,22 @@ def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            if archive.getinfo(MEMBER).file_size > LONGEST:
-                raise Refused(f"{path.name} is no state of a workbench: its list is too long")
-            told: dict[str, Any] = json.loads(archive.read(MEMBER))
+            told: dict[str, Any] = json.loads(_text(archive, MEMBER))
             for number, each in enumerate(told["files"]):
                 each["path"] = str(_unpacked(archive, each["path"], folder / str(number)))
                 each["owned"] = True
-            own = [archive.read(name).decode() for name in told["effects"]]
+            own = [_text(archive, name) for name in told["effects"]]
     except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
         if isinstance(error, Refused):
             raise
         raise Refused(f"{path.name} is no state of a workbench: {error}") from None
     return {**told, "effects": [], "programs": own}
+
+
+def _text(archive: zipfile.ZipFile, member: str) -> str:
+    if archive.getinfo(member).file_size > LONGEST:
+        raise Refused(f"this is no state of a workbench: {member} is too long")
+    return archive.read(member).decode()
 
 
 def _unpacked(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:

@@ -74,11 +74,18 @@ function heading(ranking, base, running) {
   return [
     h("div", { class: "row spread" }, h("h2", {}, `Beside ${base.title}`), begin),
     !ranking && h("p", { class: "soft" }, "Every effect of the library is added to the last model of the ladder and fitted. The best is named if it explains the error, and if no other explains it as well."),
-    ranking?.done && h("div", { class: "verdict" }, plain(ranking.text).split("\n").slice(0, 6).map((line) => h("p", {}, line))),
+    ranking?.done && h("div", { class: "verdict" }, verdict(ranking.text).map((line) => h("p", {}, line))),
     ranking?.done && last.number !== ranking.rung && rungOf(ranking.rung) &&
       h("p", { class: "small soft" }, "Add puts its effect beside that model again; to go on from the last one, rank again."),
     answer?.indistinguishable.length > 1 && h("p", { class: "small" }, "This recording cannot tell apart: ", h("b", {}, answer.indistinguishable.join(", ")), "."),
   ];
+}
+
+/** The verdict's sentences; the next experiment has a stage of its own. @param {string} text */
+function verdict(text) {
+  const lines = plain(text).split("\n");
+  const end = lines.findIndex((line) => line.startsWith("Next experiment") || line.startsWith("The next experiment"));
+  return end > 0 ? lines.slice(0, end) : lines;
 }
 
 /**

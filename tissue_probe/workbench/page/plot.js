@@ -42,6 +42,13 @@ function decadesOf(low, high) {
   return found;
 }
 
+/** The page's size of letters [CSS pixels]: with it grows all that is drawn. */
+function fontSize() {
+  return parseFloat(getComputedStyle(document.documentElement).fontSize);
+}
+
+/** Fewer points are drawn larger: each of them counts. */
+const FEW = 1500;
 /** A turn of the wheel shows so many times the span. */
 const TURN = 1.25;
 /** The longest row of points that a drag may cross without being one [pixels]. */
@@ -119,7 +126,7 @@ export class Plot {
   make() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height) return;
-    const size = parseFloat(getComputedStyle(document.documentElement).fontSize);
+    const size = fontSize();
     const font = `${Math.round(size * 0.79)}px system-ui, "DejaVu Sans", sans-serif`;
     const distr = this.look.logarithmic ? 3 : 1;
     const axis = {
@@ -163,7 +170,7 @@ export class Plot {
       series: [
         {},
         ...this.look.lines.map((line) => ({
-          label: line.label, stroke: colour(line.colour), width: line.width ?? 1.4,
+          label: line.label, stroke: colour(line.colour), width: ((line.width ?? 1.4) * size) / 14,
           dash: line.dash, points: { show: false }, show: !this.look.points, spanGaps: false,
         })),
       ],
@@ -217,8 +224,9 @@ export class Plot {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
-    const side = Math.max(1, Math.round(1.3 * devicePixelRatio));
+    const size = fontSize() * devicePixelRatio;
     for (const { x, y, colour: name } of this.dots) {
+      const side = Math.max(1, Math.round(size * (x.length < FEW ? 0.2 : 0.1)));
       ctx.fillStyle = colour(name);
       const [left, right] = [0, 1].map((value) => plot.valToPos(value, "x", true));
       const [bottom, top] = [0, 1].map((value) => plot.valToPos(value, "y", true));
@@ -226,7 +234,7 @@ export class Plot {
         ctx.fillRect(Math.round(left + (right - left) * x[n]), Math.round(bottom + (top - bottom) * y[n]), side, side);
       }
     }
-    ctx.font = `600 ${11 * devicePixelRatio}px system-ui, "DejaVu Sans", sans-serif`;
+    ctx.font = `600 ${0.79 * size}px system-ui, "DejaVu Sans", sans-serif`;
     ctx.textBaseline = "top";
     ctx.textAlign = "left";
     for (const { low, colour: name, label } of this.bands) {
