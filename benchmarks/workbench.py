@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 import psutil
+from rich.markup import escape
 from rich.table import Table
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -89,7 +90,7 @@ def table(found: dict[str, float]) -> Table:
     for column in ("", "measured", "to reach"):
         shown.add_column(column, justify="right" if column else "left")
     for name, value in found.items():
-        shown.add_row(name, f"{value:.3g}", f"<= {GOALS[name]:g}")
+        shown.add_row(escape(name), f"{value:.3g}", f"<= {GOALS[name]:g}")
     return shown
 
 

@@ -13,7 +13,7 @@ import sys
 import webbrowser
 from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import uvicorn
 from starlette.applications import Starlette
@@ -27,6 +27,9 @@ from tissue_probe.workbench.kept import Kept
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Workshop
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.comparing import ComparisonResult
 
 #: Where it listens if nothing is said: the same each time, so that a page that was left open finds
 #: the server again.
@@ -94,6 +97,12 @@ def serve(
     kept.clear()
 
 
+def _try_out(compared: ComparisonResult) -> None:
+    """Do with a comparison all that pages ask for: what that imports is there afterwards."""
+    compared.predict({})
+    compared.view().spectrum()
+
+
 def _listening(port: int | None) -> socket.socket:
     tried = range(PORT, PORT + TRIED) if port is None else [port]
     for each in tried:
@@ -134,15 +143,21 @@ def _made(
                     await desk.use(read[0], read[1] if len(read) > 1 else None)
             elif before is not None:
                 await state.restore(desk, before)
-            else:
-                await workshop.do(Work("warm", {}))
         desk.changed = changed
         changed()
+
+    async def start(before: dict[str, Any] | None) -> None:
+        """Begin; then load, here and in the worker, what the first steps would wait for."""
+        await requests.change(lambda: begin(before))
+        with contextlib.suppress(TissueProbeError):
+            for name in ("warm", "warm_effects"):
+                found = await workshop.do(Work(name, {}))
+                await asyncio.to_thread(_try_out, found)
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         before = kept.desk()
-        tasks = [asyncio.create_task(requests.change(lambda: begin(before)))]
+        tasks = [asyncio.create_task(start(before))]
         if requests.live is not None:
             tasks.append(asyncio.create_task(requests.live.listen()))
         yield

@@ -44,9 +44,8 @@ def main() -> None:
     told_map: object = None
     try:
         while True:
-            due = time.monotonic() + PERIOD
-            while (left := due - time.monotonic()) > 0:
-                watch.hear(left)
+            time.sleep(PERIOD)
+            watch.hear()
             head, arrays = _taken(watch)
             _write(answer, TOLD, packed({"live": head}, arrays))
             if watch.map is not told_map:

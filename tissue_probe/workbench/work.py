@@ -6,6 +6,7 @@ how results go back (``worker``, ``workshop``).
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -46,14 +47,19 @@ def do(content: bytes, tell: Any) -> bytes:
     return to_bytes(CALLS[name](tell=tell, **arguments))
 
 
-def warm(tell: Tell) -> None:
-    """Load what every fit needs, and compile what every model has in common."""
-    columns = {"t": [n / 500.0 for n in range(500)], "u": [], "F": []}
-    from math import sin
+def warm(tell: Tell) -> ComparisonResult:
+    """Load what every reading and fit needs; compile what every model has in common."""
+    rows = [(n / 500.0, 1e-3 * math.sin(0.1 * n)) for n in range(500)]
+    lines = [f"{t},{u},{500.0 * u}" for t, u in rows]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "warm.csv"
+        path.write_text("\n".join(["t,u,F", *lines]) + "\n")
+        return tp.compare(path)
 
-    columns["u"] = [1e-3 * sin(0.1 * n) for n in range(500)]
-    columns["F"] = [500.0 * u for u in columns["u"]]
-    tp.compare(tp.read(columns, force_polarity="compression")).predict({})
+
+def warm_effects(tell: Tell) -> ComparisonResult:
+    """Load the library of effects, and what integrates models that are not linear."""
+    return warm(tell).plus("cubic_stiffening")
 
 
 def preview(tell: Tell, path: str) -> Preview:
@@ -139,5 +145,5 @@ def report(
 
 CALLS: Mapping[str, Callable[..., Any]] = {
     each.__name__: each
-    for each in (warm, preview, read, compare, add, rank, scan, check_effects, report)
+    for each in (warm, warm_effects, preview, read, compare, add, rank, scan, check_effects, report)
 }
