@@ -82,7 +82,7 @@ on("desk", () => leaving && leave());
 function leave() {
   leaving = true;
   if (told.desk?.map && !told.desk.rungs.length) go("map");
-  else if (told.desk?.rungs.length && told.desk.files.at(-1)?.ready) go("compare");
+  else if (told.desk?.rungs.length && [told.desk.fitted, told.desk.second].includes(told.desk.files.at(-1)?.number)) go("compare");
 }
 
 /** @param {File[]} files */
