@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 VENV := $(CURDIR)/.venv
 BIN := $(VENV)/bin
 SEED := 25
-PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/*) \
+PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/* examples/*.csv examples/*.mcap) \
 	$(shell find msg_defs crtk_msgs -type f)
 
 # Tests in which processes live in real time: apart from those that need the whole processor, and in
@@ -20,7 +20,7 @@ SIDE_BY_SIDE := --numprocesses 2 --dist
 # for processes for most of their time, so that there is work for a third.
 test: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test lint benchmark setup clean help
+.PHONY: demo hidden-effect test lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -50,6 +50,12 @@ lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings,
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	@if $(MAKE) --silent node_modules/.done; then $(MAKE) --no-print-directory lint-page; \
+		else echo "The scripts of the page are not checked: npm's registry cannot be reached."; fi
+
+lint-page: node_modules/.done ## Check the scripts of the workbench's page: types, style.
+	PATH=$(BIN):$$PATH node_modules/.bin/tsc -p tissue_probe/workbench/page/jsconfig.json
+	PATH=$(BIN):$$PATH node_modules/.bin/eslint tissue_probe/workbench/page
 
 benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, latency and losses.
 	$(BIN)/python -m benchmarks
@@ -57,11 +63,12 @@ benchmark: $(VENV)/packages.done $(VENV)/development.done ## Measure speed, late
 setup: $(VENV)/packages.done ## Only set up; afterwards .venv/bin/tissue_probe works from any folder.
 
 clean: ## Remove everything that setup made.
-	rm -rf .venv build
+	rm -rf .venv build node_modules
 
 # Bytecode is left to the first import: most modules of what is installed are never imported. The pip
 # that comes with Python 3.11 takes twice as long as today's.
-$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/ros-jazzy-wheels.txt
+$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/workbench.txt \
+		requirements/ros-jazzy-wheels.txt
 	@command -v c++ >/dev/null && python3 -c "import sysconfig, pathlib, sys, venv, ensurepip; \
 		sys.exit(not pathlib.Path(sysconfig.get_paths()['include'], 'Python.h').exists())" || \
 		{ echo "A C++ compiler, Python's headers or its venv are missing: on Debian," \
@@ -73,6 +80,11 @@ $(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/r
 
 $(VENV)/development.done: requirements/development.txt $(VENV)/wheels.done
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -r $<
+	touch $@
+
+# The linters of the page's scripts, by the Node.js that PyPI has; the page itself needs neither.
+node_modules/.done: package.json package-lock.json $(VENV)/development.done
+	PATH=$(BIN):$$PATH $(BIN)/npm ci --no-audit --no-fund --loglevel=error
 	touch $@
 
 # All packages go into .venv itself, so that nothing needs to be sourced afterwards. The Python

@@ -25,7 +25,11 @@ VERSION = re.search(r'__version__ = "(.+)"', Path("tissue_probe/__init__.py").re
 FOR_PIP = {"bdist_wheel", "dist_info", "editable_wheel"}
 
 executables = ["tissue_probe = tissue_probe.cli:main"]
-data_files = [("share/tissue_probe/config", glob("config/*"))]
+data_files = [
+    ("share/tissue_probe/config", glob("config/*")),
+    # One click away in the workbench.
+    ("share/tissue_probe/examples", glob("examples/*.csv") + glob("examples/*.mcap")),
+]
 if FOR_PIP.isdisjoint(sys.argv):
     executables += [f"{name} = tissue_probe.nodes.{name}:main" for name in NODES]
     executables += [f"{name} = tissue_probe.nodes.estimator:main" for name in ESTIMATORS]
@@ -39,7 +43,11 @@ setup(
     name="tissue_probe",
     version=VERSION,
     packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
-    package_data={"tissue_probe": ["py.typed"], "tissue_probe.report": ["*.jinja"]},
+    package_data={
+        "tissue_probe": ["py.typed"],
+        "tissue_probe.report": ["*.jinja"],
+        "tissue_probe.workbench": ["page/*", "page/vendor/*"],
+    },
     data_files=data_files,
     zip_safe=False,
     python_requires=">=3.10",

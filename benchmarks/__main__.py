@@ -28,6 +28,7 @@ from benchmarks import (
     report,
     soak,
     start,
+    workbench,
 )
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -61,11 +62,14 @@ class Part(str, Enum):
     protocols = "protocols"
     third_party = "third_party"
     map = "map"
+    workbench = "workbench"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
-WITHOUT_BAG = (Part.reading, Part.start, Part.protocols, Part.third_party, Part.map)
+WITHOUT_BAG = (
+    *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
+)
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
 
@@ -136,7 +140,8 @@ def main(
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
-    felupe); `map` how right the map of sites is. `all` leaves these nine out.
+    felupe); `map` how right the map of sites is; `workbench` how soon its page answers in a
+    browser. `all` leaves these ten out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -184,6 +189,9 @@ def main(
             found = maps.measure(RESULTS / "blocks", phantoms)
             results["map"] = maps.kept(found)
             Console(width=150).print(*maps.shown(found))
+        if part == Part.workbench:
+            results["workbench"] = workbench.measure()
+            Console().print(workbench.table(results["workbench"]))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

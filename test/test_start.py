@@ -10,7 +10,7 @@ import pytest
 #: Each takes a noticeable part of a second, or seconds.
 HEAVY = {
     "h5py", "llvmlite", "matplotlib", "nidaqmx", "numba", "pandas", "plotly", "pyarrow", "rclpy",
-    "rosbags", "scipy", "sympy",
+    "rosbags", "scipy", "starlette", "sympy", "uvicorn",
 }  # fmt: skip
 RUN = """
 import sys

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.mapping import map_sites as map
     from tissue_probe.analysis.measurements import Measurements as Measurements
     from tissue_probe.analysis.measurements import read as read
+    from tissue_probe.analysis.previewing import preview as preview
     from tissue_probe.analysis.simulating import simulate as simulate
     from tissue_probe.errors import TissueProbeError as TissueProbeError
     from tissue_probe.physics.model_file import load as load_model
@@ -42,6 +43,7 @@ _PLACES = {
     "load_model": "tissue_probe.physics.model_file:load",
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
     "map": "tissue_probe.analysis.mapping:map_sites",
+    "preview": "tissue_probe.analysis.previewing:preview",
     "read": "tissue_probe.analysis.measurements:read",
     "simulate": "tissue_probe.analysis.simulating:simulate",
 }
@@ -59,6 +61,7 @@ __all__ = [
     "load_model",
     "make_challenge",
     "map",
+    "preview",
     "read",
     "simulate",
 ]

@@ -212,7 +212,8 @@ def test_every_package_that_is_imported_and_required_is_explained():
     explained = {
         name.strip().lower() for row in rows.splitlines() for name in row.split("|")[1].split(",")
     }
-    files = (ROOT / "requirements" / name for name in ("python.txt", "daq.txt", "development.txt"))
+    names = ("python.txt", "daq.txt", "workbench.txt", "development.txt")
+    files = (ROOT / "requirements" / name for name in names)
     required = {
         re.match(r"[\w-]+", line)[0].lower()
         for file in files

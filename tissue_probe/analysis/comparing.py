@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,10 @@ import numpy as np
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
+from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
-from tissue_probe.analysis.question import Constants, Question, question
+from tissue_probe.analysis.other_values import predicted
+from tissue_probe.analysis.question import Constants, Question, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch
@@ -22,10 +24,12 @@ from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.held_input import with_input
-from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.improvement.ladder import climb_by
+from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,6 +55,8 @@ class ComparisonResult:
         As read.
     taken : tuple of Measurement
         Its stretches before the samples that are spoilt were left out.
+    instrument : Instrument
+        What was known of the rig when it was fitted.
     """
 
     fit: Fit
@@ -60,6 +66,7 @@ class ComparisonResult:
     asked: Question
     fitted: Measurements
     taken: tuple[Measurement, ...]
+    instrument: Instrument
 
     @property
     def rmse(self) -> float:
@@ -90,6 +97,68 @@ class ComparisonResult:
     def text(self) -> str:
         """Values, errors, and where the model fails, as ``compare`` prints them."""
         return "\n".join([*_errors(self.fit, self.held), *_failures(self.fit, self.sources)])
+
+    def plus(self, effect: str, begin: Fit | None = None) -> ComparisonResult:
+        """Add an effect, and fit the model again: the next rung of a ladder.
+
+        Parameters
+        ----------
+        effect : str
+            Its name in the library.
+        begin : Fit, optional
+            The model with the effect as a ranking found it: the search goes on there, instead of
+            from every start (``DiagnosisResult.beside``).
+
+        Raises
+        ------
+        ParameterError
+            If there is no such effect, or the model has it already.
+        MeasurementError
+            If it cannot be fitted to these measurements.
+        """
+        asked = replace(self.asked, model=self.model)
+        check_wanted(asked, [effect])
+        fit = None if begin is None else refit(begin, begin.composition, self.instrument)
+        if fit is None:
+            fit = climb_by(
+                self.fit.composition, self.fit.measurements, self.instrument,
+                [asked.library[effect]], self.fit.named(),
+            ).final  # fmt: skip
+        told = [each.sentence for each in check_fit(fit, fit)]
+        notes = tuple(dict.fromkeys((*self.notes, *told)))
+        return replace(self, fit=fit, held="", notes=notes)
+
+    def predict(self, values: Mapping[str, float], index: int | None = None) -> FloatArray:
+        """Return what the model would predict of a stretch if some values were others.
+
+        The states at the first sample move with the values as a probe's at rest do.
+
+        Parameters
+        ----------
+        values : mapping of float
+            By the names of ``parameters`` [SI]; what is not named stays as fitted.
+        index : int, optional
+            Which stretch; that with most of the error by default.
+
+        Returns
+        -------
+        array, shape (n,)
+            In the unit of the output; not finite where the model diverges.
+
+        Raises
+        ------
+        ParameterError
+            If the model has no such value, or it is out of its bounds.
+        """
+        shown = self.fit.worst if index is None else index
+        return predicted(self.fit, self.instrument, values, shown)
+
+    def view(self, index: int | None = None) -> ErrorView:
+        """Return the samples of a stretch with all that their error is drawn over.
+
+        By default that with most of the error.
+        """
+        return error_view(self.fit, self.fit.worst if index is None else index)
 
     def __repr__(self) -> str:
         return self.text
@@ -163,7 +232,9 @@ def compare(
     notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
-    return ComparisonResult(fit, named, sources, tuple(notes), asked, fitted, tuple(taken))
+    return ComparisonResult(
+        fit, named, sources, tuple(notes), asked, fitted, tuple(taken), instrument
+    )
 
 
 def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:

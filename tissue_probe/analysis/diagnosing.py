@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,13 +23,19 @@ from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tissue_probe.analysis.comparing import ComparisonResult
+    from tissue_probe.diagnosis.fitting.fit import Fit
+
+Found = Callable[[str, Mapping[str, float]], None]
+"""Told an effect and its errors beside the model that is asked about."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,6 +124,37 @@ class DiagnosisResult:
 
         return kept_model(self)
 
+    @property
+    def rivals(self) -> dict[str, FittedModel]:
+        """Models that explain the measurement equally well, by their titles; at least the last."""
+        ladder = self.found.ladder
+        fits = (ladder.rivals if self.found.indistinguishable else ()) or (ladder.final,)
+        files = self.asked.model.effect_files
+        return {fit_shown.title(fit): fit_shown.model_of(fit, files) for fit in fits}
+
+    def explained_by(self, effect: str, index: int) -> FloatArray:
+        """Return what an effect alone takes off the residual of a stretch [unit of the output].
+
+        Raises
+        ------
+        ParameterError
+            If the ranking has no such effect.
+        """
+        return self.beside(effect).predicted[index] - self.found.ladder.base.predicted[index]
+
+    def beside(self, effect: str) -> Fit:
+        """Return the model that was asked about with an effect of the ranking.
+
+        Raises
+        ------
+        ParameterError
+            If the ranking has no such effect.
+        """
+        for fit in self.found.ladder.ranking:
+            if added(fit).name == effect:
+                return fit
+        raise ParameterError(f"`effect` {effect}: the ranking does not have it")
+
     def __repr__(self) -> str:
         return f"{self.text}\n{tables.shortened(self.ranking, 8)!r}"
 
@@ -169,6 +206,7 @@ def diagnose(
     lowpass: float | None = None,
     course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
+    found: Found = lambda effect, errors: None,
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
 
@@ -186,6 +224,10 @@ def diagnose(
         See ``segments``.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
+    found : callable
+        Told each effect's name and its ``rmse`` and ``heldout_rmse`` beside the model as soon as
+        they are known, maybe again when they are known better. It is called in this process or in
+        a copy of it, where nothing of this one can be changed: let it write to a pipe or a file.
 
     Raises
     ------
@@ -199,19 +241,20 @@ def diagnose(
     validated = Measurements(()) if validate is None else measurements_of(validate)
     _check_validation(fitted, validated)
     output = asked.composition.output
-    found, tried = (segments(each, starts, site, lowpass, course) for each in (fitted, validated))
+    taken, tried = (segments(each, starts, site, lowpass, course) for each in (fitted, validated))
     diagnosis = search(
         asked.composition,
-        [each.measurement(output) for each in found],
+        [each.measurement(output) for each in taken],
         asked.instrument,
         asked.library,
         [each.measurement(output) for each in tried],
         tuple(add),
         asked.model.values,
         progress,
+        lambda fit: found(added(fit).name, {"rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse}),
     )
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
-    sources = tuple(each.source for each in found)
+    sources = tuple(each.source for each in taken)
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
 
 

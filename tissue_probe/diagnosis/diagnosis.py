@@ -27,9 +27,9 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
-from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
+from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
+from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
@@ -152,6 +152,7 @@ def diagnose(
     wanted: Sequence[str] = (),
     begin_at: Mapping[str, float] | None = None,
     progress: Progress = lambda doing: None,
+    tell: Tell = lambda fit: None,
 ) -> Diagnosis:
     """Say what a model misses.
 
@@ -173,6 +174,8 @@ def diagnose(
         Values of the model, found before, at which the search for it begins.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
+    tell : callable
+        Told the model with each effect alone, as ``climb`` does.
 
     Raises
     ------
@@ -199,16 +202,20 @@ def diagnose(
         effects = [library[name] for name in wanted]
         ladder = climb_by(composition, clean, instrument, effects, begin_at)
     else:
-        coloured = _coloured(composition, clean, instrument, library, begin_at)
-        ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
+
+        def climbed(samples: Sequence[Measurement], known: Instrument) -> Ladder:
+            return climb(composition, samples, known, library, begin_at, ROUNDS, progress, tell)
+
+        taken = _coloured(composition, clean, instrument, library, begin_at)
+        ladder = climbed(taken, instrument)
         if as_held := is_held(ladder.final, instrument):
             findings.append(Finding("held", HELD))
-            clean = [replace(each, held=True) for each in clean]
-            ladder = climb(composition, as_held, instrument, library, begin_at, progress=progress)
+            clean, taken = [replace(each, held=True) for each in clean], as_held
+            ladder = climbed(taken, instrument)
         if instrument.flicker_noise and is_quiet(ladder.final):
             instrument = replace(instrument, flicker_noise=0.0)
             findings.append(QUIET)
-            ladder = climb(composition, coloured, instrument, library, begin_at, progress=progress)
+            ladder = climbed(taken, instrument)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition)

@@ -110,6 +110,19 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
     ValueError
         If the bytes are no little-endian CDR of a ``TissueEstimate``, or its stamp is not sound.
     """
+    name, status, stamp, values = estimate_values_from_cdr(data)
+    # The message's values begin with those of an Estimate, in the same order.
+    return name, status, Estimate(stamp, *values[: len(Estimate._fields) - 1])
+
+
+def estimate_values_from_cdr(data: bytes) -> tuple[str, int, int, list[float]]:
+    """Return the estimator of a ``TissueEstimate``, its status, its stamp, and ``ESTIMATE_VALUES``.
+
+    Raises
+    ------
+    ValueError
+        As ``estimate_from_cdr``.
+    """
     if data[:2] != LITTLE_ENDIAN:
         raise ValueError("the estimate is not encoded as little-endian CDR")
     try:
@@ -120,9 +133,7 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
         *values, status = _VALUES.unpack_from(data, _aligned(offset + 4 + length))
     except (struct.error, ValueError) as error:
         raise ValueError(f"the estimate is cut off: {error}") from None
-    # The message's values begin with those of an Estimate, in the same order.
-    mapped = values[: len(Estimate._fields) - 1]
-    return name, status, Estimate(sound_stamp(seconds * NANOSECONDS + nanoseconds), *mapped)
+    return name, status, sound_stamp(seconds * NANOSECONDS + nanoseconds), values
 
 
 def _single_to_cdr(stamp: int, frame_id: str, *values: float) -> bytes:

@@ -20,7 +20,7 @@ from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.improvement.exchange import anew, exchanged
 from tissue_probe.diagnosis.improvement.further import SHARE, Further, addable
 from tissue_probe.diagnosis.improvement.paths import begun, beside_each, longest
-from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import (
     added,
@@ -57,6 +57,7 @@ def climb(
     begin_at: Mapping[str, float] | None = None,
     rounds: int = ROUNDS,
     progress: Progress = lambda doing: None,
+    tell: Tell = lambda fit: None,
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
@@ -78,15 +79,17 @@ def climb(
         How often outliers are left out at the most.
     progress : callable
         Told what is under way; an exception that it raises ends the search.
+    tell : callable
+        Told the model with each effect alone, as ``fit_candidates`` does.
     """
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library).values()
     progress(f"each of {len(allowed)} effects is added to it")
-    ranking = ranked(fit_candidates(base, allowed, instrument))
+    ranking = ranked(fit_candidates(base, allowed, instrument, tell=tell))
     best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
     if kept := _rest(best_so_far, rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress)
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     adequate = explained(base) and not doubtful(base)
     if adequate or not ranking or not significant(base, ranking[0]):
@@ -112,7 +115,7 @@ def climb(
             break
         best, paths = longer, [longer]
     if kept := _rest(best[-1], rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress)
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     steps = _needed(best, further)
     if len(steps) < len(best):  # beside what is no more there another form may have been the better
         steps = exchanged(steps, ranking, further)

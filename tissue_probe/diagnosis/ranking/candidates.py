@@ -6,7 +6,7 @@ What does not: the search for one (``candidate``), comparing what was found (``r
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 #: Squared residual over noise at which a further effect needs no other start.
 ENOUGH = 1.04
+
+Tell = Callable[[Fit], None]
+"""Told a fit as soon as it is found."""
 
 
 def fit_base(
@@ -142,6 +145,7 @@ def fit_candidates(
     instrument: Instrument,
     needed: float = np.inf,
     known: Sequence[Fit] = (),
+    tell: Tell = lambda fit: None,
 ) -> list[Fit]:
     """Fit the model with each effect added, in the form of it that fits best.
 
@@ -158,6 +162,9 @@ def fit_candidates(
         reach it and leave hardly more than noise need no other start.
     known : sequence of Fit
         What other effects led to: the searches are given up that will not come near these either.
+    tell : callable
+        Told each fit when its search has ended, maybe in a copy of this process, where it must not
+        change anything of this one.
     """
     all_forms = forms(base.composition, effects)
     look, values = Look.at(base, instrument), [base.named()]
@@ -173,7 +180,8 @@ def fit_candidates(
     counts = (1.0 - rules.LEAST_SHARE) ** 2 * base.cost if explained(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
     enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-    fits = _searched([(each, each.fits(bar, enough)) for each in candidates], bar, enough)
+    searches = [(each, _told(each.fits(bar, enough), tell)) for each in candidates]
+    fits = _searched(searches, bar, enough)
     again, alone = _given_up(candidates, fits, [*fits, *known]), Bar()
     fits += _searched([(each, each.fits(alone, enough)) for each in again], alone, enough)
     behind = _behind(candidates, fits, bar.cost)
@@ -196,6 +204,13 @@ def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
 
 
 _Search = tuple[Candidate, Iterator[Fit]]
+
+
+def _told(fits: Iterator[Fit], tell: Tell) -> Iterator[Fit]:
+    """Yield fits, and tell of each."""
+    for fit in fits:
+        tell(fit)
+        yield fit
 
 
 def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]:

@@ -1,0 +1,129 @@
+"""The workbench beside a running suite: what its pages hear, what they may ask, what it costs."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+import websockets
+
+from conftest import PATIENCE, activate, driver, estimator, stage_on_tissue
+from tissue_probe.workbench.messages import unpacked
+
+
+@contextmanager
+def workbench(folder, *options: str):
+    """A server that listens; yields its address, port and token."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port = found.getsockname()[1]
+    command = [sys.executable, "-m", "tissue_probe", "workbench", "--no-browser", "--live"]
+    process = subprocess.Popen(
+        [*command, "--port", str(port), *options],
+        env={**os.environ, "XDG_STATE_HOME": str(folder)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        token = re.search(r"token=(\S+)", process.stdout.readline())[1]
+        yield process, port, token
+    finally:
+        process.terminate()
+        process.wait(30)
+        process.stdout.close()
+
+
+def page(port, token):
+    """Open a page's socket."""
+    return websockets.connect(
+        f"ws://127.0.0.1:{port}/socket",
+        origin=f"http://127.0.0.1:{port}",
+        additional_headers={"Cookie": f"tissue_probe_{port}={token}"},
+        max_size=None,
+    )
+
+
+async def until(line, condition):
+    """Hear messages until one fulfils a condition; return its head and arrays."""
+    async with asyncio.timeout(PATIENCE):
+        while True:
+            message = await line.recv()
+            told = (json.loads(message), {}) if isinstance(message, str) else unpacked(message)
+            if condition(*told):
+                return told
+
+
+async def asked(line, number, **more):
+    await line.send(json.dumps({"id": number, **more}))
+    head, _ = await until(line, lambda head, arrays: head.get("id") == number)
+    return head
+
+
+def listener(process) -> int:
+    """The process that listens for a server."""
+    children = subprocess.run(
+        ["ps", "--ppid", str(process.pid), "-o", "pid=,args="], capture_output=True, text=True
+    ).stdout.splitlines()
+    (found,) = (line for line in children if "watching" in line)
+    return int(found.split()[0])
+
+
+@pytest.mark.crowded
+def test_pages_hear_samples_estimates_and_faults_and_command_the_driver(session, tmp_path):
+    running = session(driver(), stage_on_tissue(), estimator("robust_ekf"))
+
+    async def steps(port, token):
+        async with page(port, token) as line:
+            for number, name in enumerate(("configure", "start")):
+                said = await asked(line, number, do="command", command=name)
+                assert said.get("ok") == f"{name}: done", said
+            _, arrays = await until(line, lambda head, arrays: "robust_ekf.stiffness" in arrays)
+            assert arrays["force"].size == arrays["time"].size > 0
+            assert arrays["robust_ekf.stiffness"].size == arrays["robust_ekf.time"].size > 0
+            said = await asked(line, 5, do="command", command="excite", given={"frequency": 1e6})
+            assert "refused" in said
+            said = await asked(line, 6, do="command", command="emergency_stop")
+            assert "ok" in said
+            head, _ = await until(line, lambda head, arrays: head.get("live", {}).get("fault"))
+            assert head["live"]["fault"]
+
+    with workbench(tmp_path, "--allow-commands") as (_, port, token):
+        asyncio.run(steps(port, token))
+    del running
+
+
+@pytest.mark.crowded
+def test_a_listener_that_is_stopped_costs_no_node_a_sample(session, tmp_path):
+    running = session(driver(), stage_on_tissue(), estimator("robust_ekf"))
+    activate(running)
+
+    async def hears(port, token):
+        async with page(port, token) as line:
+            said = await asked(line, 1, do="command", command="stop")
+            assert "--allow-commands" in said["refused"]
+            await until(line, lambda head, arrays: "force" in arrays)
+
+    def counts():
+        told = running.health["/probe/robust_ekf"]
+        return int(told["samples received"]), int(told["samples lost"])
+
+    with workbench(tmp_path) as (process, port, token):
+        asyncio.run(hears(port, token))
+        stopped = listener(process)
+        os.kill(stopped, signal.SIGSTOP)
+        try:
+            running.wait_until(lambda: "/probe/robust_ekf" in running.health, "health", PATIENCE)
+            before, lost = counts()
+            running.wait_until(lambda: counts()[0] > before + 10_000, "samples", PATIENCE)
+            assert counts()[1] == lost
+        finally:
+            os.kill(stopped, signal.SIGCONT)
+        asyncio.run(hears(port, token))

@@ -1,0 +1,118 @@
+"""A result as bytes, for another process of the same program on the same machine.
+
+What belongs here: that alone. What does not: files that last (``model_file``, ``kept_files``):
+these bytes say nothing to another version of the package, and are to be read from one's own
+processes only, since reading them runs what they name.
+
+Machine code cannot be copied, and the symbols of an effect need not be: a model goes by the names
+of its parts, and the reader finds its own.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+import sys
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tissue_probe import quantities
+from tissue_probe.physics.composition import Composition
+from tissue_probe.quantities import Quantity
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
+
+#: Where effects are of: without SymPy, which that takes a second to import, there are none.
+_EFFECTS = "tissue_probe.physics.effects.effect"
+
+
+def to_bytes(result: object) -> bytes:
+    """Return a result, or anything that holds some, as bytes."""
+    file = io.BytesIO()
+    _Writer(file, protocol=pickle.HIGHEST_PROTOCOL).dump(result)
+    return file.getvalue()
+
+
+def from_bytes(data: bytes, effects: Sequence[str | Path] = ()) -> Any:
+    """Return what ``to_bytes`` was given.
+
+    Parameters
+    ----------
+    data : bytes
+        Of a process of one's own.
+    effects : sequence of path
+        Python files with effects of the user's own, those that the other process had; they are run.
+
+    Raises
+    ------
+    EffectError
+        If a file of effects cannot be used.
+    KeyError
+        If it holds an effect of a file that is not named.
+    """
+    return _Reader(io.BytesIO(data), effects).load()
+
+
+@cache
+def _written(effect: Effect) -> str:
+    return repr(effect.plain)
+
+
+class _Writer(pickle.Pickler):
+    def persistent_id(self, obj: object) -> tuple[object, ...] | None:
+        """Name what the reader has as well."""
+        if isinstance(obj, Quantity):
+            return ("quantity", obj.name)
+        if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
+            # As a whole, or in one of its forms: `plain` is not what the library holds.
+            return ("effect", obj.name, None if obj.forms else _written(obj))
+        if isinstance(obj, Composition):
+            return ("model", obj.rig, obj.tissue, tuple(map(self._named, obj.effects)))
+        return None
+
+    @staticmethod
+    def _named(effect: Effect) -> tuple[str, str | None]:
+        return effect.name, None if effect.forms else _written(effect)
+
+
+class _Reader(pickle.Unpickler):
+    def __init__(self, file: io.BytesIO, effects: Sequence[str | Path]) -> None:
+        super().__init__(file)
+        self._files = tuple(map(Path, effects))
+
+    def persistent_load(self, pid: Any) -> object:
+        """Return the reader's own of what is named."""
+        kind, *named = pid
+        if kind == "quantity":
+            return {q.name: q for q in (quantities.FORCE, quantities.POSITION)}[named[0]]
+        if kind == "effect":
+            return self._effect(*named)
+        rig, tissue, effects = named
+        found = Composition(rig, tissue)
+        for each in effects:
+            found = found.plus(self._effect(*each))
+        return found
+
+    def _effect(self, name: str, written: str | None) -> Effect:
+        known = _library(self._files)[name]
+        if written is None:
+            return known
+        if not known.forms and _written(known) == written:
+            return known
+        return next(form for form in known.every_form if _written(form) == written)
+
+
+_libraries: dict[tuple[tuple[Path, int], ...], dict[str, Effect]] = {}
+
+
+def _library(files: tuple[Path, ...]) -> dict[str, Effect]:
+    """Return the library with these files, run once for as long as they stay the same."""
+    from tissue_probe.physics import library
+
+    key = tuple((path, path.stat().st_mtime_ns) for path in files)
+    if key not in _libraries:
+        _libraries[key] = library.effects(files)
+    return _libraries[key]

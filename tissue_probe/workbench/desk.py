@@ -1,0 +1,392 @@
+"""What lies on the desk: recordings, the ladder of models, the ranking, the map; and its changes.
+
+What belongs here: the order of the steps. What does not: the work itself (``work``), what a page is
+told of it (``told``), which pictures are drawn (``pictures``).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tissue_probe.workbench.opened import Opened, checked_layout
+from tissue_probe.workbench.question import Asked
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.work import Work
+from tissue_probe.workbench.workshop import Cancelled, Workshop
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.comparing import ComparisonResult, Fit
+    from tissue_probe.analysis.diagnosing import DiagnosisResult
+    from tissue_probe.analysis.mapping import MapResult
+
+
+@dataclass
+class Rung:
+    """One model of the ladder: fitted, and held against a second recording.
+
+    Attributes
+    ----------
+    number : int
+        Of all rungs there ever were, so that no picture of an older one is taken for it.
+    added : str
+        The effect that the rung before did not have; empty for the first.
+    compared, second : ComparisonResult
+        On what it was fitted to, and on the second recording if there is one.
+    second_told : str
+        Why there is nothing on the second recording.
+    """
+
+    number: int
+    added: str
+    compared: ComparisonResult
+    second: ComparisonResult | None = None
+    second_told: str = ""
+
+
+@dataclass
+class Ranking:
+    """Effects beside one rung: those told so far, and the diagnosis when it has ended."""
+
+    rung: int
+    told: dict[str, dict[str, float]] = field(default_factory=dict)
+    result: DiagnosisResult | None = None
+    answer: dict[str, Any] = field(default_factory=dict)
+
+    def of(self, rung: Rung, effect: str) -> Fit | None:
+        """Return what was found of an effect beside a rung; None if nothing was."""
+        if self.result is None or self.rung != rung.number:
+            return None
+        known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
+        return self.result.beside(effect) if effect in known else None
+
+
+@dataclass
+class Job:
+    """What is under way: a title, the last that was told, the share done, when it began [s]."""
+
+    title: str
+    doing: str = ""
+    share: float | None = None
+    begun: float = field(default_factory=time.time)
+
+
+class Desk:
+    """All that pages show and change; every page shows the same desk.
+
+    Parameters
+    ----------
+    workshop : Workshop
+        Does what takes long.
+    """
+
+    def __init__(self, workshop: Workshop) -> None:
+        self.workshop = workshop
+        self.files: dict[int, Opened] = {}
+        self.fitted: int | None = None
+        self.second: int | None = None
+        self.asked = Asked()
+        self.effects: tuple[str, ...] = ()
+        self.own: list[dict[str, Any]] = []
+        self.rungs: list[Rung] = []
+        self.ranking: Ranking | None = None
+        self.map: MapResult | None = None
+        self.mapped: int | None = None
+        self.job: Job | None = None
+        #: To be called after each change; ``briefly`` after changes of the job alone.
+        self.changed: Callable[[], None] = lambda: None
+        self.briefly: Callable[[], None] = lambda: None
+        self._count = 0
+
+    def rung(self, number: int) -> Rung:
+        """Return a rung of the ladder by its number.
+
+        Raises
+        ------
+        Refused
+            If it is no more there.
+        """
+        for rung in self.rungs:
+            if rung.number == number:
+                return rung
+        raise Refused("this model is no more on the ladder")
+
+    def file(self, number: Any) -> Opened:
+        """Return a recording by its number.
+
+        Raises
+        ------
+        Refused
+            If there is none.
+        """
+        if number not in self.files:
+            raise Refused("this recording is no more on the desk")
+        return self.files[number]
+
+    async def open(
+        self, path: Path, layout: dict[str, Any] | None = None, name: str = "", owned: bool = False
+    ) -> Opened:
+        """Put a recording on the desk, and read it if nothing more must be known for that."""
+        opened = Opened(self._next(), path, name or path.name, dict(layout or {}), owned)
+        self.files[opened.number] = opened
+        self.changed()
+        await self._read(opened)
+        return opened
+
+    async def compare_first(self, opened: Opened) -> None:
+        """Compare a recording that was read, if none is chosen yet."""
+        if opened.measured is not None and self.fitted in (None, opened.number):
+            await self.use(opened.number, self.second)
+
+    async def define(self, number: int, layout: Any) -> None:
+        """Read a recording by what the user states of it."""
+        opened = self.file(number)
+        opened.layout = checked_layout(layout)
+        if number in (self.fitted, self.second):
+            self._forget_fits()
+        await self._read(opened)
+        await self.compare_first(opened)
+
+    async def _read(self, opened: Opened) -> None:
+        opened.measured = opened.problem = None
+        arguments = {"path": str(opened.path), "layout": opened.layout}
+        try:
+            opened.measured = await self._do(f"{opened.name} is read", "read", arguments)
+        except Cancelled as error:
+            opened.problem = error
+        except Refused as error:
+            opened.problem = Refused(str(error).replace(str(opened.path), opened.name))
+            await self._look_into(opened)
+        finally:
+            self.changed()
+
+    async def _look_into(self, opened: Opened) -> None:
+        """Show what is in a file that cannot be read as it is, if anything can be told of it."""
+        if opened.preview is None:
+            try:
+                arguments = {"path": str(opened.path)}
+                opened.preview = await self._do("a look into the file", "preview", arguments)
+            except Refused:
+                return
+
+    def forget(self, number: int) -> None:
+        """Take a recording from the desk, and what was found of it."""
+        opened = self.file(number)
+        if opened.owned:
+            opened.path.unlink(missing_ok=True)
+        del self.files[number]
+        if number == self.mapped:
+            self.map = self.mapped = None
+        if number == self.fitted:
+            self.fitted = None
+            self._forget_fits()
+        if number == self.second:
+            self.second = None
+            for rung in self.rungs:
+                rung.second, rung.second_told = None, ""
+        self.changed()
+
+    async def use(self, fitted: int, second: int | None) -> None:
+        """Choose which recording is fitted, and which other one the models are held against."""
+        if self.file(fitted).measured is None:
+            raise Refused(f"{self.file(fitted).name} is not read yet: state what it asks for")
+        if second is not None and self.file(second).measured is None:
+            raise Refused(f"{self.file(second).name} is not read yet: state what it asks for")
+        if second == fitted:
+            raise Refused("`validate` is what is fitted; give another recording of the specimen")
+        again = fitted != self.fitted or not self.rungs
+        self.fitted, self.second = fitted, second
+        if self._has_sites(fitted) and self.asked.site is None:
+            self._forget_fits()
+            await self.draw_map(fitted)
+            return
+        if again:
+            await self.compare()
+        else:
+            for rung in self.rungs:
+                await self._hold_against_second(rung)
+        self.changed()
+
+    def _has_sites(self, number: int) -> bool:
+        measured = self.file(number).measured
+        sites = (
+            {s.site for part in measured.parts for s in part.recording.sites} if measured else ()
+        )
+        return len(sites) > 1
+
+    async def ask(self, changes: Any) -> None:
+        """Ask about another model, or the same otherwise; the ladder begins anew."""
+        self.asked = self.asked.changed(changes)
+        self.changed()
+        if self.fitted is not None and self.file(self.fitted).measured is not None:
+            await self.compare()
+
+    async def compare(self) -> None:
+        """Fit the model that is asked about to the chosen recording: the first rung."""
+        self._forget_fits()
+        self.changed()
+        if self.fitted is None:
+            raise Refused("open a recording first")
+        arguments = {
+            "measured": self.file(self.fitted).measured,
+            "asked": self.asked.parameters() | {"effects": self.effects},
+        }
+        compared = await self._do("the model is fitted", "compare", arguments)
+        await self._put_up("", compared)
+
+    async def add(self, effect: str, after: int | None = None) -> None:
+        """Add an effect to the last rung, or to another one: those above it are taken down."""
+        base = self._last() if after is None else self.rung(after)
+        begin = self.ranking.of(base, effect) if self.ranking else None
+        arguments = {"compared": base.compared, "effect": effect, "begin": begin}
+        compared = await self._do(f"{effect} is added", "add", arguments)
+        self.rungs = self.rungs[: self.rungs.index(base) + 1]
+        await self._put_up(effect, compared)
+
+    def undo(self) -> None:
+        """Take the last rung down."""
+        if len(self.rungs) < 2:
+            raise Refused("there is no effect to take away")
+        self.rungs.pop()
+        self.changed()
+
+    async def _put_up(self, added: str, compared: ComparisonResult) -> None:
+        rung = Rung(self._next(), added, compared)
+        self.rungs.append(rung)
+        self.changed()
+        await self._hold_against_second(rung)
+        self.changed()
+
+    async def _hold_against_second(self, rung: Rung) -> None:
+        rung.second, rung.second_told = None, ""
+        if self.second is None:
+            return
+        asked = {**self.asked.of_samples(), "model": rung.compared.model}
+        arguments = {"measured": self.file(self.second).measured, "asked": asked}
+        try:
+            rung.second = await self._do("the second recording is compared", "compare", arguments)
+        except Refused as error:
+            rung.second_told = str(error)
+
+    async def rank(self) -> None:
+        """Try every effect beside the last rung."""
+        base = self._last()
+        self.ranking = ranking = Ranking(base.number)
+        self.changed()
+
+        def hear(told: dict[str, Any]) -> None:
+            if effect := told.get("effect"):
+                before = ranking.told.get(effect)
+                if before is None or told["rmse"] < before["rmse"]:
+                    ranking.told[effect] = {n: told[n] for n in ("rmse", "heldout_rmse")}
+
+        second = None if self.second is None else self.file(self.second).measured
+        assert self.fitted is not None
+        asked = self.asked.parameters() | {"effects": self.effects}
+        if base is not self.rungs[0]:
+            asked = {n: v for n, v in asked.items() if n not in ("rig", "tissue", "effects")}
+            asked["model"] = base.compared.model
+        arguments = {
+            "measured": self.file(self.fitted).measured, "second": second, "asked": asked,
+        }  # fmt: skip
+        try:
+            ranking.result = await self._do("effects are tried", "rank", arguments, hear)
+            ranking.answer = ranking.result.to_dict()
+        except Refused:
+            if not ranking.told and self.ranking is ranking:
+                self.ranking = None
+            raise
+        finally:
+            self.changed()
+
+    async def draw_map(self, number: int) -> None:
+        """Map the stiffness over the sites of a scan."""
+        opened = self.file(number)
+        if opened.measured is None:
+            raise Refused(f"{opened.name} is not read yet: state what it asks for")
+        self.map = await self._do("the map is made", "scan", {"measured": opened.measured})
+        self.mapped = number
+        self.changed()
+
+    async def open_site(self, site: int) -> None:
+        """Compare the model with what was measured at one site of the scan that is mapped."""
+        if self.mapped is None:
+            raise Refused("there is no map")
+        self.fitted, self.second = self.mapped, None
+        await self.ask({"site": site})
+
+    async def take_effects(self, path: Path) -> list[dict[str, Any]]:
+        """Run a file of effects of the user's own, and take them among those that are tried."""
+        found: list[dict[str, Any]] = await self._do(
+            "effects of your own are checked", "check_effects", {"path": str(path)}
+        )
+        self.effects = (*(each for each in self.effects if each != str(path)), str(path))
+        self.own = [*(e for e in self.own if e["file"] != path.name),
+                    *({**each, "file": path.name} for each in found)]  # fmt: skip
+        if self.fitted is not None and self.rungs:
+            added = [rung.added for rung in self.rungs[1:]]
+            await self.compare()
+            await self.add_all(added)
+        self.changed()
+        return found
+
+    async def add_all(self, effects: Iterable[str]) -> None:
+        """Add effects one after the other."""
+        for effect in effects:
+            await self.add(effect)
+
+    async def report(self) -> bytes:
+        """Return the report on the ladder."""
+        self._last()
+        assert self.fitted is not None
+        second = None if self.second is None else self.file(self.second).measured
+        arguments = {
+            "measured": self.file(self.fitted).measured,
+            "second": second,
+            "asked": self.asked.parameters() | {"effects": self.effects},
+            "added": [rung.added for rung in self.rungs[1:]],
+        }
+        found: bytes = await self._do("the report is written", "report", arguments)
+        return found
+
+    def _last(self) -> Rung:
+        if not self.rungs:
+            raise Refused("there is no model yet: open a recording first")
+        return self.rungs[-1]
+
+    def _forget_fits(self) -> None:
+        self.rungs, self.ranking = [], None
+
+    def _next(self) -> int:
+        self._count += 1
+        return self._count
+
+    async def _do(
+        self,
+        title: str,
+        name: str,
+        arguments: dict[str, Any],
+        hear: Callable[[dict[str, Any]], None] = lambda told: None,
+    ) -> Any:
+        """Have something done, and tell meanwhile what."""
+        job = Job(title)
+
+        def listen(told: dict[str, Any]) -> None:
+            if self.job is None:
+                self.job = job
+            job.doing = told.get("doing", job.doing)
+            job.share = told.get("share", job.share)
+            hear(told)
+            self.briefly()
+
+        self.job = job
+        self.briefly()
+        try:
+            return await self.workshop.do(Work(name, arguments, self.effects), listen)
+        finally:
+            if self.job is job:
+                self.job = None
+            self.briefly()

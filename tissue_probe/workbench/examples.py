@@ -1,0 +1,69 @@
+"""Examples one click away.
+
+What belongs here: what each is to show, and how its files are read. What does not: the files,
+which come with the package (``examples/``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tissue_probe.configuration import stock_example
+from tissue_probe.workbench.question import Asked
+
+
+@dataclass(frozen=True)
+class Example:
+    """One example: its files, the one to be fitted first; how they are read, and what is asked."""
+
+    title: str
+    told: str
+    files: tuple[str, ...]
+    layout: Mapping[str, str] = field(default_factory=dict)
+    asked: Asked = field(default_factory=lambda: Asked(starts="at-rest"))
+
+    @property
+    def paths(self) -> list[Path]:
+        """Where its files lie."""
+        return [stock_example(name) for name in self.files]
+
+
+_OWN = {"force_polarity": "compression"}
+EXAMPLES = {
+    "sweep": Example(
+        "A sweep to 60 Hz",
+        "One effect is hidden, and a second recording tells whether the answer carries over.",
+        ("sweep.csv", "sweep_second.csv"),
+        _OWN,
+    ),
+    "relaxation": Example(
+        "Press and hold",
+        "The tissue relaxes while the probe stands still: memory that the model lacks.",
+        ("relaxation.csv",),
+        _OWN,
+    ),
+    "cyclic": Example(
+        "Slow cycles",
+        "Five triangles in and out: look at the loop over the indentation.",
+        ("cyclic.csv",),
+        _OWN,
+    ),
+    "machine": Example(
+        "Export of a testing machine",
+        "It does not say everything: columns, units and signs are asked for.",
+        ("testing_machine.csv",),
+    ),
+    "scan": Example(
+        "A scan of a phantom",
+        "Sites on a grid: a map, and each site's recording behind it.",
+        ("scan.mcap",),
+        asked=Asked(),
+    ),
+}
+
+
+def told() -> list[dict[str, str]]:
+    """Return names, titles and descriptions."""
+    return [{"name": n, "title": each.title, "told": each.told} for n, each in EXAMPLES.items()]

@@ -1,0 +1,61 @@
+"""What outlives the server: its token, and the desk, so that it goes on where it was killed.
+
+What belongs here: that folder of the user's, and one server's place in it. What does not: what the
+desk is (``state``).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import shutil
+from pathlib import Path
+from typing import Any
+
+
+class Kept:
+    """A server's folder, by its port: nobody else on the machine may read it.
+
+    Parameters
+    ----------
+    port : int
+        Where it listens.
+    """
+
+    def __init__(self, port: int) -> None:
+        home = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state")
+        self.folder = home / "tissue_probe" / f"workbench_{port}"
+        self.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.folder.chmod(0o700)
+        self._desk = self.folder / "desk.json"
+        self._token = self.folder / "token"
+
+    def token(self) -> str:
+        """Return the token of the server that was killed here, or a new one."""
+        if not self._token.exists():
+            with open(self._token, "x", opener=_mine) as file:
+                file.write(secrets.token_urlsafe(32))
+        return self._token.read_text()
+
+    def desk(self) -> dict[str, Any] | None:
+        """Return the desk of a server that was killed; None if it ended, or left none."""
+        try:
+            found: dict[str, Any] = json.loads(self._desk.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return found
+
+    def keep(self, desk: dict[str, Any]) -> None:
+        """Keep the desk; a file half written never takes the place of a whole one."""
+        part = self._desk.with_suffix(".part")
+        part.write_text(json.dumps(desk), encoding="utf-8")
+        part.replace(self._desk)
+
+    def clear(self) -> None:
+        """Leave nothing: the server has ended as it should."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _mine(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)

@@ -1,0 +1,110 @@
+"""The server's end of the process that listens to ROS: pages are told, nodes are asked.
+
+What belongs here: starting, hearing, asking and ending that process. What does not: what it hears
+(``watching``), which page is told when (``pages``).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import json
+import sys
+from typing import Any
+
+from tissue_probe.workbench.pages import Pages
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.watching import MAP
+from tissue_probe.workbench.worker import DONE, FRAME
+
+#: Longest wait for an answer to a command [s]: a little more than the nodes are waited for.
+ANSWER = 15.0
+
+
+class Live:
+    """Listens for as long as the server runs.
+
+    Parameters
+    ----------
+    pages : Pages
+        Who is told; a page that is slow misses what is out of date.
+
+    Attributes
+    ----------
+    map : bytes or None
+        The message with the newest map, for pages that come later.
+    """
+
+    def __init__(self, pages: Pages) -> None:
+        self._pages = pages
+        self.map: bytes | None = None
+        self._process: asyncio.subprocess.Process | None = None
+        self._numbers = itertools.count()
+        self._waiting: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        self.ended = ""
+
+    async def listen(self) -> None:
+        """Start the process, and tell pages what it tells, until it ends."""
+        self._process = process = await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", "tissue_probe.workbench.watching"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            start_new_session=True,
+        )
+        assert process.stdout is not None
+        with contextlib.suppress(asyncio.IncompleteReadError):
+            while True:
+                kind, size = FRAME.unpack(await process.stdout.readexactly(FRAME.size))
+                content = await process.stdout.readexactly(size)
+                if kind == DONE:
+                    self._answered(json.loads(content))
+                elif kind == MAP:
+                    self.map = content
+                    self._pages.tell_bytes("live_map", content)
+                else:
+                    self._pages.tell_bytes("live", content)
+        self.ended = "the process that listens to ROS has ended; start the workbench again"
+        for waiting in self._waiting.values():
+            waiting.cancel()
+
+    async def command(self, asked: dict[str, Any]) -> Any:
+        """Ask something of the nodes.
+
+        Raises
+        ------
+        Refused
+            If they do not obey.
+        """
+        if self._process is None or self._process.stdin is None or self.ended:
+            raise Refused(self.ended or "nobody listens to ROS yet; wait a moment")
+        number = next(self._numbers)
+        line = {"number": number, "command": asked.get("command"), "given": asked.get("given")}
+        self._waiting[number] = answer = asyncio.get_running_loop().create_future()
+        try:
+            self._process.stdin.write(json.dumps(line).encode() + b"\n")
+            told = await asyncio.wait_for(answer, ANSWER)
+        except (TimeoutError, asyncio.CancelledError, ConnectionError):
+            raise Refused("the nodes do not answer") from None
+        finally:
+            del self._waiting[number]
+        if "refused" in told:
+            raise Refused(told["refused"])
+        return told["ok"]
+
+    async def close(self) -> None:
+        """End the process."""
+        process = self._process
+        if process is None or process.returncode is not None:
+            return
+        assert process.stdin is not None
+        process.stdin.close()
+        try:
+            await asyncio.wait_for(process.wait(), 3.0)
+        except TimeoutError:
+            process.kill()
+
+    def _answered(self, told: dict[str, Any]) -> None:
+        waiting = self._waiting.get(told["number"])
+        if waiting is not None and not waiting.done():
+            waiting.set_result(told)

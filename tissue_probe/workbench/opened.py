@@ -1,0 +1,94 @@
+"""A recording on the desk: its file, how it is read, and what hinders that.
+
+What belongs here: that alone. What does not: reading (``work``), who asks for it (``desk``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tissue_probe.analysis.measurements import Measurements
+from tissue_probe.analysis.previewing import Preview
+from tissue_probe.workbench.refused import Refused
+
+#: What a page may state of a file, and of which type: parameters of ``tissue_probe.read``.
+LAYOUT: dict[str, type] = {
+    "position": str,
+    "force": str,
+    "time": str,
+    "sample_rate": float,
+    "position_unit": str,
+    "force_unit": str,
+    "time_unit": str,
+    "force_polarity": str,
+    "position_polarity": str,
+    "samples_topic": str,
+    "clock": str,
+}
+#: Those of which there are few, as ``tissue_probe.read`` has them.
+CHOICES = {
+    "force_polarity": ("compression", "tension"),
+    "position_polarity": ("into", "out"),
+    "clock": ("stamps", "recorder"),
+}
+
+
+@dataclass
+class Opened:
+    """A recording on the desk.
+
+    Attributes
+    ----------
+    number : int
+        By which pages call it: they never name a path.
+    path : Path
+        Its file.
+    name : str
+        The file's name, as shown.
+    layout : dict
+        What the user stated of it.
+    owned : bool
+        Whether it was dropped on the page, so that its copy is the server's to remove.
+    measured : Measurements or None
+        Once it is read.
+    preview : Preview or None
+        Where it could not be read as it is.
+    problem : Refused or None
+        Why not.
+    """
+
+    number: int
+    path: Path
+    name: str
+    layout: dict[str, Any] = field(default_factory=dict)
+    owned: bool = False
+    measured: Measurements | None = None
+    preview: Preview | None = None
+    problem: Refused | None = None
+
+
+def checked_layout(given: Any) -> dict[str, Any]:
+    """Return what a page states of a file, as ``tissue_probe.read`` takes it; blanks left out.
+
+    Raises
+    ------
+    Refused
+        If something is no parameter, or no number where one is needed.
+    """
+    if not isinstance(given, dict):
+        raise Refused("the layout must be an object")
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        if name not in LAYOUT:
+            raise Refused(f"there is no parameter {name} of reading")
+        if value in (None, ""):
+            continue
+        try:
+            found[name] = LAYOUT[name](value)
+        except (TypeError, ValueError):
+            raise Refused(f"`{name}` is {value!r}; give a number") from None
+        if name in CHOICES and found[name] not in CHOICES[name]:
+            raise Refused(f"`{name}` is {value!r}; give {' or '.join(CHOICES[name])}")
+    return found

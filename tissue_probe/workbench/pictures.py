@@ -1,0 +1,198 @@
+"""The samples that pages draw, made few enough on this side: as arrays by name.
+
+What belongs here: which samples, over which axis, brushed how. What does not: making them few
+(``decimation``), what they mean (``analysis.error_view``).
+
+All is computed in one thread beside the server's own, so that a page that asks for much holds up
+no other one.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tissue_probe.analysis.comparing import ComparisonResult
+from tissue_probe.analysis.error_view import ErrorView
+from tissue_probe.signals import spans_of
+from tissue_probe.workbench.decimation import dots, lines
+from tissue_probe.workbench.desk import Desk
+from tissue_probe.workbench.refused import Refused
+
+Arrays = dict[str, NDArray[Any]]
+Picture = tuple[dict[str, Any], Arrays]
+#: Views that are kept: rungs of a long ladder, on both recordings.
+KEPT = 24
+#: No page is wider, nor any plot on one.
+WIDEST = 8192
+#: Rows of brushed samples that are told: more are narrower than a pixel each.
+SPANS = 2000
+
+
+class Pictures:
+    """Draws what is on a desk."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._views: OrderedDict[tuple[int, str, int], ErrorView] = OrderedDict()
+
+    def lines(self, asked: dict[str, Any]) -> Picture:
+        """Return measured, predicted and residual over a span of time.
+
+        With ``values``, what the model predicts at those is drawn in place of the fit's; with
+        ``effect``, what that effect alone takes off the residual stands beside.
+        """
+        view = self._view(asked)
+        signals = {"measured": view.measured, "predicted": view.predicted,
+                   "residual": view.residual}  # fmt: skip
+        told: dict[str, Any] = {"noise": view.noise}
+        if asked.get("values"):
+            predicted = self._compared(asked).predict(_values(asked["values"]), _stretch(asked))
+            if not np.isfinite(predicted).all():
+                raise Refused("`values`: the model diverges there")
+            signals |= {"predicted": predicted, "residual": view.measured - predicted}
+            used = signals["residual"][view.used]
+            told["rmse"] = float(np.sqrt(np.mean(used**2)))
+        if effect := asked.get("effect"):
+            signals["explained"] = self._explained(effect, view, asked)
+        first, stop = _span(asked, view)
+        numbers, drawn = lines(signals, first, stop, _pixels(asked))
+        found: Arrays = {"time": numbers * view.sample_period}
+        found |= {name: each.astype(np.float32) for name, each in drawn.items()}
+        told["unused"] = _spans(~view.used, view.sample_period)
+        told["end"] = view.measured.size * view.sample_period
+        return told, found
+
+    def dots(self, asked: dict[str, Any]) -> Picture:
+        """Return the residual over indentation, speed or phase; apart from it what is brushed."""
+        view, axis = self._view(asked), str(asked.get("axis"))
+        x, y = view.along(axis), view.residual
+        limits = (*_limits(x[view.used]), *_limits(y[view.used]))
+        pixels = (_pixels(asked), _pixels(asked, "height"))
+        found = dict(zip(("x", "y"), dots(x, y, limits, pixels), strict=True))
+        if (chosen := self._brushed(view, asked)) is not None:
+            marked = dots(x[chosen], y[chosen], limits, pixels)
+            found |= dict(zip(("marked_x", "marked_y"), marked, strict=True))
+        return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
+
+    def spectrum(self, asked: dict[str, Any]) -> Picture:
+        """Return the density of the residual's power, that of noise, and of what is brushed."""
+        view = self._view(asked)
+        frequencies, density = view.spectrum()
+        found = {"frequency": frequencies, "density": density}
+        if (chosen := self._brushed(view, asked)) is not None and chosen.any():
+            found["marked"] = view.spectrum(chosen)[1]
+        white = 2.0 * view.sample_period * view.noise**2
+        return {"white": white}, {n: each.astype(np.float32) for n, each in found.items()}
+
+    def brush(self, asked: dict[str, Any]) -> Picture:
+        """Return the times of the samples that a look along an axis means, and their error."""
+        view = self._view(asked)
+        chosen = self._brushed(view, asked)
+        if chosen is None:
+            return {"spans": [], "count": 0}, {}
+        error = float(np.sqrt(np.mean(view.residual[chosen] ** 2))) if chosen.any() else 0.0
+        spans = _spans(chosen, view.sample_period)
+        return {"spans": spans, "count": int(chosen.sum()), "rmse": error}, {}
+
+    def where(self, asked: dict[str, Any]) -> Picture:
+        """Return where the model fails: a region of each axis, with the sentence on it."""
+        found = self._view(asked).where
+        regions = [
+            {
+                "axis": profile.quantity,
+                "unit": profile.unit,
+                "told": profile.describe(),
+                "here": profile.here and asdict(profile.here),
+                "foremost": profile is found.here,
+            }
+            for profile in found.profiles
+        ]
+        return {"regions": regions}, {}
+
+    def _brushed(self, view: ErrorView, asked: dict[str, Any]) -> NDArray[np.bool_] | None:
+        brush = asked.get("brush")
+        if not brush:
+            return None
+        try:
+            low, high = float(brush["low"]), float(brush["high"])
+        except (KeyError, TypeError, ValueError):
+            raise Refused("a brush has an axis, and two numbers") from None
+        return view.between(str(brush.get("axis")), low, high)
+
+    def _explained(self, effect: str, view: ErrorView, asked: dict[str, Any]) -> NDArray[Any]:
+        ranking = self._desk.ranking
+        if ranking is None or ranking.result is None or ranking.rung != asked.get("rung"):
+            raise Refused("the ranking is of another model")
+        if asked.get("source") == "second":
+            raise Refused("an effect's curve is of the recording that is fitted")
+        return ranking.result.explained_by(effect, _stretch(asked))
+
+    def _compared(self, asked: dict[str, Any]) -> ComparisonResult:
+        rung = self._desk.rung(asked.get("rung", -1))
+        if asked.get("source") != "second":
+            return rung.compared
+        if rung.second is None:
+            raise Refused(rung.second_told or "there is no second recording")
+        return rung.second
+
+    def _view(self, asked: dict[str, Any]) -> ErrorView:
+        key = (asked.get("rung", -1), str(asked.get("source")), _stretch(asked))
+        compared = self._compared(asked)
+        if not 0 <= key[2] < len(compared.sources):
+            raise Refused(f"there are {len(compared.sources)} stretches")
+        if key not in self._views:
+            self._views[key] = compared.view(key[2])
+        self._views.move_to_end(key)
+        while len(self._views) > KEPT:
+            self._views.popitem(last=False)
+        return self._views[key]
+
+
+def _stretch(asked: dict[str, Any]) -> int:
+    stretch = asked.get("stretch", 0)
+    if not isinstance(stretch, int):
+        raise Refused("a stretch is told by its number")
+    return stretch
+
+
+def _values(given: Any) -> dict[str, float]:
+    try:
+        return {str(name): float(value) for name, value in given.items()}
+    except (AttributeError, TypeError, ValueError):
+        raise Refused("`values` are numbers by name") from None
+
+
+def _pixels(asked: dict[str, Any], side: str = "width") -> int:
+    given = asked.get(side, 800)
+    if not isinstance(given, (int, float)) or not 1 <= given <= WIDEST:
+        raise Refused(f"a picture is 1 to {WIDEST} pixels wide")
+    return int(given)
+
+
+def _span(asked: dict[str, Any], view: ErrorView) -> tuple[int, int]:
+    """Return the samples of a span of time, with one more on either side, to draw lines to."""
+    size, period = view.measured.size, view.sample_period
+    try:
+        first = int(np.floor(float(asked.get("from", 0.0)) / period)) - 1
+        last = int(np.ceil(float(asked.get("to", size * period)) / period)) + 1
+    except (TypeError, ValueError, OverflowError):
+        raise Refused("a span of time is two numbers") from None
+    first = min(max(first, 0), size - 2)
+    return first, max(min(last + 1, size), first + 2)
+
+
+def _spans(chosen: NDArray[np.bool_], period: float) -> list[tuple[float, float]]:
+    found = [(first * period, stop * period) for first, stop in spans_of(chosen)]
+    return found[:SPANS]
+
+
+def _limits(values: NDArray[np.float64]) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    if high > low:
+        return low, high
+    return low - 1.0, high + 1.0

@@ -1,0 +1,219 @@
+"""What a page may ask for: changes of the desk, and pictures of it.
+
+What belongs here: each request by its name, and how it is answered. What does not: doing it.
+
+A request is ``{"id": n, "do": name, ...}``; the answer ``{"id": n, "ok": ...}``, with arrays behind
+it where there are samples, or ``{"id": n, "refused": sentence, "fields": [...]}``.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import traceback
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from tissue_probe.errors import TissueProbeError
+from tissue_probe.one_line import sentence
+from tissue_probe.workbench import examples, told
+from tissue_probe.workbench.desk import Desk
+from tissue_probe.workbench.live import Live
+from tissue_probe.workbench.messages import as_json, packed
+from tissue_probe.workbench.next_experiment import next_experiment
+from tissue_probe.workbench.pages import Page, Pages
+from tissue_probe.workbench.pictures import Picture, Pictures
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.workshop import Cancelled
+
+#: Longest request: effects of one's own are typed, and take some hundred lines.
+LONGEST = 2**20
+
+Change = Callable[[dict[str, Any]], Awaitable[Any]]
+
+
+class Requests:
+    """Answers the pages of one desk.
+
+    Changes are made one after the other; a search for effects that is under way gives way to them.
+    Pictures are drawn meanwhile, in a thread of their own.
+
+    Parameters
+    ----------
+    desk : Desk
+        What is shown.
+    folder : path
+        Where examples and typed effects are kept.
+    live : bool
+        Whether ROS is listened to.
+    commands : bool
+        Whether pages may command the nodes.
+    """
+
+    def __init__(
+        self, desk: Desk, folder: Path, live: bool = False, commands: bool = False
+    ) -> None:
+        self.desk, self.pages, self._folder = desk, Pages(), folder
+        self.live = Live(self.pages) if live else None
+        self._commands = commands
+        self._pictures = Pictures(desk)
+        self._drawing = ThreadPoolExecutor(1, "pictures")
+        self._changing = asyncio.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._searching = False
+        desk.changed = lambda: self.pages.tell("desk", lambda: told.desk(desk))
+        desk.briefly = lambda: self.pages.tell("job", lambda: told.job(desk))
+        self._changes: dict[str, Change] = {
+            "define": lambda a: desk.define(a.get("file", -1), a.get("layout")),
+            "forget": self._forget,
+            "use": lambda a: desk.use(a.get("fitted", -1), a.get("second")),
+            "ask": lambda a: desk.ask(a.get("asked")),
+            "compare": lambda a: desk.compare(),
+            "add": lambda a: desk.add(str(a.get("effect")), a.get("after")),
+            "undo": self._undo,
+            "rank": self._rank,
+            "map": lambda a: desk.draw_map(a.get("file", -1)),
+            "site": lambda a: desk.open_site(a.get("site", -1)),
+            "effects": self._take_effects,
+            "example": self._example,
+        }
+        self._drawn: dict[str, Callable[[dict[str, Any]], Picture]] = {
+            "lines": self._pictures.lines,
+            "dots": self._pictures.dots,
+            "spectrum": self._pictures.spectrum,
+            "brush": self._pictures.brush,
+            "where": self._pictures.where,
+            "next": lambda a: next_experiment(desk.ranking and desk.ranking.result),
+        }
+
+    def close(self) -> None:
+        """Answer no more."""
+        for task in self._tasks:
+            task.cancel()
+        self._drawing.shutdown(wait=False, cancel_futures=True)
+
+    def hear(self, page: Page, text: str) -> None:
+        """Answer a request when it is done; a page that has just come is told everything."""
+        if not text:
+            page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
+            page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
+            if self.live is not None and (found := self.live.map) is not None:
+                page.tell("live_map", lambda: found)
+            return
+        task = asyncio.create_task(self._answer(page, text))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def change(self, change: Callable[[], Awaitable[Any]]) -> Any:
+        """Make a change when those before it are made; a search for effects gives way."""
+        if self._searching:
+            self.desk.workshop.cancel()
+        async with self._changing:
+            return await change()
+
+    def _can(self) -> dict[str, Any]:
+        return {"live": self.live is not None, "commands": self._commands}
+
+    async def _answer(self, page: Page, text: str) -> None:
+        number = None
+        try:
+            asked = _request(text)
+            number = asked.get("id")
+            page.answer(await self._result(number, asked))
+        except TissueProbeError as error:
+            page.answer(_refusal(number, error))
+        except OSError as error:
+            page.answer(_refusal(number, Refused(sentence(error))))
+        except Exception as error:  # a page must not wait for ever
+            traceback.print_exc()
+            told_all = f"an error of the program itself: {type(error).__name__}: {error}"
+            page.answer(_refusal(number, Refused(told_all)))
+
+    async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
+        name = str(asked.get("do"))
+        if name == "cancel":
+            self.desk.workshop.cancel()
+            return as_json({"id": number, "ok": None})
+        if draw := self._drawn.get(name):
+            loop = asyncio.get_running_loop()
+            drawn, arrays = await loop.run_in_executor(self._drawing, draw, asked)
+            return packed({"id": number, "ok": drawn}, arrays)
+        if change := self._changes.get(name):
+            result = await self.change(lambda: change(asked))
+            return as_json({"id": number, "ok": result})
+        if name == "command":
+            return as_json({"id": number, "ok": await self._command(asked)})
+        raise Refused(f"there is nothing called {name} to be done")
+
+    async def _command(self, asked: dict[str, Any]) -> Any:
+        if self.live is None:
+            raise Refused("nobody listens to ROS: start `tissue_probe workbench` with --live")
+        if not self._commands:
+            raise Refused("pages may only listen: start the workbench with --allow-commands")
+        return await self.live.command(asked)
+
+    async def _forget(self, asked: dict[str, Any]) -> None:
+        self.desk.forget(asked.get("file", -1))
+
+    async def _undo(self, asked: dict[str, Any]) -> None:
+        self.desk.undo()
+
+    async def _rank(self, asked: dict[str, Any]) -> None:
+        self._searching = True
+        try:
+            await self.desk.rank()
+        finally:
+            self._searching = False
+
+    async def _example(self, asked: dict[str, Any]) -> None:
+        name = asked.get("name")
+        if name not in examples.EXAMPLES:
+            raise Refused(f"there is no example {name}")
+        example = examples.EXAMPLES[str(name)]
+        opened = [await self.desk.open(path, dict(example.layout)) for path in example.paths]
+        if any(each.measured is None for each in opened):
+            return  # it asks for what it does not tell
+        self.desk.asked = example.asked
+        numbers = [each.number for each in opened]
+        await self.desk.use(numbers[0], numbers[1] if len(numbers) > 1 else None)
+
+    async def _take_effects(self, asked: dict[str, Any]) -> Any:
+        """Run what was typed or chosen, if the user agrees to it."""
+        if asked.get("consent") is not True:
+            raise Refused("`consent`: a file of effects is a program; say that it may run")
+        text, name = asked.get("text"), Path(str(asked.get("name") or "own.py")).name
+        if not isinstance(text, str) or not text.strip():
+            raise Refused("`effects`: type or choose a file of effects")
+        if not name.endswith(".py"):
+            raise Refused("`effects`: give a file that ends in .py")
+        path = self._folder / name
+        before = path.read_text(encoding="utf-8") if path.exists() else None
+        path.write_text(text, encoding="utf-8")
+        try:
+            return await self.desk.take_effects(path)
+        except TissueProbeError as error:
+            if before is None:
+                path.unlink()
+            else:
+                path.write_text(before, encoding="utf-8")
+            raise Refused(str(error).replace(str(path), name)) from None
+
+
+def _refusal(number: Any, error: TissueProbeError) -> str:
+    refused = error if isinstance(error, Refused) else Refused(str(error))
+    answer = {"id": number, "refused": str(refused), "fields": refused.fields}
+    return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
+
+
+def _request(text: str) -> dict[str, Any]:
+    if len(text) > LONGEST:
+        raise Refused(f"a request has {LONGEST} characters at most")
+    try:
+        asked = json.loads(text)
+    except ValueError:
+        raise Refused("a request is JSON") from None
+    if not isinstance(asked, dict):
+        raise Refused("a request is an object")
+    return asked

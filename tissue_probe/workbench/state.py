@@ -1,0 +1,151 @@
+"""The whole desk as plain data, and the desk again: files, question, effects in their order.
+
+What belongs here: that, in memory, and in one file with all recordings in it. What does not: fits.
+They are made again, since a fit says nothing without the samples that it was made of.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import asdict
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from tissue_probe.workbench.desk import Desk
+from tissue_probe.workbench.opened import Opened, checked_layout
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.uploads import LARGEST, plain
+
+VERSION = 1
+#: The file's ending, and its member that tells the rest.
+ENDING, MEMBER = ".workbench", "desk.json"
+#: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
+LONGEST = 2**20
+
+
+def state(desk: Desk) -> dict[str, Any]:
+    """Return the desk as plain data; recordings by their paths."""
+    files = list(desk.files.values())
+    place = {opened.number: index for index, opened in enumerate(files)}
+    return {
+        "version": VERSION,
+        "files": [
+            {"name": f.name, "path": str(f.path), "layout": f.layout, "owned": f.owned}
+            for f in files
+        ],
+        "fitted": None if desk.fitted is None else place[desk.fitted],
+        "second": None if desk.second is None else place[desk.second],
+        "asked": asdict(desk.asked),
+        "effects": list(desk.effects),
+        "added": [rung.added for rung in desk.rungs[1:]],
+    }
+
+
+async def restore(desk: Desk, kept: dict[str, Any]) -> None:
+    """Put everything on an empty desk as it was.
+
+    Recordings that are there no more are left out, with all that was found of them.
+
+    Raises
+    ------
+    Refused
+        If it is no state of this version, or something in it cannot be done again.
+    """
+    try:
+        if kept["version"] != VERSION:
+            raise Refused(f"this is the state of another version ({kept['version']})")
+        files = [(Path(f["path"]), checked_layout(f["layout"]), str(f["name"]), bool(f["owned"]))
+                 for f in kept["files"]]  # fmt: skip
+        asked = desk.asked.changed(kept["asked"])
+        fitted, second, added = kept["fitted"], kept["second"], list(map(str, kept["added"]))
+        effects = [Path(each) for each in kept["effects"]]
+    except (KeyError, TypeError, AttributeError) as error:
+        raise Refused(f"this is no state of a workbench: {error}") from None
+    opened: list[Opened | None] = []
+    desk.asked = asked
+    for file in effects:
+        if file.exists():
+            await desk.take_effects(file)
+    for path, layout, name, owned in files:
+        opened.append(await desk.open(path, layout, name, owned) if path.exists() else None)
+    first = _at(opened, fitted)
+    if first is None or first.measured is None:
+        desk.changed()
+        return
+    other = _at(opened, second)
+    await desk.use(first.number, other.number if other and other.measured else None)
+    if asked.site is not None:
+        await desk.draw_map(first.number)
+    await desk.add_all(added)
+
+
+def _at(opened: list[Opened | None], place: Any) -> Opened | None:
+    return opened[place] if isinstance(place, int) and 0 <= place < len(opened) else None
+
+
+def packed_state(desk: Desk) -> bytes:
+    """Return the desk and all its recordings as one file."""
+    told = state(desk)
+    buffer = BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for kind in ("files", "effects"):
+            for number, each in enumerate(told[kind]):
+                path = Path(each["path"] if kind == "files" else each)
+                if path.is_dir():
+                    raise Refused(f"{path.name} is a folder: keep it with the state by yourself")
+                member = f"{kind}/{number}/{plain(path.name)}"
+                archive.write(path, member)
+                if kind == "files":
+                    told[kind][number] |= {"path": member, "owned": True}
+                else:
+                    told[kind][number] = member
+        archive.writestr(MEMBER, json.dumps(told, indent=1))
+    return buffer.getvalue()
+
+
+def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
+    """Unpack a state's recordings into a folder, and return it with their paths.
+
+    Effects of one's own are unpacked, but not named: whoever opens a file has not agreed to run a
+    program in it.
+
+    Raises
+    ------
+    Refused
+        If it is no such file, damaged, or unpacks to more than a recording may have.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            told: dict[str, Any] = json.loads(_text(archive, MEMBER))
+            for number, each in enumerate(told["files"]):
+                each["path"] = str(_unpacked(archive, each["path"], folder / str(number)))
+                each["owned"] = True
+            own = [_text(archive, name) for name in told["effects"]]
+    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        if isinstance(error, Refused):
+            raise
+        raise Refused(f"{path.name} is no state of a workbench: {error}") from None
+    return {**told, "effects": [], "programs": own}
+
+
+def _text(archive: zipfile.ZipFile, member: str) -> str:
+    if archive.getinfo(member).file_size > LONGEST:
+        raise Refused(f"this is no state of a workbench: {member} is too long")
+    return archive.read(member).decode()
+
+
+def _unpacked(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:
+    info = archive.getinfo(member)
+    if info.file_size > LARGEST:
+        raise Refused(f"a recording in it has more than {LARGEST / 1e6:.0f} MB")
+    folder.mkdir(parents=True, exist_ok=True)
+    # By its last part alone: a member's name may point anywhere.
+    path = folder / plain(member)
+    left = info.file_size
+    with archive.open(info) as source, path.open("wb") as file:
+        while left and (part := source.read(min(left, 2**20))):
+            file.write(part)
+            left -= len(part)
+    return path

@@ -1,0 +1,58 @@
+"""What is taken away from the desk: model, report, notebook, the whole state, each as one file.
+
+What belongs here: their names and kinds. What does not: their content.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+from pathlib import Path
+
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response
+
+from tissue_probe.errors import TissueProbeError
+from tissue_probe.workbench.notebook import notebook
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.requests import Requests
+from tissue_probe.workbench.state import ENDING, packed_state
+
+#: Of each file its type, told to the browser.
+KINDS = {
+    "model.yaml": "application/yaml",
+    "report.html": "text/html",
+    "steps.ipynb": "application/x-ipynb+json",
+    f"desk{ENDING}": "application/zip",
+}
+
+
+async def take(request: Request) -> Response:
+    """Answer a request for one of the files."""
+    name, requests = request.path_params["name"], request.app.state.requests
+    if name not in KINDS:
+        return PlainTextResponse(f"there is no {name} to take away\n", status_code=404)
+    try:
+        content = await _content(name, requests)
+    except TissueProbeError as error:
+        return PlainTextResponse(f"{error}\n", status_code=409)
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type=KINDS[name], headers=headers)
+
+
+async def _content(name: str, requests: Requests) -> bytes:
+    desk = requests.desk
+    if name == "model.yaml":
+        if not desk.rungs:
+            raise Refused("there is no model yet: open a recording first")
+        model = desk.rungs[-1].compared.model
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / name
+            await asyncio.to_thread(model.save, path)
+            return path.read_bytes()
+    if name == "report.html":
+        found: bytes = await requests.change(desk.report)
+        return found
+    if name == "steps.ipynb":
+        return notebook(desk).encode()
+    return await asyncio.to_thread(packed_state, desk)

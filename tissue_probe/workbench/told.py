@@ -1,0 +1,203 @@
+"""What a page is told of the desk: all but the samples, as JSON holds it.
+
+What belongs here: names and layout of that. What does not: samples (``pictures``).
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict
+from typing import Any
+
+from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis.choices import RIG_NAMES, STARTS, TISSUE_NAMES
+from tissue_probe.analysis.comparing import ComparisonResult
+from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
+from tissue_probe.workbench import examples
+from tissue_probe.workbench.desk import Desk, Ranking, Rung
+from tissue_probe.workbench.opened import Opened
+
+#: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
+#: of it: to see what a parameter does it must be moved by more than it is known.
+INTERVALS, LEAST = 4.0, 0.5
+
+
+def choices() -> dict[str, Any]:
+    """Return what forms let choose from."""
+    return {
+        "rig": RIG_NAMES,
+        "tissue": TISSUE_NAMES,
+        "starts": STARTS,
+        "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
+        "force_unit": [*FORCE_UNITS],
+        "time_unit": [*TIME_UNITS],
+        "examples": examples.told(),
+    }
+
+
+def desk(desk: Desk) -> dict[str, Any]:
+    """Return the whole desk."""
+    return {
+        "files": [_file(opened) for opened in desk.files.values()],
+        "fitted": desk.fitted,
+        "second": desk.second,
+        "asked": asdict(desk.asked),
+        "rungs": [_rung(rung) for rung in desk.rungs],
+        "ranking": _ranking(desk.ranking),
+        "map": _map(desk),
+        "own": desk.own,
+        "job": job(desk),
+    }
+
+
+def job(desk: Desk) -> dict[str, Any] | None:
+    """Return what is under way, with the rows of a ranking so far."""
+    if desk.job is None:
+        return None
+    return {
+        "title": desk.job.title,
+        "doing": desk.job.doing,
+        "share": desk.job.share,
+        "seconds": round(time.time() - desk.job.begun, 1),
+        "rows": desk.ranking.told if desk.ranking and desk.ranking.result is None else {},
+    }
+
+
+def _file(opened: Opened) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "number": opened.number,
+        "name": opened.name,
+        "layout": opened.layout,
+        "ready": opened.measured is not None,
+        "problem": None,
+        "preview": None,
+    }
+    if opened.problem is not None:
+        told["problem"] = {"told": str(opened.problem), "fields": opened.problem.fields}
+    if opened.preview is not None:
+        told["preview"] = asdict(opened.preview)
+    if opened.measured is not None:
+        parts = [part.recording for part in opened.measured.parts]
+        period = parts[0].blocks[0].sample_period
+        told |= {
+            "samples": len(opened.measured),
+            "rate": 1.0 / period,
+            "seconds": len(opened.measured) * period,
+            "sites": len({site.site for part in parts for site in part.sites}),
+            "notes": list(opened.measured.notes),
+        }
+    return told
+
+
+def _rung(rung: Rung) -> dict[str, Any]:
+    fit, output = rung.compared.fit, rung.compared.fit.output
+    return {
+        "number": rung.number,
+        "added": rung.added,
+        "title": fit_shown.title(fit),
+        "output": asdict(output),
+        "input": asdict(fit.composition.input),
+        "rmse": rung.compared.rmse,
+        "heldout": rung.compared.heldout_rmse,
+        "noise": rung.compared.noise,
+        "ratio": fit.ratio,
+        "converged": fit.converged,
+        "parameters": _parameters(rung.compared),
+        "text": rung.compared.text,
+        "notes": list(rung.compared.notes),
+        "stretches": _stretches(rung.compared),
+        "second": _second(rung),
+        "second_told": rung.second_told,
+    }
+
+
+def _second(rung: Rung) -> dict[str, Any] | None:
+    if rung.second is None:
+        return None
+    return {
+        "rmse": rung.second.rmse,
+        "noise": rung.second.noise,
+        "stretches": _stretches(rung.second),
+    }
+
+
+def _stretches(compared: ComparisonResult) -> dict[str, Any]:
+    fit = compared.fit
+    return {
+        "names": list(compared.sources),
+        "worst": fit.worst,
+        "seconds": [m.times[-1] + m.sample_period for m in fit.measurements],
+        "samples": [m.position.size for m in fit.measurements],
+    }
+
+
+def _parameters(compared: ComparisonResult) -> list[dict[str, Any]]:
+    """Return fitted values with their intervals, and how far a slider goes."""
+    entries = {entry.name: entry for entry in compared.fit.entries}
+    found = []
+    for row in compared.parameters.to_dict():
+        entry, value = entries[row["name"]], row["value"]
+        known = max(INTERVALS * 1.96 * row["deviation"], LEAST * abs(value))
+        far = known or LEAST * abs(entry.default) or 1.0
+        found.append(
+            row
+            | {
+                "from": max(value - far, entry.lower),
+                "to": min(value + far, entry.upper),
+            }
+        )
+    return found
+
+
+def _ranking(ranking: Ranking | None) -> dict[str, Any] | None:
+    if ranking is None:
+        return None
+    told: dict[str, Any] = {"rung": ranking.rung, "rows": ranking.told, "done": False}
+    if ranking.result is not None:
+        result = ranking.result
+        suggestion = result.found.suggestion
+        told |= {
+            "done": True,
+            "answer": ranking.answer,
+            "text": result.text,
+            "converged": result.converged,
+            "physics": {row["effect"]: row["physics"] for row in _physics(ranking)},
+            "rivals": list(result.rivals),
+            "settings": _settings(suggestion) if suggestion and suggestion.excitation else {},
+        }
+    return told
+
+
+def _settings(suggestion: Any) -> dict[str, str]:
+    from tissue_probe.analysis.verdict_in_words import settings
+
+    return settings(suggestion)
+
+
+def _physics(ranking: Ranking) -> list[dict[str, str]]:
+    assert ranking.result is not None
+    return [
+        {"effect": effect.name, "physics": effect.physics}
+        for fit in ranking.result.found.ladder.ranking
+        for effect in fit.composition.effects[-1:]
+    ]
+
+
+def _map(desk: Desk) -> dict[str, Any] | None:
+    if desk.map is None or desk.mapped is None:
+        return None
+    measured = desk.files[desk.mapped].measured
+    assert measured is not None
+    sites = {
+        site.site: site.position[:2] for part in measured.parts for site in part.recording.sites
+    }
+    grid = desk.map.map.grid
+    return {
+        **desk.map.to_dict(),
+        "text": desk.map.text,
+        "file": desk.mapped,
+        "x": list(map(float, grid.x)),
+        "y": list(map(float, grid.y)),
+        "sites": [{"site": number, "x": x, "y": y} for number, (x, y) in sites.items()],
+        "site": desk.asked.site,
+    }

@@ -1,0 +1,54 @@
+"""Files that are dropped on the page, copied into the server's own folder.
+
+What belongs here: their name and their size. What does not: what is in them (``work``).
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+import shutil
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from tissue_probe.workbench.refused import Refused
+
+#: Most bytes of one file: a day of 2 kHz as text has some 6 GB, an hour 0.3 GB.
+LARGEST = 2**31
+#: What must stay free on the disk [bytes]: a fit and the system need some.
+SPARE = 2**28
+_PLAIN = re.compile(r"[^\w .()+,@=-]")
+
+
+async def keep(name: str, parts: AsyncIterator[bytes], folder: Path) -> Path:
+    """Write a file that comes in parts; return its path, in a folder of its own.
+
+    Raises
+    ------
+    Refused
+        If it is larger than ``LARGEST`` or than the disk bears.
+    """
+    own = folder / secrets.token_hex(8)
+    own.mkdir(parents=True)
+    path, size = own / plain(name), 0
+    most = min(LARGEST, shutil.disk_usage(folder).free - SPARE)
+    try:
+        with path.open("wb") as file:
+            async for part in parts:
+                size += len(part)
+                if size > most:
+                    raise Refused(
+                        f"{path.name} has more than {most / 1e6:.0f} MB; start `tissue_probe "
+                        "workbench` with the file's name instead, which copies nothing"
+                    )
+                file.write(part)
+    except BaseException:
+        shutil.rmtree(own, ignore_errors=True)
+        raise
+    return path
+
+
+def plain(name: str) -> str:
+    """Return a file's name that is nothing but a name."""
+    last = name.replace("\\", "/").rpartition("/")[2]
+    return _PLAIN.sub("_", last).strip(". ")[-120:] or "recording"

@@ -1,0 +1,117 @@
+"""The process that listens to ROS for the pages: twenty messages a second, whatever comes.
+
+What belongs here: its loop, and what a message holds. What does not: subscriptions and commands
+(``nodes.watch``), the server's end (``live``).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import time
+from typing import Any
+
+import numpy as np
+
+from tissue_probe.signals import NANOSECONDS
+from tissue_probe.workbench.messages import packed
+from tissue_probe.workbench.worker import DONE, FRAME, TOLD
+
+#: A map, which must reach every page, unlike samples of a moment ago.
+MAP = b"m"
+#: Time between two messages [s]: more often the eye sees no difference.
+PERIOD = 0.05
+#: Of the columns of a row of estimates, those that pages draw.
+DRAWN = (
+    "stiffness",
+    "damping",
+    "stiffness_variance",
+    "damping_variance",
+    "predicted_force",
+    "innovation",
+    "normalized_innovation_squared",
+)
+
+
+def main() -> None:
+    """Listen until standard input ends; obey what comes through it."""
+    from tissue_probe.nodes.watch import Watch
+
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    watch = Watch()
+    told_map: object = None
+    try:
+        while True:
+            time.sleep(PERIOD)
+            watch.hear()
+            head, arrays = _taken(watch)
+            _write(answer, TOLD, packed({"live": head}, arrays))
+            if watch.map is not told_map:
+                told_map = watch.map
+                _write(answer, MAP, packed({"live_map": watch.map}, {}))
+            for line in _commands():
+                if line is None:
+                    return
+                _write(answer, DONE, json.dumps(_obeyed(watch, line)).encode())
+    except BrokenPipeError:
+        pass
+    finally:
+        watch.close()
+
+
+def _taken(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Take away what was heard since the last time."""
+    from tissue_probe.nodes.watch import PLACES
+
+    blocks, watch.blocks = watch.blocks, []
+    estimates, watch.estimates = watch.estimates, {}
+    arrays: dict[str, Any] = {}
+    if blocks:
+        times = [b.stamp / NANOSECONDS + np.arange(len(b)) * b.sample_period for b in blocks]
+        arrays["time"] = np.concatenate(times)
+        for name in ("position", "force"):
+            arrays[name] = np.concatenate([getattr(b, name) for b in blocks]).astype(np.float32)
+    for name, rows in estimates.items():
+        table = np.array(rows, dtype=np.float64)
+        arrays[f"{name}.time"] = table[:, 0] / NANOSECONDS
+        arrays[f"{name}.status"] = table[:, 1].astype(np.float32)
+        for value in DRAWN:
+            arrays[f"{name}.{value}"] = table[:, PLACES[value]].astype(np.float32)
+    head = {
+        "estimators": list(estimates),
+        "fault": watch.fault,
+        "state": watch.state,
+        "health": [[name, *told] for name, told in sorted(watch.health.items())],
+    }
+    return head, arrays
+
+
+def _commands() -> list[dict[str, Any] | None]:
+    """Return what is asked by now; None where nothing more will be."""
+    if not select.select([0], [], [], 0)[0]:
+        return []
+    # A line is written at once, and shorter than what a pipe takes at once.
+    text = os.read(0, 2**16)
+    return [json.loads(line) for line in text.splitlines()] if text else [None]
+
+
+def _obeyed(watch: Any, asked: dict[str, Any]) -> dict[str, Any]:
+    from tissue_probe.nodes.watch import CommandError
+
+    try:
+        said = watch.command(str(asked["command"]), asked.get("given") or {})
+    except CommandError as error:
+        return {"number": asked["number"], "refused": str(error)}
+    return {"number": asked["number"], "ok": said}
+
+
+def _write(descriptor: int, kind: bytes, data: bytes) -> None:
+    view = memoryview(FRAME.pack(kind, len(data)) + data)
+    while view:
+        view = view[os.write(descriptor, view) :]
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+"""What the worker does: calls of the Python interface, each by a name.
+
+What belongs here: these calls. What does not: when they are made (``desk``), how they come here and
+how results go back (``worker``, ``workshop``).
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tissue_probe as tp
+from tissue_probe.analysis.passing import from_bytes, to_bytes
+
+if TYPE_CHECKING:
+    from tissue_probe.analysis.comparing import ComparisonResult, Fit
+    from tissue_probe.analysis.diagnosing import DiagnosisResult
+    from tissue_probe.analysis.mapping import MapResult
+    from tissue_probe.analysis.measurements import Measurements
+    from tissue_probe.analysis.previewing import Preview
+
+Tell = Callable[[dict[str, Any]], None]
+"""Told what is under way."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """One call: its name in ``CALLS`` and its arguments; the effects' files that it needs."""
+
+    name: str
+    arguments: Mapping[str, Any]
+    effects: tuple[str, ...] = ()
+
+    def to_bytes(self) -> bytes:
+        """Return it as ``do`` takes it."""
+        return to_bytes((self.effects, to_bytes((self.name, dict(self.arguments)))))
+
+
+def do(content: bytes, tell: Any) -> bytes:
+    """Make a call, and return its result as bytes."""
+    effects, inner = from_bytes(content)
+    name, arguments = from_bytes(inner, effects)
+    return to_bytes(CALLS[name](tell=tell, **arguments))
+
+
+def warm(tell: Tell) -> ComparisonResult:
+    """Load what every reading and fit needs; compile what every model has in common."""
+    rows = [(n / 500.0, 1e-3 * math.sin(0.1 * n)) for n in range(500)]
+    lines = [f"{t},{u},{500.0 * u}" for t, u in rows]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "warm.csv"
+        path.write_text("\n".join(["t,u,F", *lines]) + "\n")
+        return tp.compare(path)
+
+
+def warm_effects(tell: Tell) -> ComparisonResult:
+    """Load the library of effects, and what integrates models that are not linear."""
+    return warm(tell).plus("cubic_stiffening")
+
+
+def preview(tell: Tell, path: str) -> Preview:
+    """See ``tissue_probe.preview``."""
+    return tp.preview(path)
+
+
+def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements:
+    """See ``tissue_probe.read``."""
+    told = -1
+
+    def advance(share: float) -> None:
+        nonlocal told
+        if (percent := int(100 * share)) > told:
+            told = percent
+            tell({"share": share})
+
+    return tp.read(path, **layout, progress=advance)
+
+
+def compare(tell: Tell, measured: Measurements, asked: Mapping[str, Any]) -> ComparisonResult:
+    """See ``tissue_probe.compare``."""
+    return tp.compare(measured, **asked)
+
+
+def add(tell: Tell, compared: ComparisonResult, effect: str, begin: Fit | None) -> ComparisonResult:
+    """Return the next rung; where a ranking knows it, the search begins there."""
+    return compared.plus(effect, begin)
+
+
+def rank(
+    tell: Tell,
+    measured: Measurements,
+    second: Measurements | None,
+    asked: Mapping[str, Any],
+) -> DiagnosisResult:
+    """See ``tissue_probe.diagnose``."""
+
+    def found(effect: str, errors: Mapping[str, float]) -> None:
+        tell({"effect": effect, **errors})
+
+    def progress(doing: str) -> None:
+        tell({"doing": doing})
+
+    return tp.diagnose(measured, validate=second, progress=progress, found=found, **asked)
+
+
+def scan(tell: Tell, measured: Measurements) -> MapResult:
+    """See ``tissue_probe.map``; where no estimates are recorded, they are made."""
+    try:
+        return tp.map(measured)
+    except tp.TissueProbeError:
+        tell({"doing": "stiffness is estimated at each site"})
+        return tp.map(measured, estimators=["robust_ekf"])
+
+
+def check_effects(tell: Tell, path: str) -> list[dict[str, Any]]:
+    """Run a file of effects, and return those that it adds to the library."""
+    known = {row["name"] for row in tp.effects()}
+    return [row for row in tp.effects([path]) if row["name"] not in known]
+
+
+def report(
+    tell: Tell,
+    measured: Measurements,
+    second: Measurements | None,
+    asked: Mapping[str, Any],
+    added: Sequence[str],
+) -> bytes:
+    """Return the report of a ladder as one page of HTML."""
+    result = tp.diagnose(
+        measured,
+        validate=second,
+        add=added,
+        progress=lambda doing: tell({"doing": doing}),
+        **asked,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "report.html"
+        result.report(path)
+        return path.read_bytes()
+
+
+CALLS: Mapping[str, Callable[..., Any]] = {
+    each.__name__: each
+    for each in (warm, warm_effects, preview, read, compare, add, rank, scan, check_effects, report)
+}

@@ -1,0 +1,122 @@
+"""The server's end of the worker: one piece of work at a time, told of, and cancelled.
+
+What belongs here: starting, hearing and ending the process. What does not: the work (``work``).
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from tissue_probe.analysis.passing import from_bytes
+from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.work import Work
+from tissue_probe.workbench.worker import DONE, FAILED, FRAME, TOLD
+
+Hear = Callable[[dict[str, Any]], None]
+
+
+class Cancelled(Refused):
+    """The user has ended the work."""
+
+
+class Workshop:
+    """Does one piece of work after the other, in a process that stays warm between them."""
+
+    def __init__(self) -> None:
+        self._one_at_a_time = asyncio.Lock()
+        self._process: asyncio.subprocess.Process | None = None
+        self._cancelled = False
+
+    async def do(self, work: Work, hear: Hear = lambda told: None) -> Any:
+        """Return what a piece of work results in.
+
+        Parameters
+        ----------
+        work : Work
+            What to do.
+        hear : callable
+            Told what is under way.
+
+        Raises
+        ------
+        Cancelled
+            If ``cancel`` was called meanwhile.
+        Refused
+            If it cannot be done; says why, and what to do.
+        """
+        async with self._one_at_a_time:
+            self._cancelled = False
+            process = await self._started()
+            kind, content = await self._answer(process, work.to_bytes(), hear)
+        if kind == FAILED:
+            raise Refused(content.decode())
+        return await asyncio.to_thread(from_bytes, content, work.effects)
+
+    def cancel(self) -> None:
+        """End the work under way, if there is any."""
+        if self._one_at_a_time.locked():
+            self._cancelled = True
+            self._end()
+
+    async def close(self) -> None:
+        """End the process."""
+        process = self._process
+        self._end()
+        if process is not None:
+            await process.wait()
+
+    async def _started(self) -> asyncio.subprocess.Process:
+        if self._process is None or self._process.returncode is not None:
+            # A group of its own: what the worker starts ends with it, and no Ctrl-C reaches it.
+            self._process = await asyncio.create_subprocess_exec(
+                sys.executable,
+                "-m",
+                "tissue_probe.workbench.worker",
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                start_new_session=True,
+                limit=2**20,
+            )
+        return self._process
+
+    async def _answer(
+        self, process: asyncio.subprocess.Process, content: bytes, hear: Hear
+    ) -> tuple[bytes, bytes]:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            process.stdin.write(FRAME.pack(TOLD, len(content)) + content)
+            await process.stdin.drain()
+            while True:
+                kind, size = FRAME.unpack(await process.stdout.readexactly(FRAME.size))
+                told = await process.stdout.readexactly(size)
+                if kind in (DONE, FAILED):
+                    return kind, told
+                hear(json.loads(told))
+        except (asyncio.IncompleteReadError, ConnectionError):
+            await process.wait()
+            if self._cancelled:
+                raise Cancelled("cancelled") from None
+            raise Refused(
+                "the process that fits was ended from outside; if the machine is short of memory, "
+                "end other programs, then try again"
+            ) from None
+        except asyncio.CancelledError:
+            self._end()
+            raise
+
+    def _end(self) -> None:
+        if self._process is not None and self._process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                if hasattr(os, "killpg"):
+                    os.killpg(self._process.pid, signal.SIGKILL)
+                else:
+                    self._process.kill()
+        self._process = None
