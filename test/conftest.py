@@ -19,7 +19,7 @@ settings.load_profile("untimed")
 REPOSITORY = Path(__file__).parents[1]
 FOREIGN = {
     "builtin_interfaces": {"Time": "int32 sec\nuint32 nanosec\n"},
-    "geometry_msgs": {"Point": "float64 x\nfloat64 y\nfloat64 z\n"},
+    "geometry_msgs": dict.fromkeys(("Point", "Vector3"), "float64 x\nfloat64 y\nfloat64 z\n"),
     "std_msgs": {
         "Header": "builtin_interfaces/Time stamp\n\n# the frame\nstring frame_id\n",
         "Float64": "float64 data\n",

@@ -58,13 +58,16 @@ def test_the_table_with_forces_in_tension_and_the_bag_get_the_same_answer(run, r
     texts = ((tmp_path / name).read_text() for name in ("out.json", "bag.json"))
     told, other = map(Answer.model_validate_json, texts)
     assert told.effects == other.effects == [HIDDEN]
-    assert told.verdict == other.verdict == "missing"
+    # A form that bends alike remains possible.
+    assert told.verdict == other.verdict
+    assert told.verdict in ("missing", "ambiguous")
+    assert told.families["stiffening"] > 0.95
     assert told.ranking[0].effect == HIDDEN
     assert [each.effect for each in told.ranking[:3]] == [each.effect for each in other.ranking[:3]]
     assert told.rmse.training.final == pytest.approx(other.rmse.training.final, rel=1e-3)
     assert told.noise_floor == pytest.approx(5e-3, rel=0.1)
     assert "held out [mN]" in outcome.out
-    assert f"Missing: {HIDDEN}." in said(outcome.out)
+    assert f"{HIDDEN} ({'probability ' * (told.verdict == 'missing')}0.9" in said(outcome.out)
     assert max(map(len, outcome.out.splitlines()[:12])) <= 80
 
 

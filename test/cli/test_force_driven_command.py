@@ -60,9 +60,11 @@ def test_diagnose_names_what_is_missing_and_says_what_its_errors_are(run, record
     assert outcome.status == 0, outcome.err
     assert "held out" in outcome.out  # its unit is below where names are long
     assert "[um]" in outcome.out
-    assert "Missing: cubic_stiffening." in outcome.out
+    assert "cubic_stiffening (" in outcome.out
     assert "mN" not in outcome.out
     told = json.loads((tmp_path / "out.json").read_text())
+    assert told["ranking"][0]["effect"] == "cubic_stiffening"
+    assert told["families"]["stiffening"] > 0.95
     jsonschema.validate(told, json.loads(SCHEMA.read_text(encoding="utf-8")))
     assert told["output"] == {"quantity": "position", "unit": "m"}
     assert told["ranking"][0]["effect"] == "cubic_stiffening"

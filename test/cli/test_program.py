@@ -14,12 +14,12 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "challenge", "calibrate"),
+    *("compare", "diagnose", "improve", "workbench", "challenge", "calibrate"),
 ]
 
 DIAGNOSING = ("compare", "diagnose", "improve")
 MODEL_DEFAULTS = [
-    *("into", "auto"),
+    *("into", "auto", "auto"),
     *(f"(that of --model, else {each})" for each in ("compliant_probe", "kelvin_voigt")),
 ]
 

@@ -50,8 +50,8 @@ def run(line: str, monkeypatch, capsys) -> str:
 def test_the_commands_of_the_readme_find_the_hidden_effect(folder, monkeypatch, capsys):
     compare, diagnose, improve = commands()
     assert "Where it fails" in run(compare, monkeypatch, capsys)
-    assert "Missing: hertz_contact." in run(diagnose, monkeypatch, capsys)
-    assert "Missing: hertz_contact." in run(improve, monkeypatch, capsys)
+    assert "Missing: hertz_contact (probability " in run(diagnose, monkeypatch, capsys)
+    assert "Missing: hertz_contact (probability " in run(improve, monkeypatch, capsys)
     assert (folder / "improved" / "report.html").exists()
 
 

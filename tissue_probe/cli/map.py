@@ -66,7 +66,7 @@ def map_command(
         Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
     ] = None,
 ) -> None:
-    """Map a scan or a table of sites: inclusions, and what could still hide.
+    """Map a scan or a table of sites, and what could hide.
 
     A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site.
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].

@@ -45,7 +45,7 @@ def workbench(
         bool, typer.Option(help="Open the page in the browser; its address is printed in any case.")
     ] = True,
 ) -> None:
-    """Open the workbench: see a model fail, add the missing effect, watch the error fall.
+    """Open a page on which models are compared and mended.
 
     A page on this machine, for this machine only; it needs no network. Files that need more to be
     read (columns, units, polarity) ask for it on the page.

@@ -149,9 +149,9 @@ class Requests:
 
     async def _command(self, asked: dict[str, Any]) -> Any:
         if self.live is None:
-            raise Refused("nobody listens to ROS: start `tissue_probe workbench` with --live")
+            raise Refused("nobody listens to ROS: start the workbench with `live`")
         if not self._commands:
-            raise Refused("pages may only listen: start the workbench with --allow-commands")
+            raise Refused("pages may only listen: start the workbench with `allow_commands`")
         return await self.live.command(asked)
 
     async def _forget(self, asked: dict[str, Any]) -> None:
