@@ -87,7 +87,12 @@ def doubtful(fit: Fit) -> bool:
     It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
     """
     coloured = not is_coarse(fit) and coloured_by(fit) > 1.0
-    return fit.rounding > ROUNDING * fit.noise and (excess_of(fit) > BEYOND_DOUBT or coloured)
+    return fit.rounding > ROUNDING * fit.noise and (leaves_more(fit) or coloured)
+
+
+def leaves_more(fit: Fit) -> bool:
+    """Whether a fit leaves more than it should beyond doubt, which rounding may explain."""
+    return fit.rounding > ROUNDING * fit.noise and excess_of(fit) > BEYOND_DOUBT
 
 
 def is_coarse(fit: Fit) -> bool:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import adequacy, doubtful, explained
+from tissue_probe.diagnosis.evidence.adequacy import adequacy, explained, leaves_more
 from tissue_probe.diagnosis.evidence.line import is_multiple
 from tissue_probe.diagnosis.fitting.fit import Fit
 
@@ -104,7 +104,7 @@ def posterior(
         only the models named there count.
     """
     best = _best_of_each([base, *fits])
-    enough = [names for names, fit in best.items() if explained(fit) and not doubtful(fit)]
+    enough = [names for names, fit in best.items() if explained(fit) and not leaves_more(fit)]
     open_ones = {
         names: fit
         for names, fit in best.items()
@@ -156,18 +156,16 @@ def _tempered(group: Sequence[_Told], base: Fit) -> list[tuple[Fit, float]]:
     """Share the evidence of a group of forms among them, told apart as far as forms may be.
 
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
-    share: one that leaves D more than the best is less likely by exp(-D / 2 (1 + FORM^2 E)), as if
-    there were as many times fewer samples to tell them by. Fewer samples also ask less of what has
-    to be learnt.
+    share: one that leaves D more than the best is less likely by exp(-D / 2 (1 + FORM^2 E)). What
+    has to be learnt costs the same: of a value that may be anything a law that is right to FORM
+    tells so much that log(1 / FORM) is as large as the criterion's penalty.
     """
     likely = np.array([each.likely for each in group])
     thought = np.array([each.thought for each in group])
     best, samples = group[int(np.argmax(likely))].fit, base.samples
     removed = max(base.cost - best.cost, 0.0)
     more = samples * np.expm1(np.minimum((2.0 / samples) * (likely.max() - likely), MUCH))
-    blurred = 1.0 + FORM**2 * removed
-    asked = max(1.0 - np.log(blurred) / np.log(samples), 0.0)
-    told = asked * thought - 0.5 * more / blurred
+    told = thought - 0.5 * more / (1.0 + FORM**2 * removed)
     shares = told - np.logaddexp.reduce(told) + np.logaddexp.reduce(likely + thought)
     return [(each.fit, float(share)) for each, share in zip(group, shares, strict=True)]
 
