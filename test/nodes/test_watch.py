@@ -108,7 +108,7 @@ def test_a_listener_that_is_stopped_costs_no_node_a_sample(session, tmp_path):
     async def hears(port, token):
         async with page(port, token) as line:
             said = await asked(line, 1, do="command", command="stop")
-            assert "--allow-commands" in said["refused"]
+            assert "`allow_commands`" in said["refused"]
             await until(line, lambda head, arrays: "force" in arrays)
 
     def counts():
