@@ -15,12 +15,14 @@ PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard c
 # Tests in which processes live in real time: apart from those that need the whole processor, and in
 # two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
+# Tests in a browser, which take minutes: `make test-page` runs them.
+PAGE := test/workbench/test_workbench_page.py
 SIDE_BY_SIDE := --numprocesses 2 --dist
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
 # for processes for most of their time, so that there is work for a third.
 test: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test lint lint-page benchmark setup clean help
+.PHONY: demo hidden-effect test test-page lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -29,9 +31,12 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 	$(BIN)/tissue_probe demo
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE))
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE) $(PAGE))
 	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
+
+test-page: $(VENV)/packages.done $(VENV)/development.done ## Test the workbench's page in Chromium.
+	$(BIN)/python -m pytest $(PAGE)
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
 	rm -rf hidden-effect

@@ -5,7 +5,9 @@ What belongs here: names and layout of that. What does not: samples (``pictures`
 
 from __future__ import annotations
 
+import math
 import time
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -184,20 +186,37 @@ def _physics(ranking: Ranking) -> list[dict[str, str]]:
 
 
 def _map(desk: Desk) -> dict[str, Any] | None:
+    """Tell the map: a cell a site, by its place, and the inclusions."""
     if desk.map is None or desk.mapped is None:
         return None
-    measured = desk.files[desk.mapped].measured
-    assert measured is not None
-    sites = {
-        site.site: site.position[:2] for part in measured.parts for site in part.recording.sites
-    }
-    grid = desk.map.map.grid
+    results = {_place(each.position): each for each in desk.map.results}  # the last visit counts
+    x, y = (sorted({place[axis] for place in results}) for axis in (0, 1))
+    cells = [_cell(place, results.get(place)) for place in ((u, v) for v in y for u in x)]
+    sites = [{"site": each.site, "x": u, "y": v} for (u, v), each in results.items()]
     return {
-        **desk.map.to_dict(),
+        "inclusions": desk.map.to_dict()["inclusions"],
+        "cells": cells,
         "text": desk.map.text,
         "file": desk.mapped,
-        "x": list(map(float, grid.x)),
-        "y": list(map(float, grid.y)),
-        "sites": [{"site": number, "x": x, "y": y} for number, (x, y) in sites.items()],
+        "x": x,
+        "y": y,
+        "sites": sites,
         "site": desk.asked.site,
     }
+
+
+def _place(position: Sequence[float]) -> tuple[float, float]:
+    """Return where a site lies, to the micrometre."""
+    return round(position[0], 6), round(position[1], 6)
+
+
+def _cell(place: tuple[float, float], found: Any) -> dict[str, Any]:
+    """Tell what a site's last dwell found; None where that is nothing."""
+    layers = ("stiffness", "stiffness_stddev", "damping")
+    values = {name: None if found is None else getattr(found, name) for name in layers}
+    known = {
+        name: value if value is not None and math.isfinite(value) else None
+        for name, value in values.items()
+    }
+    verdict = "not_palpated" if found is None else found.verdict.name.lower()
+    return {"x": place[0], "y": place[1], **known, "verdict": verdict}

@@ -115,12 +115,10 @@ function side(found) {
     "div",
     { class: "card" },
     h("p", {}, found.text),
-    found.regions.length > 0
-      ? h("table", {}, h("thead", {}, h("tr", {}, ["x [mm]", "y [mm]", "N/m", "over background"].map((name) => h("th", { scope: "col", class: "number" }, name)))),
-        h("tbody", {}, found.regions.map((/** @type {any} */ region) => h("tr", {}, [short(1e3 * region.x), short(1e3 * region.y), `${short(region.stiffness)} ± ${short(region.stiffness_stddev, 2)}`, `${short(region.ratio)} ×`].map((text) => h("td", { class: "number" }, text))))))
-      : h("p", { class: "soft" }, "No region is stiffer than the background."),
-    found.inclusions?.length > 0 && h("div", {}, h("h2", {}, "Inclusions"), h("ul", { class: "notes" }, found.inclusions.map((/** @type {any} */ each) =>
-      h("li", {}, Object.entries(each).filter(([, value]) => typeof value === "number").map(([name, value]) => `${worded(name)} ${short(/** @type {number} */ (value))}`).join(", "))))),
+    found.inclusions.length > 0
+      ? h("table", {}, h("thead", {}, h("tr", {}, ["x [mm]", "y [mm]", "probability", "N/m", "over background"].map((name) => h("th", { scope: "col", class: "number" }, name)))),
+        h("tbody", {}, found.inclusions.map((/** @type {any} */ each) => h("tr", {}, [short(1e3 * each.x), short(1e3 * each.y), each.probability.toFixed(2), `${short(each.stiffness)} ± ${short(each.stiffness_sd, 2)}`, `${short(each.contrast)} ×`].map((text) => h("td", { class: "number" }, text))))))
+      : h("p", { class: "soft" }, "No inclusion is told."),
     h("p", { class: "small soft" }, "A site opens what was measured there: compare the model with it, and see which effect is missing."),
   );
 }
