@@ -231,8 +231,9 @@ def diagnose(
         if validation
     }
     validated = {names: fit.rmse if fit else math.inf for names, fit in moved.items()}
-    if moved and not wanted and ladder.harmonic is None:
-        second = {frozenset(names): _likelihood(fit) for names, fit in moved.items()}
+    # A model that diverges on the second recording is none of those that it may make probable.
+    second = {frozenset(names): _likelihood(fit) for names, fit in moved.items() if fit is not None}
+    if second and not wanted and ladder.harmonic is None:
         again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
         ladder = replace(again, curtailed=ladder.curtailed)
     indistinguishable = ladder.tied if ladder.alternatives else ()
@@ -260,10 +261,8 @@ def _possible(ladder: Ladder) -> list[Fit]:
     return [fit for fit, probability in pairs if probability > POSSIBLE]
 
 
-def _likelihood(moved: Fit | None) -> float:
+def _likelihood(moved: Fit) -> float:
     """Return the logarithm of the likelihood of other recordings; the noise's level is unknown."""
-    if moved is None:
-        return -math.inf
     return -0.5 * moved.samples * math.log(max(moved.cost, float(np.finfo(float).tiny)))
 
 

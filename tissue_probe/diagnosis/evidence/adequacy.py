@@ -87,7 +87,7 @@ def doubtful(fit: Fit) -> bool:
     It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
     """
     coloured = not is_coarse(fit) and coloured_by(fit) > 1.0
-    return fit.rounding > ROUNDING * fit.noise and (leaves_more(fit) or coloured)
+    return leaves_more(fit) or (fit.rounding > ROUNDING * fit.noise and coloured)
 
 
 def leaves_more(fit: Fit) -> bool:
