@@ -239,6 +239,17 @@ def test_a_constant_column_is_fatal(channel):
     assert "is 3.25 throughout" in found[f"constant_{channel}"].sentence
 
 
+@pytest.mark.parametrize(("felt", "moves"), [(True, True), (False, False)])
+def test_a_position_that_jumps_once_is_a_motion_where_the_force_jumps_with_it(felt, moves):
+    """A setpoint of a ramp that is quicker than a sample: 0 in the first row, then the depth."""
+    random = np.random.default_rng(3)
+    position = np.full(4000, 8e-4)
+    position[0] = 0.0
+    rest = 1.0 + np.exp(-np.arange(4000) / 1000.0)
+    force = 5e-3 * random.standard_normal(4000) + rest * (position > 0.0 if felt else 1.0)
+    assert ("no_motion" not in names(position, force)) == moves
+
+
 def test_an_encoder_at_rest_is_no_motion():
     random = np.random.default_rng(2)
     force = 5e-3 * random.standard_normal(4000)

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from tissue_probe.recording.fresh_values import fresh_values
+from tissue_probe.recording.fresh_values import drives, fresh_values
 
 
 def sine(count=2000, noise=1e-3):
@@ -42,3 +44,40 @@ def test_a_held_channel_of_coarse_steps_is_still_held():
 )
 def test_what_no_clock_holds_is_all_fresh(honest):
     assert fresh_values(honest).all()
+
+
+def answered(force, period, seed):
+    """The position of a mass on a spring that is driven by a force, which holds between rows."""
+    from scipy.signal import cont2discrete
+
+    stiffness, damping, mass = 500.0, 2.0, 0.05
+    own = np.array([[0.0, 1.0], [-stiffness / mass, -damping / mass]])
+    system = own, np.array([[0.0], [1.0 / mass]]), np.array([[1.0, 0.0]]), np.zeros((1, 1))
+    a, b, *_ = cont2discrete(system, period)
+    state, position = np.zeros(2), []
+    for each in force:
+        position.append(state[0])
+        state = a @ state + b[:, 0] * each
+    noise = 1e-6 * np.random.default_rng(seed).standard_normal(len(force))
+    return np.array(position) + noise
+
+
+@given(seed=st.integers(0, 10**6), run=st.integers(20, 150))
+@settings(max_examples=30)
+def test_a_command_in_steps_is_what_drives(seed, run):
+    levels = np.random.default_rng(seed).uniform(-1.0, 1.0, 2000 // run)
+    force = np.repeat(levels, run)
+    fresh = fresh_values(force)
+    assert np.count_nonzero(fresh) == levels.size
+    assert drives(force, fresh, answered(force, 1e-3, seed))
+
+
+@given(seed=st.integers(0, 10**6), run=st.integers(3, 60), cycle=st.floats(8.0, 300.0))
+@settings(max_examples=50)
+def test_a_sensor_that_is_read_late_drives_nothing(seed, run, cycle):
+    random, rows = np.random.default_rng(seed), np.arange(2000)
+    position = np.sin(2.0 * np.pi * rows / cycle)
+    force = position + 0.3 * np.cos(2.0 * np.pi * rows / cycle) + 0.1 * position**3
+    noisy = position + 1e-3 * random.standard_normal(rows.size)
+    held = (force + 1e-3 * random.standard_normal(rows.size))[rows // run * run]
+    assert not drives(held, fresh_values(held), noisy)

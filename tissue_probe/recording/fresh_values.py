@@ -1,6 +1,7 @@
 """A channel that repeats old values, as one published faster than its sensor measures.
 
-What belongs here: telling such repeats from those of a coarse converter or a sensor at its end.
+What belongs here: telling such repeats from those of a coarse converter, of a sensor at its end,
+and of a command in steps.
 What does not: what is done with the fresh values (``foreign_bag``, ``table_file``).
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.signals import BoolArray, FloatArray
+from tissue_probe.signals import BoolArray, FloatArray, IntArray
 
 REPEATED = 0.1
 """Share of samples that repeat the one before, above which a channel may be held. Fewer do not
@@ -25,6 +26,14 @@ BY_CHANCE = 3.0
 REGULAR = 0.95
 """Share of values that are held about equally long, as a clock makes them; a sensor at its end, or
 a signal at rest, holds few values for long."""
+
+BY_ACCIDENT, FOLLOWS = 30.0, 0.75
+"""What drives is felt where it changes. What the other channel does after a change, and its past
+does not foretell, follows the change: by a sum of squares so many times the variance of what is
+foretold of it elsewhere (5.5 standard deviations), and by this share of its own sum of squares."""
+
+AHEAD = (1, 2, 4, 8, 16)
+"""Rows after a change at which the other channel is looked at: a heavy probe answers late."""
 
 
 def fresh_values(values: FloatArray) -> BoolArray:
@@ -70,3 +79,50 @@ def _held(fresh: BoolArray, changes: FloatArray) -> bool:
         and np.count_nonzero(runs > 1) >= REPEATED * runs.size
         and np.mean(regular) >= REGULAR
     )
+
+
+def drives(values: FloatArray, fresh: BoolArray, other: FloatArray) -> bool:
+    """Return whether a channel that is held between changes is what drives the other one.
+
+    A sensor that is read late holds its values, too, but nothing happens when it is read.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        The channel that is held.
+    fresh : array of bool, shape (n,)
+        See ``fresh_values``.
+    other : array, shape (n,)
+        The other channel, in the same rows.
+
+    Notes
+    -----
+    A row of the other channel is foretold by four earlier ones, as evenly spaced, which is exact
+    for any one sine beside a constant (G. U. Yule, Phil. Trans. A 226 (1927), 267).
+    """
+    rows = np.flatnonzero(fresh)
+    run = int(np.median(np.diff(rows))) if rows.size > 1 else 0
+    changes = np.diff(values, prepend=values[:1])
+    return any(
+        _follows(changes, rows, other, ahead) for ahead in AHEAD if len(AHEAD) * ahead <= run
+    )
+
+
+def _follows(changes: FloatArray, rows: IntArray, other: FloatArray, ahead: int) -> bool:
+    """Return whether the other channel answers changes, which come in these rows, so much later."""
+    places = np.arange(3 * ahead + 1, other.size - ahead)
+    past = [other[places - 1 - back * ahead] for back in range(4)]
+    known = np.stack([*past, np.ones(places.size)], axis=1)
+    later = other[places - 1 + ahead]
+    since = places - rows[np.searchsorted(rows, places, side="right") - 1]
+    upto = np.append(rows, other.size)[np.searchsorted(rows, places, side="right")] - places
+    undisturbed = (since > 3 * ahead) & (upto >= ahead)
+    own = (since == 0) & (places > rows[0])
+    if np.count_nonzero(undisturbed) < 3 * known.shape[1] or np.count_nonzero(own) < 3:
+        return False
+    weights = np.linalg.lstsq(known[undisturbed], later[undisturbed], rcond=None)[0]
+    unforetold = later - known @ weights
+    after, change = unforetold[own], changes[places[own]]
+    explained = np.dot(after, change) ** 2 / np.dot(change, change)
+    chance = np.mean(unforetold[undisturbed] ** 2)
+    return bool(explained > max(BY_ACCIDENT * chance, FOLLOWS * np.dot(after, after)))

@@ -23,7 +23,7 @@ from tissue_probe.recording.even_grid import (
     even_grid,
     sample_blocks,
 )
-from tissue_probe.recording.fresh_values import REPEATED, fresh_values
+from tissue_probe.recording.fresh_values import REPEATED, drives, fresh_values
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.roles import Roles, roles
 from tissue_probe.recording.times import Times, times
@@ -189,12 +189,12 @@ def _fresh(
 ) -> tuple[np.ndarray | None, float]:
     """Return the rows to take where a channel repeats old values, and how old they may be [s]."""
     kept, doubt = None, 0.0
-    for name, values in (("position", position), ("force", force)):
+    for name, values, other in (("position", position, force), ("force", force, position)):
         if np.count_nonzero(values[1:] == values[:-1]) < REPEATED * values.size:
             continue
         fresh = fresh_values(values)
         count = np.count_nonzero(fresh)
-        if count == fresh.size:
+        if count == fresh.size or drives(values, fresh, other):
             continue
         held = float(np.median(np.diff(time[fresh])))
         notes.append(

@@ -22,6 +22,9 @@ PER_CYCLE = 8.0
 """Samples in a cycle of the fastest motion below which a model cannot be integrated."""
 
 
+SUDDEN = 5.5
+"""A jump is so many times the root mean square of a channel's changes: no chance makes such."""
+
 FEWEST_STEPS = 1000.0
 """Encoder steps in the whole travel below which they show in the force.
 
@@ -85,10 +88,22 @@ def _stands_still(position: Channel, force: Channel) -> bool:
     A motion sampled too slowly looks like noise in the position alone.
     """
     if position.span <= 2.0 * position.step:
-        return True
+        return not _answers(position, force)
     spread = np.std(position.values / position.span) * position.span
     likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
     return bool(spread < 2.0 * noise_beside_steps(position.values) and abs(likeness) < FELT)
+
+
+def _answers(position: Channel, force: Channel) -> bool:
+    """Whether the force jumps where the position does: a step that is commanded, with no encoder.
+
+    Where an encoder turns from one count to the next the force changes as it does elsewhere.
+    """
+    moves = np.diff(position.values) != 0.0
+    change = np.diff(force.values / (force.span or 1.0))
+    if not moves.any() or moves.all():
+        return False
+    return bool(np.median(np.abs(change[moves])) > SUDDEN * np.sqrt(np.mean(change[~moves] ** 2)))
 
 
 def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
