@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.improvement.exchange import anew
-from tissue_probe.diagnosis.improvement.further import FOLLOWED, Further
+from tissue_probe.diagnosis.improvement.further import FOLLOWED, Further, addable
 from tissue_probe.diagnosis.improvement.paths import longest
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.rules import added, explained
 from tissue_probe.diagnosis.ranking.screen import screened
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.library import effects
 
 
 def _extended(*names):
@@ -202,3 +204,18 @@ def test_contact_is_lost_beside_relaxing_tissue_though_alone_it_is_not():
     path = anew(found[0], further)
     assert path[-1].composition.names == hidden
     assert explained(path[-1])
+
+
+def test_forms_of_one_law_are_not_sought_beside_each_other_and_drag_of_ones_own_is():
+    """Drag of a user's own is friction, too, and no form of dry friction: it excludes nothing."""
+    own = effects([Path(__file__).parents[2] / "docs" / "my_effect.py"])
+    beside = addable(Composition(effects=(EFFECTS["coulomb_friction"],)), own)
+    assert "quadratic_drag" in beside
+    assert not {"coulomb_friction", "stribeck_friction", "bouc_wen_hysteresis"} & set(beside)
+
+
+def test_effects_that_exclude_each_other_say_so_alike():
+    for name, effect in EFFECTS.items():
+        for other in effect.excludes:
+            assert name in EFFECTS[other].excludes
+            assert effect.family == EFFECTS[other].family

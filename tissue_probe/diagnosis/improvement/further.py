@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.ranking.candidate import SAME, shared
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms
-from tissue_probe.diagnosis.ranking.rules import FORMS, TIE, added, explained, preferred, ranked
+from tissue_probe.diagnosis.ranking.rules import TIE, added, exclude, explained, preferred, ranked
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
@@ -50,11 +50,11 @@ Path = tuple[Fit, ...]
 
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
     """Return what may stand beside a model's effects: no second form of a law that it has."""
-    taken = {each.family for each in composition.all_effects if each.family in FORMS}
+    own = composition.all_effects
     return {
         name: effect
         for name, effect in library.items()
-        if effect.family not in taken and name not in composition.names
+        if name not in composition.names and not any(exclude(effect, each) for each in own)
     }
 
 

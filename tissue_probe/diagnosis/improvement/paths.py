@@ -15,11 +15,11 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.exchange import anew, both_exchanged, exchanged, kin_of
 from tissue_probe.diagnosis.improvement.further import RELATED, Further, Path, asked
 from tissue_probe.diagnosis.ranking.rules import (
-    FORMS,
     RELAXATION,
     SIMPLER,
     TIE,
     added,
+    exclude,
     explained,
     in_limit,
     preferred,
@@ -182,11 +182,11 @@ def _turned(path: Path, paths: Sequence[Path], ranking: Sequence[Fit]) -> list[P
 
 def _forms(ranking: Sequence[Fit]) -> list[Fit]:
     """Leave out all forms of a law but the best, which gives way to them where they do better."""
-    best: dict[str, Fit] = {}
+    best: list[Fit] = []
     for fit in ranking:
-        law = added(fit).family if added(fit).family in FORMS else added(fit).name
-        best.setdefault(law, fit)
-    return list(best.values())
+        if not any(exclude(added(fit), added(other)) for other in best):
+            best.append(fit)
+    return best
 
 
 def _various(ranking: Sequence[Fit]) -> list[Fit]:

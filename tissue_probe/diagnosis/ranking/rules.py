@@ -30,9 +30,6 @@ SIMPLER = 30.0
 
 #: The family of what recedes from the tip.
 RELAXATION = "relaxation"
-#: Families whose effects are forms of one law: beside one of them another only bends it. Of an
-#: encoder with coarse steps nothing finer is known.
-FORMS = (RELAXATION, "stiffening", "friction", "time-varying", "encoder")
 
 
 def significant(simple: Fit, better: Fit) -> bool:
@@ -104,3 +101,8 @@ def in_limit(fit: Fit) -> bool:
 def added(fit: Fit) -> Effect:
     """Return the effect that a fit has more than the model it was added to."""
     return fit.composition.effects[-1]
+
+
+def exclude(effect: Effect, other: Effect) -> bool:
+    """Whether two effects are forms of one law: beside one of them the other only bends it."""
+    return other.name in effect.excludes or effect.name in other.excludes

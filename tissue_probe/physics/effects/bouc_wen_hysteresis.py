@@ -33,6 +33,7 @@ def _form(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
         forms=forms,
         simpler=("coulomb_friction",),
         limit=str(YIELD),
+        excludes=("coulomb_friction", "stribeck_friction"),
         assumptions=f"Rate-independent; exponent n = {exponent}, gamma = beta",
         reference="Bouc (1967); Wen, J. Engineering Mechanics 102 (1976), 249, eq. 3",
     )

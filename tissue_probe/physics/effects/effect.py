@@ -157,6 +157,9 @@ class Effect:
         Effects that this one contains, and which are preferred where they fit as well.
     limit : str
         The parameter at whose lower bound this effect is a simpler one, if there is such.
+    excludes : tuple of str
+        Effects beside which this one is not sought, nor they beside it: both are forms of one law,
+        of which the second would only bend the first.
     of_run : tuple of str
         Parameters that belong to a run and not to specimen or instrument, such as a phase.
     assumptions, reference : str
@@ -193,6 +196,7 @@ class Effect:
     forms: tuple[Effect, ...] = ()
     simpler: tuple[str, ...] = ()
     limit: str = ""
+    excludes: tuple[str, ...] = ()
     of_run: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""

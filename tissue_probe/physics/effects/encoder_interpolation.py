@@ -49,6 +49,7 @@ ENCODER_INTERPOLATION = Effect(
     position=_TRUE,
     strengths=2,
     starts=starts,
+    excludes=("encoder_quantization",),
     assumptions="First harmonic only; smaller than a sixth of the period",
     reference="Heydemann, Applied Optics 20 (1981), 3382",
 )

@@ -20,6 +20,7 @@ ENCODER_QUANTIZATION = Effect(
     parameters=(Parameter(STEP, "m", default=5e-6, lower=0.0, upper=1e-3),),
     rounded=STEP,
     starts=starts,
+    excludes=("encoder_interpolation",),
     assumptions="The motion is smooth: its smoothest course within the steps is the true one",
     reference="Widrow and Kollar, Quantization Noise (2008), chapter 5",
 )

@@ -69,6 +69,7 @@ GENERALIZED_MAXWELL = Effect(
     starts=starts,
     near=near,
     simpler=("standard_linear_solid",),
+    excludes=("springpot", "standard_linear_solid"),
     assumptions="Small strains; relaxation times a factor apart",
     reference="Wiechert (1893); Fung, Biomechanics (1993), section 2.11",
 )

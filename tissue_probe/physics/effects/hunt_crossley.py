@@ -38,6 +38,7 @@ def _form(depth: sp.Expr, lost: bool, forms: tuple[Effect, ...] = ()) -> Effect:
         switches=(Switch(TOUCHING, INDENTATION, -INDENTATION),) if lost else (),
         starts=starts,
         forms=forms,
+        excludes=("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
         assumptions="No plastic set; the spring stays linear",
         reference="Hunt and Crossley, J. Applied Mechanics 42 (1975), 440",
     )

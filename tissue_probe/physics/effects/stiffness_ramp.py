@@ -34,6 +34,7 @@ STIFFNESS_RAMP = Effect(
     starts=starts,
     simpler=("stiffness_step",),
     limit=str(LENGTH),
+    excludes=("stiffness_step",),
     assumptions="One ramp, of all that is elastic alike; the damping stays",
     reference="Ljung, System Identification (1999), section 11.2, on time-varying systems",
 )

@@ -42,6 +42,7 @@ STIFFNESS_STEP = Effect(
     of_run=("step_time",),
     starts=starts,
     near=near,
+    excludes=("stiffness_ramp",),
     assumptions="One step, of all that is elastic alike; the damping stays",
     reference="Basseville and Nikiforov, Detection of Abrupt Changes (1993), section 2.1",
 )
