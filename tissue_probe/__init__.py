@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import Measurements as Measurements
     from tissue_probe.analysis.measurements import read as read
     from tissue_probe.analysis.previewing import preview as preview
+    from tissue_probe.analysis.promising import promises as promises
     from tissue_probe.analysis.simulating import simulate as simulate
     from tissue_probe.errors import TissueProbeError as TissueProbeError
     from tissue_probe.physics.model_file import load as load_model
@@ -44,6 +45,7 @@ _PLACES = {
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
     "map": "tissue_probe.analysis.mapping:map_sites",
     "preview": "tissue_probe.analysis.previewing:preview",
+    "promises": "tissue_probe.analysis.promising:promises",
     "read": "tissue_probe.analysis.measurements:read",
     "simulate": "tissue_probe.analysis.simulating:simulate",
 }
@@ -62,6 +64,7 @@ __all__ = [
     "make_challenge",
     "map",
     "preview",
+    "promises",
     "read",
     "simulate",
 ]

@@ -175,6 +175,17 @@ def test_a_challenge_hides_what_it_says():
     assert tp.make_challenge(5, ["hertz_contact"]).first.force == pytest.approx(made.first.force)
 
 
+def test_a_first_look_ranks_what_is_hidden_first_and_fits_nothing():
+    made = tp.make_challenge(7, ["cubic_stiffening"], excitation="chirp60")
+    told = tp.promises(made.first, starts="at-rest")
+    rows = told.ranking.to_dict()
+    assert rows[0]["family"] == "stiffening"
+    left = [row["promised_rmse"] for row in rows]
+    assert left == sorted(left)
+    assert left[0] < 0.6 * left[-1]
+    assert "no effect was fitted" in repr(told)
+
+
 def test_effects_and_estimators_are_listed():
     assert {"hertz_contact", "mains_hum"} <= {each["name"] for each in tp.effects()}
     assert {"ekf", "robust_ekf"} <= {each["name"] for each in tp.estimators()}

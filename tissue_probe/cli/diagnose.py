@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
@@ -15,6 +17,12 @@ if TYPE_CHECKING:
 
     from tissue_probe.analysis.diagnosing import DiagnosisResult
 
+Quick = Annotated[
+    bool,
+    typer.Option(
+        "--quick", help="Rank the effects by what they promise, to first order, and fit none."
+    ),
+]
 SHOWN = 8
 NAME = 30  # characters of an effect with its mark up to which it stays on one line
 #: Meaning of the mark before a name.
@@ -49,6 +57,7 @@ def diagnose(
     effects: EffectFiles = None,
     validate: asked.Validate = None,
     json: asked.Json = None,
+    quick: Quick = False,
 ) -> None:
     """Say which physical effect a model misses, if any can be told.
 
@@ -56,6 +65,11 @@ def diagnose(
     falls. They are ranked by the probability that they are missing, over all models that were
     tried; beside it stands the error on data they were not fitted to.
     """
+    if quick and (validate or json):
+        raise ValueError(
+            "--quick fits no effect, so that nothing can be tried on a second recording or written "
+            "to a file: leave out --validate and --json, or --quick"
+        )
     measured.check_there([*files, *(validate or [])])
     layout = measured.layout(
         position, force, time, sample_rate, position_unit, force_unit, time_unit,
@@ -67,10 +81,19 @@ def diagnose(
     # Only now: fits take longer to import than a file takes to be refused.
     from rich.console import Console
 
-    from tissue_probe.analysis.diagnosing import diagnose as search
+    from tissue_probe.analysis import diagnosing, promising
 
+    if quick:
+        promised = promising.promises(
+            fitted, model=model, rig=asked.name(rig), tissue=asked.name(tissue),
+            known_rig=known_rig, constants=known, effects=effects or [], starts=starts.value,
+            site=site, lowpass=lowpass, course=course.value,
+        )  # fmt: skip
+        measured.tell(promised.notes)
+        print(promised)
+        return
     with measured.under_way() as progress:
-        result = search(
+        result = diagnosing.diagnose(
             fitted,
             validate=tried,
             model=model,

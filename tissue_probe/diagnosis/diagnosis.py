@@ -27,11 +27,13 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
+from tissue_probe.diagnosis.improvement.further import addable
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
+from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
@@ -183,17 +185,12 @@ def diagnose(
         If any samples are such that a fit would be worthless, or the rig has nothing that a
         wanted effect acts on; says why and what to do.
     """
-    from tissue_probe.physics.rigs import admits
-
     begun = time.perf_counter()
-    admitted = {n: e for n, e in library.items() if admits(composition.rig, e)}
-    clean, findings = cleaned(measurements, composition.rig)
-    clean, instrument, touched = from_touch(clean, instrument)
-    clean, held = with_input(composition, clean, instrument, begin_at)
-    touched += held
+    admitted = _admitted(composition, library)
+    clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    findings = [*_as_read([*measurements, *validation]), *findings, *touched]
+    findings = [*_as_read([*measurements, *validation]), *findings]
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
     validation = [replace(each, held=clean[0].held) for each in validation]
@@ -253,6 +250,62 @@ def diagnose(
         suggestion and driver_command(suggestion, _coil_gain(clean)),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
+
+
+def prepared(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    begin_at: Mapping[str, float] | None = None,
+) -> tuple[Sequence[Measurement], Instrument, list[Finding]]:
+    """Inspect measurements; return them, and the instrument, as a model is fitted to them.
+
+    Without spoilt samples, from the touch on, and with the course of what drives between samples.
+
+    Raises
+    ------
+    MeasurementError
+        If any samples are such that a fit would be worthless.
+    """
+    clean, findings = cleaned(measurements, composition.rig)
+    clean, instrument, touched = from_touch(clean, instrument)
+    clean, held = with_input(composition, clean, instrument, begin_at)
+    return clean, instrument, [*findings, *touched, *held]
+
+
+# The searches have threads of their own: those of linear algebra would wait for one another.
+@threadpool_limits.wrap(limits=1)
+def promises(
+    composition: Composition,
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+    library: Mapping[str, Effect],
+    begin_at: Mapping[str, float] | None = None,
+) -> tuple[Fit, list[Promise], list[Finding]]:
+    """Rank effects by a score test, without fitting any: in the time of one fit.
+
+    Returns
+    -------
+    base : Fit
+        The model that is asked about.
+    ranking : list of Promise
+        What each effect could explain of its residual, to first order, that the model's own values
+        cannot; the most first.
+    findings : list of Finding
+        Of reading and of the inspection.
+    """
+    clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
+    base = fit_base(composition, clean, instrument, begin_at)
+    allowed = addable(composition, _admitted(composition, library)).values()
+    (ranking,) = screened([(base, allowed)], composition, instrument)
+    return base, ranking, [*_as_read(measurements), *findings]
+
+
+def _admitted(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Return the effects that act on something that the rig has."""
+    from tissue_probe.physics.rigs import admits
+
+    return {name: each for name, each in library.items() if admits(composition.rig, each)}
 
 
 def _possible(ladder: Ladder) -> list[Fit]:

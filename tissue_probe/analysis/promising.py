@@ -1,0 +1,121 @@
+"""Which effects a recording promises, by one fit: a first look before a diagnosis.
+
+What belongs here: the question, and the table that answers it. What does not: fits of the effects,
+and what may be said of them (``diagnosing``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
+from tissue_probe.analysis.measurements import Source, measurements_of
+from tissue_probe.analysis.question import Constants, question
+from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.analysis.segments import segments
+from tissue_probe.diagnosis.diagnosis import promises as search
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.ranking.screen import Promise
+from tissue_probe.physics.fitted_model import FittedModel
+
+
+@dataclass(frozen=True, repr=False)
+class PromiseResult:
+    """Effects in the order of what they promise; none of them was fitted.
+
+    Attributes
+    ----------
+    base : Fit
+        The model that was asked about.
+    promised : tuple of Promise
+        Each effect, and the cost that it may leave.
+    notes : tuple of str
+        What was done to the samples, and what is wrong with them.
+    """
+
+    base: Fit
+    promised: tuple[Promise, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def ranking(self) -> ResultTable:
+        """Effects, their families, and the error that each may leave at best."""
+        output = self.base.output
+        columns = (
+            Column("effect", "effect"),
+            Column("family", "family"),
+            Column(
+                "promised_rmse",
+                f"error it may leave [{output.small}]",
+                number(4, output.per_small),
+                right=True,
+            ),
+        )
+        rows = tuple(
+            (each.effect.name, each.effect.family, self._left(each)) for each in self.promised
+        )
+        return ResultTable("By promise alone: no effect was fitted", columns, rows)
+
+    def _left(self, promise: Promise) -> float:
+        return self.base.rmse * float(np.sqrt(promise.cost / self.base.cost))
+
+    @property
+    def text(self) -> str:
+        """One sentence on the model that was asked about."""
+        output = self.base.output
+        error, noise = (
+            f"{output.per_small * each:.4g} {output.small}"
+            for each in (self.base.rmse, self.base.noise)
+        )
+        return (
+            f"The model leaves {error}, and the noise is {noise}. An effect that switches "
+            "(contact, play, dry friction) may explain more than it promises: the whole "
+            "diagnosis fits every effect."
+        )
+
+    def __repr__(self) -> str:
+        return f"{self.ranking}\n{self.text}"
+
+
+def promises(
+    measured: Source | Sequence[Source],
+    *,
+    model: str | Path | FittedModel | None = None,
+    rig: RigName | None = None,
+    tissue: TissueName | None = None,
+    known_rig: bool = False,
+    constants: Constants | None = None,
+    effects: Sequence[str | Path] = (),
+    starts: Starts = "auto",
+    site: int | None = None,
+    lowpass: float | None = None,
+    course: Course = "auto",
+) -> PromiseResult:
+    """Rank effects by what they promise, to first order, beside a model that is fitted once.
+
+    Parameters
+    ----------
+    measured, model, rig, tissue, known_rig, constants, effects, starts, site, lowpass, course
+        As ``diagnose`` has them.
+
+    Raises
+    ------
+    TissueProbeError
+        If something cannot be read or fitted; says why, and what to do.
+    """
+    asked = question(model, rig, tissue, effects, constants, known_rig)
+    output = asked.composition.output
+    taken = segments(measurements_of(measured), starts, site, lowpass, course)
+    base, ranking, findings = search(
+        asked.composition,
+        [each.measurement(output) for each in taken],
+        asked.instrument,
+        asked.library,
+        asked.model.values,
+    )
+    notes = (*asked.notes, *(finding.sentence for finding in findings))
+    return PromiseResult(base, tuple(ranking), notes)
