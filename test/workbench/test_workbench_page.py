@@ -230,9 +230,16 @@ def test_a_file_is_dropped_or_refused(page, tmp_path):
 def test_a_scan_is_mapped_and_a_site_opens_its_recording(page):
     page.keyboard.press("1")
     page.click("[data-example=scan]")
-    page.wait_for_selector("rect.cell")
-    assert page.locator("rect.cell").count() == 16
-    page.click("rect.cell[data-site='5']")
+    page.wait_for_selector(".map image")
+    assert page.locator(".map .site").count() == 16
+    layers = page.locator("[data-layer]")
+    assert layers.count() == 4
+    for number in range(4):
+        layers.nth(number).click()
+        page.wait_for_selector(f"[data-layer] >> nth={number} >> css=[aria-pressed=true]")
+    page.hover(".map image", position={"x": 200, "y": 200})
+    page.wait_for_selector(".readout >> text=P(inclusion)")
+    page.click(".map .site[data-site='5']")
     rungs(page, 1)
     idle(page)
     page.wait_for_selector("text=scan.mcap")

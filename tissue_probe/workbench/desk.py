@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.comparing import ComparisonResult, Fit
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
+    from tissue_probe.analysis.measurements import Measurements
 
 
 @dataclass
@@ -94,7 +95,8 @@ class Desk:
         self.rungs: list[Rung] = []
         self.ranking: Ranking | None = None
         self.map: MapResult | None = None
-        self.mapped: int | None = None
+        #: Which recording the map is of, and the map's own number.
+        self.mapped: tuple[int, int] | None = None
         self.job: Job | None = None
         #: To be called after each change; ``briefly`` after changes of the job alone.
         self.changed: Callable[[], None] = lambda: None
@@ -137,7 +139,9 @@ class Desk:
         return opened
 
     async def compare_first(self, opened: Opened) -> None:
-        """Compare a recording that was read, if none is chosen yet."""
+        """Compare a recording that was read, if none is chosen yet; map a table of sites."""
+        if opened.table:
+            await self.draw_map(opened.number)
         if opened.measured is not None and self.fitted in (None, opened.number):
             await self.use(opened.number, self.second)
 
@@ -152,9 +156,11 @@ class Desk:
 
     async def _read(self, opened: Opened) -> None:
         opened.measured = opened.problem = None
+        opened.table = False
         arguments = {"path": str(opened.path), "layout": opened.layout}
         try:
             opened.measured = await self._do(f"{opened.name} is read", "read", arguments)
+            opened.table = opened.measured is None
         except Cancelled as error:
             opened.problem = error
         except Refused as error:
@@ -178,7 +184,7 @@ class Desk:
         if opened.owned:
             opened.path.unlink(missing_ok=True)
         del self.files[number]
-        if number == self.mapped:
+        if self.mapped is not None and number == self.mapped[0]:
             self.map = self.mapped = None
         if number == self.fitted:
             self.fitted = None
@@ -191,10 +197,9 @@ class Desk:
 
     async def use(self, fitted: int, second: int | None) -> None:
         """Choose which recording is fitted, and which other one the models are held against."""
-        if self.file(fitted).measured is None:
-            raise Refused(f"{self.file(fitted).name} is not read yet: state what it asks for")
-        if second is not None and self.file(second).measured is None:
-            raise Refused(f"{self.file(second).name} is not read yet: state what it asks for")
+        for each in (fitted, second):
+            if each is not None:
+                self._read_already(self.file(each))
         if second == fitted:
             raise Refused("`validate` is what is fitted; give another recording of the specimen")
         again = fitted != self.fitted or not self.rungs
@@ -209,6 +214,13 @@ class Desk:
             for rung in self.rungs:
                 await self._hold_against_second(rung)
         self.changed()
+
+    def _read_already(self, opened: Opened) -> Measurements:
+        if opened.table:
+            raise Refused(f"{opened.name} is a table of sites: it has no samples to fit")
+        if opened.measured is None:
+            raise Refused(f"{opened.name} is not read yet: state what it asks for")
+        return opened.measured
 
     def _has_sites(self, number: int) -> bool:
         measured = self.file(number).measured
@@ -303,19 +315,19 @@ class Desk:
             self.changed()
 
     async def draw_map(self, number: int) -> None:
-        """Map the stiffness over the sites of a scan."""
+        """Map the stiffness over the sites of a scan, or of a table of them."""
         opened = self.file(number)
-        if opened.measured is None:
-            raise Refused(f"{opened.name} is not read yet: state what it asks for")
-        self.map = await self._do("the map is made", "scan", {"measured": opened.measured})
-        self.mapped = number
+        measured = str(opened.path) if opened.table else self._read_already(opened)
+        self.map = await self._do("the map is made", "scan", {"measured": measured})
+        self.mapped = number, self._next()
         self.changed()
 
     async def open_site(self, site: int) -> None:
         """Compare the model with what was measured at one site of the scan that is mapped."""
         if self.mapped is None:
             raise Refused("there is no map")
-        self.fitted, self.second = self.mapped, None
+        self._read_already(self.file(self.mapped[0]))
+        self.fitted, self.second = self.mapped[0], None
         await self.ask({"site": site})
 
     async def take_effects(self, path: Path) -> list[dict[str, Any]]:

@@ -21,6 +21,7 @@ from tissue_probe.one_line import sentence
 from tissue_probe.workbench import examples, told
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.live import Live
+from tissue_probe.workbench.mapped import raster
 from tissue_probe.workbench.messages import as_json, packed
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
@@ -85,6 +86,7 @@ class Requests:
             "spectrum": self._pictures.spectrum,
             "brush": self._pictures.brush,
             "where": self._pictures.where,
+            "raster": lambda a: raster(desk.map),
             "next": lambda a: next_experiment(desk.ranking and desk.ranking.result),
         }
 

@@ -141,6 +141,8 @@ def _made(
                 read = [n for n, opened in desk.files.items() if opened.measured]
                 if read:
                     await desk.use(read[0], read[1] if len(read) > 1 else None)
+                elif tables := [n for n, opened in desk.files.items() if opened.table]:
+                    await desk.draw_map(tables[0])
             elif before is not None:
                 await state.restore(desk, before)
         desk.changed = changed

@@ -67,8 +67,8 @@ def preview(tell: Tell, path: str) -> Preview:
     return tp.preview(path)
 
 
-def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements:
-    """See ``tissue_probe.read``."""
+def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements | None:
+    """See ``tissue_probe.read``; None of a table of sites, which has no samples."""
     told = -1
 
     def advance(share: float) -> None:
@@ -77,7 +77,14 @@ def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements:
             told = percent
             tell({"share": share})
 
-    return tp.read(path, **layout, progress=advance)
+    try:
+        return tp.read(path, **layout, progress=advance)
+    except tp.TissueProbeError:
+        from tissue_probe.analysis.mapping import is_sites
+
+        if is_sites(path):
+            return None
+        raise
 
 
 def compare(tell: Tell, measured: Measurements, asked: Mapping[str, Any]) -> ComparisonResult:
@@ -107,11 +114,13 @@ def rank(
     return tp.diagnose(measured, validate=second, progress=progress, found=found, **asked)
 
 
-def scan(tell: Tell, measured: Measurements) -> MapResult:
-    """See ``tissue_probe.map``; where no estimates are recorded, they are made."""
+def scan(tell: Tell, measured: Measurements | str) -> MapResult:
+    """See ``tissue_probe.map``; where a scan has no recorded estimates, they are made."""
     try:
         return tp.map(measured)
     except tp.TissueProbeError:
+        if isinstance(measured, str):
+            raise
         tell({"doing": "stiffness is estimated at each site"})
         return tp.map(measured, estimators=["robust_ekf"])
 

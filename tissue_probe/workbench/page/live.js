@@ -2,7 +2,7 @@
 
 import { act, on, say, told } from "./app.js";
 import { entry, fill, h, choice, worded } from "./elements.js";
-import { picture } from "./map.js";
+import { choose, inclusions, picture } from "./map.js";
 import { short } from "./numbers.js";
 import { Plot } from "./plot.js";
 
@@ -59,7 +59,7 @@ export function live() {
   const health = h("ul", { class: "notes" });
   const fault = h("p", { class: "problem" });
   const words = h("div", {});
-  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), h("section", {}, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
+  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), h("section", { class: "mapgrid live" }, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
   const column = h("div", { class: "charts" }, h("div", { class: "column live" }, Object.values(plots).map((plot) => plot.element)));
   const element = h("div", { class: "work" }, column, panel);
   let drawn = 0;
@@ -82,8 +82,21 @@ export function live() {
     fill(health, message.health.map((/** @type {[string, number, string]} */ [name, level, text]) =>
       h("li", { class: level ? "bad" : "" }, `${name}: ${text || "well"}`)));
   });
-  on("live_map", (/** @type {any} */ map) => fill(grid, map && picture({ ...map, regions: [], sites: [], site: null }, "stiffness")));
-  on("theme", () => Object.values(plots).forEach((plot) => plot.restyle()));
+  let layer = "mean";
+  /** @type {any} */
+  let map = null;
+  const drawMap = () => map && fill(grid, choose(map.arrays, layer, (name) => {
+    layer = name;
+    drawMap();
+  }), picture(map, map.arrays, layer), map.text && h("p", { class: "small" }, map.text), inclusions(map));
+  on("live_map", (found) => {
+    map = found;
+    drawMap();
+  });
+  on("theme", () => {
+    Object.values(plots).forEach((plot) => plot.restyle());
+    drawMap();
+  });
   return element;
 }
 

@@ -81,8 +81,9 @@ on("desk", () => leaving && leave());
 /** Go where there is something to be seen; stay where something is asked. */
 function leave() {
   leaving = true;
-  if (told.desk?.map && !told.desk.rungs.length) go("map");
-  else if (told.desk?.rungs.length && [told.desk.fitted, told.desk.second].includes(told.desk.files.at(-1)?.number)) go("compare");
+  const last = told.desk?.files.at(-1);
+  if (told.desk?.map && (!told.desk.rungs.length || last?.table)) go("map");
+  else if (told.desk?.rungs.length && [told.desk.fitted, told.desk.second].includes(last?.number)) go("compare");
 }
 
 /** @param {File[]} files */
@@ -106,7 +107,7 @@ function card(file) {
   const role = file.number === fitted ? "fitted" : file.number === second ? "second, only held against" : "";
   const facts = file.ready
     ? [`${file.samples.toLocaleString("en")} samples`, `${short(file.rate, 4)} a second`, span(file.seconds), file.sites > 1 && `${file.sites} sites`].filter(Boolean).join(" · ")
-    : file.problem ? "" : "is read …";
+    : file.table ? "a table of sites" : file.problem ? "" : "is read …";
   return h(
     "article",
     { class: `card${role ? " chosen" : ""}`, style: { "margin-top": "0.6rem" } },
@@ -121,7 +122,7 @@ function card(file) {
         file.ready && fitted !== null && file.number !== fitted && file.number !== second &&
           h("button", { type: "button", onclick: () => act("use", { fitted, second: file.number }) }, "Use as second"),
         file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Not as second"),
-        file.ready && file.sites > 1 && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
+        ((file.ready && file.sites > 1) || file.table) && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
         h("button", { type: "button", class: "quiet", "aria-label": `Take ${file.name} from the desk`, onclick: () => act("forget", { file: file.number }) }, "×"),
       ),
     ),
