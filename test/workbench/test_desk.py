@@ -37,7 +37,7 @@ def run():
     """Do steps on a new desk; one worker serves all, since it takes seconds to start."""
     with asyncio.Runner() as runner:
         workshop = runner.run(made())
-        yield lambda steps: runner.run(steps(Desk(workshop)))
+        yield lambda steps: runner.run(steps(Desk(workshop, workshop)))
         runner.run(workshop.close())
 
 
@@ -67,7 +67,7 @@ def climbed(run, tmp_path_factory):
         await with_ladder(desk)
         path = folder / f"kept{state.ENDING}"
         path.write_bytes(state.packed_state(desk))
-        again = Desk(desk.workshop)
+        again = Desk(desk.reading, desk.fitting)
         await state.restore(again, state.unpacked_state(path, folder / "again"))
         return desk, again, path
 
@@ -172,7 +172,7 @@ def test_a_search_that_is_cancelled_ends_at_once_and_leaves_a_desk_that_works(ru
         desk.briefly = lambda: told.set() if desk.job and desk.job.doing else None
         search = asyncio.create_task(desk.rank())
         await asyncio.wait_for(told.wait(), 60)
-        desk.workshop.cancel()
+        desk.cancel()
         with pytest.raises(Cancelled):
             await search
         assert desk.job is None
@@ -184,7 +184,7 @@ def test_a_search_that_is_cancelled_ends_at_once_and_leaves_a_desk_that_works(ru
 
 def test_a_worker_that_dies_is_told_and_replaced(run):
     async def steps(desk):
-        shop = desk.workshop
+        shop = desk.fitting
         shop.cancel()  # nothing is under way: nothing is ended
         work = asyncio.create_task(shop.do(Work("warm", {})))
         while shop._process is None or not shop._one_at_a_time.locked():

@@ -10,12 +10,16 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tissue_probe.workbench.opened import Opened, checked_layout
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
-from tissue_probe.workbench.work import Work
+from tissue_probe.workbench.work import READING, Work, predicted_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
 if TYPE_CHECKING:
@@ -50,12 +54,16 @@ class Rung:
 
 @dataclass
 class Ranking:
-    """Effects beside one rung: those told so far, and the diagnosis when it has ended."""
+    """Effects beside one rung: those told so far, and the diagnosis when it has ended.
+
+    ``kept`` is the folder of what each effect predicts.
+    """
 
     rung: int
     told: dict[str, dict[str, float]] = field(default_factory=dict)
     result: DiagnosisResult | None = None
     answer: dict[str, Any] = field(default_factory=dict)
+    kept: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory)
 
     def of(self, rung: Rung, effect: str) -> Fit | None:
         """Return what was found of an effect beside a rung; None if nothing was."""
@@ -64,12 +72,30 @@ class Ranking:
         known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
         return self.result.beside(effect) if effect in known else None
 
+    def explained(self, rung: Rung, effect: str, stretch: int) -> NDArray[np.float64]:
+        """Return what an effect alone takes off the residual, as far as it is known by now.
+
+        Raises
+        ------
+        Refused
+            If the ranking is beside another rung, or has not come to the effect.
+        """
+        if self.rung != rung.number:
+            raise Refused("the ranking is of another model")
+        if self.result is not None:
+            return self.result.explained_by(effect, stretch)
+        path = predicted_file(Path(self.kept.name), effect, stretch)
+        if effect not in self.told or not path.exists():
+            raise Refused(f"{effect} is not fitted yet")
+        return np.fromfile(path) - rung.compared.fit.predicted[stretch]
+
 
 @dataclass
 class Job:
-    """What is under way: a title, the last that was told, the share done, when it began [s]."""
+    """What is under way, where; the last that was told, the share done, when it began [s]."""
 
     title: str
+    shop: Workshop
     doing: str = ""
     share: float | None = None
     begun: float = field(default_factory=time.time)
@@ -80,12 +106,12 @@ class Desk:
 
     Parameters
     ----------
-    workshop : Workshop
-        Does what takes long.
+    reading, fitting : Workshop
+        Do what takes long: a file is read, and seen, while the other still makes itself ready.
     """
 
-    def __init__(self, workshop: Workshop) -> None:
-        self.workshop = workshop
+    def __init__(self, reading: Workshop, fitting: Workshop) -> None:
+        self.reading, self.fitting = reading, fitting
         self.files: dict[int, Opened] = {}
         self.fitted: int | None = None
         self.second: int | None = None
@@ -102,6 +128,11 @@ class Desk:
         self.changed: Callable[[], None] = lambda: None
         self.briefly: Callable[[], None] = lambda: None
         self._count = 0
+
+    def cancel(self) -> None:
+        """End what is under way, if anything is."""
+        if self.job is not None:
+            self.job.shop.cancel()
 
     def rung(self, number: int) -> Rung:
         """Return a rung of the ladder by its number.
@@ -303,6 +334,7 @@ class Desk:
             asked["model"] = base.compared.model
         arguments = {
             "measured": self.file(self.fitted).measured, "second": second, "asked": asked,
+            "folder": ranking.kept.name,
         }  # fmt: skip
         try:
             ranking.result = await self._do("effects are tried", "rank", arguments, hear)
@@ -384,7 +416,8 @@ class Desk:
         hear: Callable[[dict[str, Any]], None] = lambda told: None,
     ) -> Any:
         """Have something done, and tell meanwhile what."""
-        job = Job(title)
+        shop = self.reading if name in READING else self.fitting
+        job = Job(title, shop)
 
         def listen(told: dict[str, Any]) -> None:
             if self.job is None:
@@ -397,7 +430,7 @@ class Desk:
         self.job = job
         self.briefly()
         try:
-            return await self.workshop.do(Work(name, arguments, self.effects), listen)
+            return await shop.do(Work(name, arguments, self.effects), listen)
         finally:
             if self.job is job:
                 self.job = None

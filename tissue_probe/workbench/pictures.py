@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tissue_probe.analysis.comparing import ComparisonResult
 from tissue_probe.analysis.error_view import ErrorView
-from tissue_probe.signals import spans_of
+from tissue_probe.signals import NANOSECONDS, spans_of
 from tissue_probe.workbench.decimation import dots, lines
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.refused import Refused
@@ -40,6 +40,23 @@ class Pictures:
         self._desk = desk
         self._views: OrderedDict[tuple[int, str, int], ErrorView] = OrderedDict()
 
+    def recorded(self, asked: dict[str, Any]) -> Picture:
+        """Return position and force of a recording as they were read, over the whole of it.
+
+        Of several that lie in one file, it is the one that is named by ``part``.
+        """
+        measured, part = self._desk.file(asked.get("file", -1)).measured, asked.get("part", 0)
+        if measured is None:
+            raise Refused("this recording is not read yet")
+        if not isinstance(part, int) or not 0 <= part < len(measured.parts):
+            raise Refused(f"there are {len(measured.parts)} recordings in it")
+        recording = measured.parts[part].recording
+        signals = {"position": recording.position, "force": recording.force}
+        numbers, drawn = lines(signals, 0, recording.position.size, _pixels(asked))
+        since = (recording.stamps - recording.stamps[0]) / NANOSECONDS
+        time = np.interp(numbers, np.arange(since.size), since)
+        return {}, {"time": time, **{n: each.astype(np.float32) for n, each in drawn.items()}}
+
     def lines(self, asked: dict[str, Any]) -> Picture:
         """Return measured, predicted and residual over a span of time.
 
@@ -58,7 +75,7 @@ class Pictures:
             used = signals["residual"][view.used]
             told["rmse"] = float(np.sqrt(np.mean(used**2)))
         if effect := asked.get("effect"):
-            signals["explained"] = self._explained(effect, view, asked)
+            signals["explained"] = self._explained(effect, asked)
         first, stop = _span(asked, view)
         numbers, drawn = lines(signals, first, stop, _pixels(asked))
         found: Arrays = {"time": numbers * view.sample_period}
@@ -124,13 +141,13 @@ class Pictures:
             raise Refused("a brush has an axis, and two numbers") from None
         return view.between(str(brush.get("axis")), low, high)
 
-    def _explained(self, effect: str, view: ErrorView, asked: dict[str, Any]) -> NDArray[Any]:
-        ranking = self._desk.ranking
-        if ranking is None or ranking.result is None or ranking.rung != asked.get("rung"):
-            raise Refused("the ranking is of another model")
+    def _explained(self, effect: str, asked: dict[str, Any]) -> NDArray[Any]:
+        if self._desk.ranking is None:
+            raise Refused("nothing is ranked yet")
         if asked.get("source") == "second":
             raise Refused("an effect's curve is of the recording that is fitted")
-        return ranking.result.explained_by(effect, _stretch(asked))
+        rung = self._desk.rung(asked.get("rung", -1))
+        return self._desk.ranking.explained(rung, effect, _stretch(asked))
 
     def _compared(self, asked: dict[str, Any]) -> ComparisonResult:
         rung = self._desk.rung(asked.get("rung", -1))

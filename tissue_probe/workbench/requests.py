@@ -81,6 +81,7 @@ class Requests:
             "example": self._example,
         }
         self._drawn: dict[str, Callable[[dict[str, Any]], Picture]] = {
+            "recorded": self._pictures.recorded,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
             "spectrum": self._pictures.spectrum,
@@ -111,7 +112,7 @@ class Requests:
     async def change(self, change: Callable[[], Awaitable[Any]]) -> Any:
         """Make a change when those before it are made; a search for effects gives way."""
         if self._searching:
-            self.desk.workshop.cancel()
+            self.desk.cancel()
         async with self._changing:
             return await change()
 
@@ -136,7 +137,7 @@ class Requests:
     async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
         name = str(asked.get("do"))
         if name == "cancel":
-            self.desk.workshop.cancel()
+            self.desk.cancel()
             return as_json({"id": number, "ok": None})
         if draw := self._drawn.get(name):
             loop = asyncio.get_running_loop()

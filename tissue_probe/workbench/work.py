@@ -7,11 +7,14 @@ how results go back (``worker``, ``workshop``).
 from __future__ import annotations
 
 import math
+import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import tissue_probe as tp
 from tissue_probe.analysis.passing import from_bytes, to_bytes
@@ -47,14 +50,19 @@ def do(content: bytes, tell: Any) -> bytes:
     return to_bytes(CALLS[name](tell=tell, **arguments))
 
 
-def warm(tell: Tell) -> ComparisonResult:
-    """Load what every reading and fit needs; compile what every model has in common."""
+def warm_reading(tell: Tell) -> Measurements:
+    """Load what reading a table needs."""
     rows = [(n / 500.0, 1e-3 * math.sin(0.1 * n)) for n in range(500)]
     lines = [f"{t},{u},{500.0 * u}" for t, u in rows]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "warm.csv"
         path.write_text("\n".join(["t,u,F", *lines]) + "\n")
-        return tp.compare(path)
+        return tp.read(path)
+
+
+def warm(tell: Tell) -> ComparisonResult:
+    """Load what every fit needs; compile what every model has in common."""
+    return tp.compare(warm_reading(tell))
 
 
 def warm_effects(tell: Tell) -> ComparisonResult:
@@ -102,16 +110,32 @@ def rank(
     measured: Measurements,
     second: Measurements | None,
     asked: Mapping[str, Any],
+    folder: str,
 ) -> DiagnosisResult:
-    """See ``tissue_probe.diagnose``."""
+    """See ``tissue_probe.diagnose``; what each effect predicts is kept in the folder meanwhile."""
 
-    def found(effect: str, errors: Mapping[str, float]) -> None:
-        tell({"effect": effect, **errors})
+    def found(effect: str, fit: Fit) -> None:
+        keep_predicted(Path(folder), effect, fit.predicted)
+        tell({"effect": effect, "rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse})
 
     def progress(doing: str) -> None:
         tell({"doing": doing})
 
     return tp.diagnose(measured, validate=second, progress=progress, found=found, **asked)
+
+
+def keep_predicted(folder: Path, effect: str, predicted: Sequence[Any]) -> None:
+    """Keep a file a stretch, each in one motion: who reads it never sees half of one."""
+    for number, course in enumerate(predicted):
+        path = predicted_file(folder, effect, number)
+        part = path.with_suffix(f".{os.getpid()}")
+        np.asarray(course).tofile(part)
+        part.replace(path)
+
+
+def predicted_file(folder: Path, effect: str, stretch: int) -> Path:
+    """Return where it is kept, as numbers of eight bytes."""
+    return folder / f"{effect}.{stretch}.f8"
 
 
 def scan(tell: Tell, measured: Measurements | str) -> MapResult:
@@ -152,7 +176,12 @@ def report(
         return path.read_bytes()
 
 
+#: Those that read, and fit nothing.
+READING = ("warm_reading", "preview", "read")
 CALLS: Mapping[str, Callable[..., Any]] = {
     each.__name__: each
-    for each in (warm, warm_effects, preview, read, compare, add, rank, scan, check_effects, report)
+    for each in (
+        *(warm_reading, warm, warm_effects),
+        *(preview, read, compare, add, rank, scan, check_effects, report),
+    )
 }
