@@ -118,11 +118,14 @@ def test_the_wheel_zooms_and_a_double_click_shows_all(page):
 
 def test_what_is_missing_is_ranked_added_undone_and_shown_side_by_side(page, tmp_path):
     page.keyboard.press("r")
-    page.wait_for_selector(".ranking")
+    page.wait_for_selector(".ranking tbody tr")
+    page.keyboard.press("ArrowDown")
+    page.wait_for_selector("text=would take off")
+    assert page.locator(".verdict").count() == 0, "a curve is shown while others are computed"
     page.wait_for_selector(".verdict")
     assert "hertz_contact" in page.inner_text(".verdict")
     assert page.locator(".ranking tbody tr").first.get_attribute("data-effect") == "hertz_contact"
-    page.keyboard.press("ArrowDown")
+    page.click("[data-effect=hertz_contact]")
     page.wait_for_selector("text=hertz_contact would take off")
     page.keyboard.press("a")
     rungs(page, 2)

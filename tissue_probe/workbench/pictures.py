@@ -25,6 +25,7 @@ from tissue_probe.workbench.refused import Refused
 
 Arrays = dict[str, NDArray[Any]]
 Picture = tuple[dict[str, Any], Arrays]
+Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
 KEPT = 24
 #: No page is wider, nor any plot on one.
@@ -38,7 +39,8 @@ class Pictures:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._views: OrderedDict[tuple[int, str, int], ErrorView] = OrderedDict()
+        #: Each view, with the times of the samples that were not fitted.
+        self._views: OrderedDict[tuple[int, str, int], tuple[ErrorView, Spans]] = OrderedDict()
 
     def recorded(self, asked: dict[str, Any]) -> Picture:
         """Return position and force of a recording as they were read, over the whole of it.
@@ -63,7 +65,7 @@ class Pictures:
         With ``values``, what the model predicts at those is drawn in place of the fit's; with
         ``effect``, what that effect alone takes off the residual stands beside.
         """
-        view = self._view(asked)
+        view, unused = self._view_and_unused(asked)
         signals = {"measured": view.measured, "predicted": view.predicted,
                    "residual": view.residual}  # fmt: skip
         told: dict[str, Any] = {"noise": view.noise}
@@ -80,7 +82,7 @@ class Pictures:
         numbers, drawn = lines(signals, first, stop, _pixels(asked))
         found: Arrays = {"time": numbers * view.sample_period}
         found |= {name: each.astype(np.float32) for name, each in drawn.items()}
-        told["unused"] = _spans(~view.used, view.sample_period)
+        told["unused"] = unused
         told["end"] = view.measured.size * view.sample_period
         return told, found
 
@@ -158,12 +160,16 @@ class Pictures:
         return rung.second
 
     def _view(self, asked: dict[str, Any]) -> ErrorView:
+        return self._view_and_unused(asked)[0]
+
+    def _view_and_unused(self, asked: dict[str, Any]) -> tuple[ErrorView, Spans]:
         key = (asked.get("rung", -1), str(asked.get("source")), _stretch(asked))
         compared = self._compared(asked)
         if not 0 <= key[2] < len(compared.sources):
             raise Refused(f"there are {len(compared.sources)} stretches")
         if key not in self._views:
-            self._views[key] = compared.view(key[2])
+            view = compared.view(key[2])
+            self._views[key] = view, _spans(~view.used, view.sample_period)
         self._views.move_to_end(key)
         while len(self._views) > KEPT:
             self._views.popitem(last=False)
@@ -203,7 +209,7 @@ def _span(asked: dict[str, Any], view: ErrorView) -> tuple[int, int]:
     return first, max(min(last + 1, size), first + 2)
 
 
-def _spans(chosen: NDArray[np.bool_], period: float) -> list[tuple[float, float]]:
+def _spans(chosen: NDArray[np.bool_], period: float) -> Spans:
     found = [(first * period, stop * period) for first, stop in spans_of(chosen)]
     return found[:SPANS]
 
