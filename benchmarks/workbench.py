@@ -270,7 +270,7 @@ def _page(browser: Any, address: str) -> Any:
     page = browser.new_context(viewport={"width": 1920, "height": 1080}).new_page()
     page.set_default_timeout(WAIT)
     page.goto(address)
-    page.wait_for_selector("[data-example], .work")
+    page.wait_for_selector("#stage > *")
     return page
 
 

@@ -125,7 +125,7 @@ def test_what_is_missing_is_ranked_added_undone_and_shown_side_by_side(page, tmp
     page.wait_for_selector(".verdict")
     assert "hertz_contact" in page.inner_text(".verdict")
     assert page.locator(".ranking tbody tr").first.get_attribute("data-effect") == "hertz_contact"
-    page.click("[data-effect=hertz_contact]")
+    page.evaluate("import('/app.js').then((app) => app.explain('hertz_contact'))")
     page.wait_for_selector("text=hertz_contact would take off")
     page.keyboard.press("a")
     rungs(page, 2)
@@ -239,7 +239,8 @@ def test_a_scan_is_mapped_and_a_site_opens_its_recording(page):
     assert layers.count() == 4
     for number in range(4):
         layers.nth(number).click()
-        page.wait_for_selector(f"[data-layer] >> nth={number} >> css=[aria-pressed=true]")
+pressed = f"document.querySelectorAll('[data-layer]')[{number}].ariaPressed === 'true'"
+        until(page, pressed)
     page.hover(".map image", position={"x": 200, "y": 200})
     page.wait_for_selector(".readout >> text=P(inclusion)")
     page.click(".map .site[data-site='5']")
