@@ -239,7 +239,7 @@ def test_a_scan_is_mapped_and_a_site_opens_its_recording(page):
     assert layers.count() == 4
     for number in range(4):
         layers.nth(number).click()
-pressed = f"document.querySelectorAll('[data-layer]')[{number}].ariaPressed === 'true'"
+        pressed = f"document.querySelectorAll('[data-layer]')[{number}].ariaPressed === 'true'"
         until(page, pressed)
     page.hover(".map image", position={"x": 200, "y": 200})
     page.wait_for_selector(".readout >> text=P(inclusion)")
