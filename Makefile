@@ -51,6 +51,7 @@ test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of ma
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE))
 
 test-page: $(VENV)/packages.done $(VENV)/development.done ## Test the workbench's page in Chromium.
+	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(PAGE)
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
