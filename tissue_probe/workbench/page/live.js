@@ -8,6 +8,8 @@ import { Plot } from "./plot.js";
 
 /** How much is shown [s], and points of each line at most. */
 const SHOWN = 10, POINTS = 4000;
+/** The map's size beside the plots [pixels]. */
+const NARROW = 250;
 const COLOURS = ["predicted", "residual", "explained", "brush", "here", "measured", "noise"];
 const STATUS = ["converging", "converged", "no contact", "model rejected", "disturbed"];
 
@@ -53,7 +55,7 @@ export function live() {
     force: new Plot({ name: "Force, live", sync: "live", lines: [{ label: "force", colour: "measured" }] }, h("b", {}, "force"), " [N]"),
     stiffness: new Plot({ name: "Stiffness, live", sync: "live", lines: COLOURS.flatMap((colour) => [{ label: colour, colour, width: 1.8 }, { label: "low", colour, width: 0.6 }, { label: "high", colour, width: 0.6 }]) }),
     innovation: new Plot({ name: "Residual, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "residual: measured less predicted"), " [mN]"),
-    nis: new Plot({ name: "Normalized innovation squared, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "NIS"), ", 1 where the model is right, averaged over 50 blocks"),
+    nis: new Plot({ name: "Normalized innovation squared, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "NIS"), "1 where the model is right, averaged over 50 blocks"),
   };
   const grid = h("div", {});
   const health = h("ul", { class: "notes" });
@@ -88,7 +90,7 @@ export function live() {
   const drawMap = () => map && fill(grid, choose(map.arrays, layer, (name) => {
     layer = name;
     drawMap();
-  }), picture(map, map.arrays, layer), map.text && h("p", { class: "small" }, map.text), inclusions(map));
+  }), picture(map, map.arrays, layer, null, NARROW), map.text.split("\n").map((/** @type {string} */ line) => h("p", { class: "small" }, line)), inclusions(map));
   on("live_map", (found) => {
     map = found;
     drawMap();

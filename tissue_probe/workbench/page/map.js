@@ -13,8 +13,8 @@ const SCALE = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678",
 const LARGEST = 10;
 /** Of the largest value: a uniform tissue shall not look like a mountain range. */
 const LEAST_RANGE = 0.1;
-/** The drawing's own size, and room for its axes and its scale. */
-const SIZE = 560, LEFT = 46, RIGHT = 92, TOP = 10, BOTTOM = 46;
+/** The drawing's own size where it has a page to itself, and room for its axes and its scale. */
+const SIZE = 560, LEFT = 46, RIGHT = 72, TOP = 10, BOTTOM = 46;
 
 /** @type {Record<string, Layer>} */
 const LAYERS = {
@@ -82,16 +82,17 @@ export function choose(raster, layer, pick) {
  * @param {Raster} raster
  * @param {string} layer
  * @param {((site: number) => void) | null} [open] what a site does; nothing where there is none
+ * @param {number} [size] of its longer side: letters stay as they are
  */
-export function picture(found, raster, layer, open = null) {
+export function picture(found, raster, layer, open = null, size = SIZE) {
   const { label, unit } = LAYERS[layer];
-  const place = placed(found, raster);
+  const place = placed(found, raster, size);
   const { x, y, wide, tall } = place;
   const values = layerOf(raster, layer, found);
   const [low, high] = LAYERS[layer].limits ?? range(values);
   const words = h("p", { class: "small soft readout", "aria-live": "off" }, `${label}${unit && ` [${unit}]`}: ${LAYERS[layer].told}`);
   const drawing = svg("svg", { viewBox: `0 0 ${LEFT + wide + RIGHT} ${TOP + tall + BOTTOM}`, role: "group", "aria-label": `Map of the ${label}` });
-  drawing.append(hatch(), svg("rect", { x: LEFT, y: TOP, width: wide, height: tall, fill: "url(#unknown)", stroke: "var(--line)" }));
+  drawing.append(patterns(place), svg("rect", { x: LEFT, y: TOP, width: wide, height: tall, fill: "url(#unknown)", stroke: "var(--line)" }));
   if (raster[layer]) {
     const image = svg("image", {
       x: x(place.edges[0]), y: y(place.edges[3]), width: x(place.edges[1]) - x(place.edges[0]), height: y(place.edges[2]) - y(place.edges[3]),
@@ -103,8 +104,8 @@ export function picture(found, raster, layer, open = null) {
     drawing.append(image);
   }
   for (const each of found.inclusions.filter((/** @type {any} */ one) => one.probability >= 0.5)) drawing.append(...inclusion(each, place));
-  const size = Math.min(Math.max(place.gap / 2.2, 5), 16);
-  for (const each of found.sites) drawing.append(...mark(each, place, size, found.site, open, values, [low, high], Boolean(raster[layer])));
+  const target = Math.min(Math.max(place.gap / 2.2, 5), 16);
+  for (const each of found.sites) drawing.append(...mark(each, place, target, found.site, open, values, [low, high], Boolean(raster[layer])));
   drawing.append(...axes(place), ...bar(place, label, unit, low, high, layer));
   return h("figure", { class: "map" }, drawing, words, legend(found));
 }
@@ -113,8 +114,9 @@ export function picture(found, raster, layer, open = null) {
  * Where things lie on the drawing.
  * @param {any} found
  * @param {Raster} raster
+ * @param {number} size
  */
-function placed(found, raster) {
+function placed(found, raster, size) {
   const columns = raster.x ?? [], rows = raster.y ?? [];
   const step = columns.length > 1 ? (columns[1] - columns[0]) / 2 : 0;
   const all = { x: found.sites.map((/** @type {any} */ each) => each.x), y: found.sites.map((/** @type {any} */ each) => each.y) };
@@ -125,7 +127,7 @@ function placed(found, raster) {
   const [left, right] = some(all.x, columns), [bottom, top] = some(all.y, rows);
   const margin = 0.04 * Math.max(right - left, top - bottom) || 1e-3;
   const across = right - left + 2 * margin, up = top - bottom + 2 * margin;
-  const scale = SIZE / Math.max(across, up);
+  const scale = size / Math.max(across, up);
   const gaps = found.sites.map((/** @type {any} */ one) => Math.min(...found.sites.filter((/** @type {any} */ other) => other !== one)
     .map((/** @type {any} */ other) => Math.hypot(one.x - other.x, one.y - other.y) || Infinity)));
   return {
@@ -138,9 +140,9 @@ function placed(found, raster) {
 }
 /** @typedef {ReturnType<typeof placed>} Place */
 
-/** The stripes of places that no site is near. */
-function hatch() {
-  return svg("defs", {}, svg("pattern", { id: "unknown", width: 7, height: 7, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" },
+/** The stripes of places that no site is near, and the window through which lines are seen. @param {Place} place */
+function patterns({ wide, tall }) {
+  return svg("defs", {}, svg("clipPath", { id: "window" }, svg("rect", { x: LEFT, y: TOP, width: wide, height: tall })), svg("pattern", { id: "unknown", width: 7, height: 7, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" },
     svg("rect", { width: 7, height: 7, fill: "var(--sunk)" }), svg("line", { x1: 0, y1: 0, x2: 0, y2: 7, stroke: "var(--line)", "stroke-width": 1.5 })));
 }
 
@@ -211,7 +213,7 @@ function inclusion(each, place) {
   const { x, y } = place;
   const path = (/** @type {number[][]} */ ring) => ring.map(([u, v], n) => `${n ? "L" : "M"}${x(u).toFixed(1)} ${y(v).toFixed(1)}`).join("") + "Z";
   const lines = [["boundary_50", "none"], ["boundary_95", "2 5"]].flatMap(([name, dash]) => [["black", 4], ["white", 1.8]].map(([stroke, width]) =>
-    svg("path", { d: each[name].length ? path(each[name]) : "", fill: "none", stroke, "stroke-width": width, "stroke-dasharray": dash, "stroke-linecap": "round", "pointer-events": "none" })));
+    svg("path", { d: each[name].length ? path(each[name]) : "", fill: "none", stroke, "stroke-width": width, "stroke-dasharray": dash, "stroke-linecap": "round", "pointer-events": "none", "clip-path": "url(#window)" })));
   const name = svg("text", { x: x(each.x), y: y(each.y) - 9, "text-anchor": "middle", class: "over" }, `${each.contrast.toFixed(1)}×, P ${each.probability.toFixed(2)}`);
   return [...lines, name];
 }
