@@ -40,7 +40,7 @@ test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 
 test-live: $(VENV)/packages.done $(VENV)/development.done
 	@mkdir -p build
 	@log=build/test-live.log; \
-	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 test/nodes > $$log 2>&1; nodes=$$?; \
+	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes > $$log 2>&1; nodes=$$?; \
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks >> $$log 2>&1; \
 	others=$$?; echo; cat $$log; exit $$((nodes + others))
 

@@ -7,6 +7,7 @@ does not show is that a node imports all that it needs: ``test_start`` runs each
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import runpy
 import signal
@@ -15,6 +16,8 @@ import sys
 from collections.abc import Sequence
 from multiprocessing import get_context
 from typing import BinaryIO
+
+from rclpy.utilities import get_default_context
 
 #: What copies have imported; machine code and Numba, too, which the simulated probe needs.
 IMPORTED = [
@@ -81,5 +84,18 @@ def _run(command: list[str], log: str, environment: dict[str, str]) -> None:
     try:
         runpy.run_module(module, run_name="__main__", alter_sys=True)
     finally:
-        # A copy ends without them otherwise.
-        atexit._run_exitfuncs()
+        _let_go()
+
+
+def _let_go() -> None:
+    """Do what the end of a program does, and that of a copy does not.
+
+    DDS must let go of the memory that it shares with others: who waits for a lock in it, waits for
+    ever.
+    """
+    atexit._run_exitfuncs()
+    context = get_default_context()
+    context.try_shutdown()
+    if context.handle is not None:
+        context.handle.destroy_when_not_in_use()
+    gc.collect()
