@@ -12,17 +12,19 @@ SEED := 25
 PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/* examples/*.csv examples/*.mcap) \
 	$(shell find msg_defs crtk_msgs -type f)
 
-# Tests in which processes live in real time: apart from those that need the whole processor, and in
-# two runs, since their folders' conftest.py have one name.
+# Tests in which processes live in real time wait for most of it: the others, which need the processor,
+# run beside them and give way. In two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
 # Tests in a browser, which take minutes: `make test-page` runs them.
 PAGE := test/workbench/test_workbench_page.py
+# Tests of many seeds or many cases of a kind, of which `make test` runs some: `make test-slow` runs them.
+SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
 # for processes for most of their time, so that there is work for a third.
-test: export OPENBLAS_NUM_THREADS := 1
+test test-still test-live test-slow: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test test-page lint lint-page benchmark setup clean help
+.PHONY: demo hidden-effect test test-still test-live test-slow test-page lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -31,11 +33,25 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 	$(BIN)/tissue_probe demo
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile $(addprefix --ignore=,$(LIVE) $(PAGE))
-	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 test/nodes
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
+	$(BIN)/python test/kernels.py
+	@$(MAKE) --no-print-directory --jobs 2 test-still test-live
+
+# What it prints comes in one piece, between the dots of what runs beside it.
+test-live: $(VENV)/packages.done $(VENV)/development.done
+	@mkdir -p build
+	@log=build/test-live.log; \
+	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes > $$log 2>&1; nodes=$$?; \
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks >> $$log 2>&1; \
+	others=$$?; echo; cat $$log; exit $$((nodes + others))
+
+test-still: $(VENV)/packages.done $(VENV)/development.done
+	nice -n 19 $(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
+
+test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE))
 
 test-page: $(VENV)/packages.done $(VENV)/development.done ## Test the workbench's page in Chromium.
+	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(PAGE)
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.

@@ -119,7 +119,7 @@ def test_each_effect_is_told_as_soon_as_it_is_fitted(challenge):
     diagnosis = tp.diagnose(
         challenge.first,
         starts="at-rest",
-        found=lambda effect, errors: os.write(write, f"{effect} {errors['rmse']}\n".encode()),
+        found=lambda effect, fit: os.write(write, f"{effect} {fit.rmse}\n".encode()),
     )
     os.close(write)
     with open(read) as pipe:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from tissue_probe import cli
+from tissue_probe.physics import library
+from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.signals import PalpationSite, Phase, SampleBlock
 
 EPOCH = 1_700_000_000_000_000_000
@@ -94,6 +96,25 @@ def csv(tmp_path):
         return path
 
     return write
+
+
+#: Effects that are the library where a test is not of the library: every other would be compiled
+#: and fitted beside them, with ten times the work.
+FEW = (
+    *("cubic_stiffening", "coulomb_friction", "force_bias", "force_lag"),
+    *("mains_hum", "standard_linear_solid", "load_cell_stiffness_error"),
+)
+
+
+@pytest.fixture
+def few(monkeypatch):
+    """Let a few effects be the library, with those of the user's own."""
+    whole = library.effects
+
+    def effects(files=()):
+        return {n: e for n, e in whole(files).items() if n in FEW or n not in EFFECTS}
+
+    monkeypatch.setattr(library, "effects", effects)
 
 
 SITES = {  # column and row: stiffness [N/m]

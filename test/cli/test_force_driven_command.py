@@ -21,6 +21,13 @@ NAMED = ("data.csv", "--position", "x_um", "--force", "F_mN", *RIG)
 SCHEMA = Path(__file__).parents[2] / "docs" / "diagnosis.schema.json"
 
 
+@pytest.fixture(autouse=True)
+def effects_that_are_tried(request):
+    """A few, but where the test is of the whole library."""
+    if request.node.get_closest_marker("whole_library") is None:
+        request.getfixturevalue("few")
+
+
 def push(time):
     return 1.0 + 0.5 * np.sin(31.0 * time) + 0.4 * np.sin(90.0 * time) + 0.3 * np.sin(170.0 * time)
 
@@ -55,6 +62,7 @@ def test_compare_speaks_of_the_position(run, recorded, tmp_path):
     assert (tmp_path / "compare.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.whole_library
 def test_diagnose_names_what_is_missing_and_says_what_its_errors_are(run, recorded, tmp_path):
     outcome = run("diagnose", *NAMED, "--json", "out.json")
     assert outcome.status == 0, outcome.err

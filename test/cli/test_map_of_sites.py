@@ -31,7 +31,8 @@ def write(path, columns):
 
 
 def test_a_table_of_sites_gives_the_map_as_json(run, tmp_path):
-    outcome = run("map", write(tmp_path / "sites.csv", table()), "--json", "out.json")
+    written = ("--json", "out.json", "--report", "map.html")
+    outcome = run("map", write(tmp_path / "sites.csv", table()), *written)
     assert outcome.status == 0, outcome.err
     assert "49 of 49 sites measured" in outcome.out
     found = json.loads((tmp_path / "out.json").read_text())
@@ -48,6 +49,7 @@ def test_a_table_of_sites_gives_the_map_as_json(run, tmp_path):
     assert found["background"]["stiffness"] == pytest.approx(450.0, rel=0.03)
     assert found["check"]["model"] == "inclusions"
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
+    assert "49 of 49 sites measured" in (tmp_path / "map.html").read_text()
 
 
 def test_python_gives_the_same_map(run, tmp_path):

@@ -115,9 +115,10 @@ class AnyUse(RuleBasedStateMachine):
 
 
 @pytest.mark.slow
-def test_in_any_of_thousands_of_uses_nothing_is_driven_beyond_limits_or_after_a_trip():
+@pytest.mark.parametrize("runs", [150, pytest.param(600, marks=pytest.mark.battery)])
+def test_in_any_of_thousands_of_uses_nothing_is_driven_beyond_limits_or_after_a_trip(runs):
     run_state_machine_as_test(
-        AnyUse, settings=settings(max_examples=600, stateful_step_count=20, deadline=None)
+        AnyUse, settings=settings(max_examples=runs, stateful_step_count=20, deadline=None)
     )
 
 

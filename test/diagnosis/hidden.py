@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
+import pytest
+
 from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.simulator import Challenge, make_challenge
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -27,6 +29,18 @@ def challenge(
 
 def measurement(made, at_rest=True) -> Measurement:
     return Measurement(made.position, made.force, made.sample_period, at_rest)
+
+
+def first_of(cases, kept: int) -> list:
+    """Return cases of which ``make test`` takes the first few, ``make test-slow`` the others."""
+    return [
+        case
+        if place < kept
+        else pytest.param(
+            *(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.battery
+        )
+        for place, case in enumerate(cases)
+    ]
 
 
 def library(*names):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hidden import EXACT, TOLERANT, challenge, library, measurement
+from hidden import EXACT, TOLERANT, challenge, first_of, library, measurement
 from specimen import Specimen, sine
 from threadpoolctl import threadpool_info, threadpool_limits
 
@@ -71,7 +71,7 @@ def stiffening(amplitude, seed, force=0.05):
     return Measurement(position, simulated + noise, 5e-4, at_rest=True)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", first_of(range(3), 1))
 def test_a_second_recording_that_goes_much_farther_is_judged_by_how_well_the_values_are_known(seed):
     narrow, wide, other = stiffening(1e-3, seed), stiffening(3e-3, 50), stiffening(3e-3, 51, 0.1)
     effects = library("exponential_stiffening")
@@ -219,7 +219,7 @@ def test_an_encoders_error_is_named_though_smoothing_left_some_of_its_rounding()
     assert final.ratio < 1.02
 
 
-@pytest.mark.parametrize(("seed", "rig"), [(428004, "tolerant"), (422024, "exact")])
+@pytest.mark.parametrize(("seed", "rig"), first_of([(428004, "tolerant"), (422024, "exact")], 1))
 def test_dry_friction_that_sticks_is_found_as_such_among_many_frequencies(seed, rig):
     """Creep stood for sticking: at the blunt end of a search a fifth of the noise was left."""
     made = challenge(seed, "coulomb_friction", excitation="msine60", rig=rig)

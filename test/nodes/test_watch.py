@@ -12,10 +12,17 @@ import subprocess
 import sys
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 import websockets
+from std_msgs.msg import Header
 
 from conftest import PATIENCE, activate, driver, estimator, stage_on_tissue
+from tissue_probe.mapping.posterior.posterior_map import map_of
+from tissue_probe.mapping.site_result import SiteResult, sites_of
+from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.nodes.map_messages import inclusions_message, results_message, surface_cloud
+from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.workbench.messages import unpacked
 
 
@@ -127,3 +134,47 @@ def test_a_listener_that_is_stopped_costs_no_node_a_sample(session, tmp_path):
         finally:
             os.kill(stopped, signal.SIGCONT)
         asyncio.run(hears(port, token))
+
+
+def test_pages_hear_the_map_as_the_mapper_tells_it(session, tmp_path):
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(5) / 100.0, np.arange(5) / 100.0))
+    k = 450.0 + 4.0 * np.random.default_rng(1).standard_normal(x.size)
+    k[12] = 1100.0
+    results = [
+        SiteResult(n, 0, n, (a, b, 0.0), (0.0, 0.0, 1.0), value, 5.0, 1.0, 4.0, 0.1,
+                   Verdict.MEASURED)
+        for n, (a, b, value) in enumerate(zip(x, y, k, strict=True))
+    ]  # fmt: skip
+    sites = sites_of(results)
+    found, header = map_of(sites), Header(frame_id="stage")
+    running = session()
+    messages = {
+        "sites": results_message(header, results),
+        "inclusions": inclusions_message(header, found, sites),
+        "stiffness_cloud": surface_cloud(header, found, sites),
+    }
+    for name, message in messages.items():
+        running.node.create_publisher(type(message), f"/probe/{name}", LATCHED).publish(message)
+
+    async def hears(port, token):
+        async with page(port, token) as line:
+            return await until(
+                line,
+                lambda head, arrays: (
+                    "mean" in arrays
+                    and head["live_map"]["inclusions"]
+                    and head["live_map"]["sites"]
+                ),
+            )
+
+    with workbench(tmp_path) as (_, port, token):
+        head, arrays = asyncio.run(hears(port, token))
+    told = head["live_map"]
+    assert [each["stiffness"] for each in told["sites"]] == pytest.approx(list(k))
+    assert told["inclusions"][0]["x"] == pytest.approx(found.inclusions[0].x)
+    assert told["inclusions"][0]["boundary_95"]
+    mean = arrays["mean"].reshape(arrays["y"].size, arrays["x"].size)
+    known = np.isfinite(found.surface.mean)
+    rows, columns = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    expected = found.surface.mean[np.ix_(rows, columns)]
+    np.testing.assert_allclose(mean, expected, rtol=1e-6)

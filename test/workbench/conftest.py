@@ -51,7 +51,7 @@ def open_page(chromium):
 
         page.on("request", foreign)
         page.goto(address)
-        page.wait_for_selector("[data-example], .work")
+        page.wait_for_selector("#stage > *")
         return page
 
     opened.complaints = complaints

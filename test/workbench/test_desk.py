@@ -8,11 +8,14 @@ import os
 import signal
 import zipfile
 
+import numpy as np
 import pytest
 
 from served import EXAMPLES
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
+from tissue_probe.workbench.mapped import raster
+from tissue_probe.workbench.messages import as_json
 from tissue_probe.workbench.notebook import notebook
 from tissue_probe.workbench.pages import Page
 from tissue_probe.workbench.pictures import Pictures
@@ -37,7 +40,7 @@ def run():
     """Do steps on a new desk; one worker serves all, since it takes seconds to start."""
     with asyncio.Runner() as runner:
         workshop = runner.run(made())
-        yield lambda steps: runner.run(steps(Desk(workshop)))
+        yield lambda steps: runner.run(steps(Desk(workshop, workshop)))
         runner.run(workshop.close())
 
 
@@ -67,7 +70,7 @@ def climbed(run, tmp_path_factory):
         await with_ladder(desk)
         path = folder / f"kept{state.ENDING}"
         path.write_bytes(state.packed_state(desk))
-        again = Desk(desk.workshop)
+        again = Desk(desk.reading, desk.fitting)
         await state.restore(again, state.unpacked_state(path, folder / "again"))
         return desk, again, path
 
@@ -172,7 +175,7 @@ def test_a_search_that_is_cancelled_ends_at_once_and_leaves_a_desk_that_works(ru
         desk.briefly = lambda: told.set() if desk.job and desk.job.doing else None
         search = asyncio.create_task(desk.rank())
         await asyncio.wait_for(told.wait(), 60)
-        desk.workshop.cancel()
+        desk.cancel()
         with pytest.raises(Cancelled):
             await search
         assert desk.job is None
@@ -184,7 +187,7 @@ def test_a_search_that_is_cancelled_ends_at_once_and_leaves_a_desk_that_works(ru
 
 def test_a_worker_that_dies_is_told_and_replaced(run):
     async def steps(desk):
-        shop = desk.workshop
+        shop = desk.fitting
         shop.cancel()  # nothing is under way: nothing is ended
         work = asyncio.create_task(shop.do(Work("warm", {})))
         while shop._process is None or not shop._one_at_a_time.locked():
@@ -236,3 +239,73 @@ def test_a_page_that_does_not_read_gets_the_newest_only():
         return socket.sent
 
     assert asyncio.run(inside()) == ["0", "999"]
+
+
+def test_a_recording_is_seen_before_any_model_is_fitted(run):
+    async def steps(desk):
+        opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
+        assert desk.rungs == []
+        return opened.measured, Pictures(desk).recorded({"file": opened.number, "width": 8000})[1]
+
+    measured, arrays = run(steps)
+    np.testing.assert_allclose(arrays["force"], measured.force, rtol=1e-6)
+    np.testing.assert_allclose(arrays["position"], measured.position, rtol=1e-6)
+    np.testing.assert_allclose(arrays["time"], measured.time - measured.time[0], atol=1e-9)
+
+
+def test_each_effects_curve_is_there_while_others_are_still_tried(run):
+    async def steps(desk):
+        desk.asked = Asked(starts="at-rest")
+        opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
+        await desk.use(opened.number, None)
+        (rung,), pictures, found = desk.rungs, Pictures(desk), {}
+        asked = {"rung": rung.number, "stretch": 0, "width": 8000}
+
+        def look():
+            for effect, errors in desk.ranking.told.items() if desk.ranking else ():
+                if effect not in found and desk.ranking.result is None:
+                    found[effect] = pictures.lines({**asked, "effect": effect})[1], errors["rmse"]
+
+        desk.briefly = look
+        search = asyncio.create_task(desk.rank())
+        while len(found) < 3 and not search.done():
+            await asyncio.sleep(0.01)
+        desk.cancel()
+        with pytest.raises(Cancelled):
+            await search
+        return found, rung.compared.fit.measurements[0].used
+
+    found, used = run(steps)
+    assert len(found) >= 3
+    for arrays, rmse in found.values():
+        left = (arrays["residual"] - arrays["explained"])[used]
+        assert np.sqrt(np.mean(left**2)) == pytest.approx(rmse, rel=1e-3)
+
+
+def test_a_table_of_sites_has_a_map_and_nothing_to_fit(run, tmp_path):
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(5) / 100.0, np.arange(5) / 100.0))
+    k = 450.0 + 4.0 * np.random.default_rng(1).standard_normal(x.size)
+    k[12] = 1100.0
+    rows = np.column_stack([x, y, k, 0.01 * k])
+    path = tmp_path / "sites.csv"
+    np.savetxt(path, rows, delimiter=",", header="x,y,k,k_sd", comments="")
+
+    async def steps(desk):
+        opened = await desk.open(path)
+        await desk.compare_first(opened)
+        with pytest.raises(Refused, match="table of sites"):
+            await desk.use(opened.number, None)
+        again = Desk(desk.reading, desk.fitting)
+        await state.restore(again, state.state(desk))
+        return json.loads(as_json(told_of(desk))), raster(desk.map)[1], again.map
+
+    told, arrays, again = run(steps)
+    (file,), found = told["files"], told["map"]
+    assert (file["table"], file["ready"]) == (True, False)
+    assert [site["stiffness"] for site in found["sites"]] == pytest.approx(list(k))
+    assert found["inclusions"][0]["probability"] > 0.9
+    middle = np.abs(arrays["y"] - 0.02).argmin() * arrays["x"].size
+    middle += np.abs(arrays["x"] - 0.02).argmin()
+    assert arrays["mean"][middle] > 800.0
+    assert arrays["probability"][middle] > 0.5
+    assert again.text == found["text"]

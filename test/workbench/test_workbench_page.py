@@ -118,11 +118,14 @@ def test_the_wheel_zooms_and_a_double_click_shows_all(page):
 
 def test_what_is_missing_is_ranked_added_undone_and_shown_side_by_side(page, tmp_path):
     page.keyboard.press("r")
-    page.wait_for_selector(".ranking")
+    page.wait_for_selector(".ranking tbody tr")
+    page.keyboard.press("ArrowDown")
+    page.wait_for_selector("text=would take off")
+    assert page.locator(".verdict").count() == 0, "a curve is shown while others are computed"
     page.wait_for_selector(".verdict")
     assert "hertz_contact" in page.inner_text(".verdict")
     assert page.locator(".ranking tbody tr").first.get_attribute("data-effect") == "hertz_contact"
-    page.keyboard.press("ArrowDown")
+    page.evaluate("import('/app.js').then((app) => app.explain('hertz_contact'))")
     page.wait_for_selector("text=hertz_contact would take off")
     page.keyboard.press("a")
     rungs(page, 2)
@@ -230,9 +233,17 @@ def test_a_file_is_dropped_or_refused(page, tmp_path):
 def test_a_scan_is_mapped_and_a_site_opens_its_recording(page):
     page.keyboard.press("1")
     page.click("[data-example=scan]")
-    page.wait_for_selector("rect.cell")
-    assert page.locator("rect.cell").count() == 16
-    page.click("rect.cell[data-site='5']")
+    page.wait_for_selector(".map image")
+    assert page.locator(".map .site").count() == 16
+    layers = page.locator("[data-layer]")
+    assert layers.count() == 4
+    for number in range(4):
+        layers.nth(number).click()
+        pressed = f"document.querySelectorAll('[data-layer]')[{number}].ariaPressed === 'true'"
+        until(page, pressed)
+    page.hover(".map image", position={"x": 200, "y": 200})
+    page.wait_for_selector(".readout >> text=P(inclusion)")
+    page.click(".map .site[data-site='5']")
     rungs(page, 1)
     idle(page)
     page.wait_for_selector("text=scan.mcap")

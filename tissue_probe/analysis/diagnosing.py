@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.comparing import ComparisonResult
     from tissue_probe.diagnosis.fitting.fit import Fit
 
-Found = Callable[[str, Mapping[str, float]], None]
-"""Told an effect and its errors beside the model that is asked about."""
+Found = Callable[[str, "Fit"], None]
+"""Told an effect, and the model that is asked about with it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -206,7 +206,7 @@ def diagnose(
     lowpass: float | None = None,
     course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
-    found: Found = lambda effect, errors: None,
+    found: Found = lambda effect, fit: None,
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
 
@@ -225,9 +225,10 @@ def diagnose(
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
     found : callable
-        Told each effect's name and its ``rmse`` and ``heldout_rmse`` beside the model as soon as
-        they are known, maybe again when they are known better. It is called in this process or in
-        a copy of it, where nothing of this one can be changed: let it write to a pipe or a file.
+        Told each effect's name and the model with it (``rmse``, ``heldout_rmse``, ``predicted``) as
+        soon as that is fitted, maybe again when it is fitted better. It is called in this process
+        or in a copy of it, where nothing of this one can be changed: let it write to a pipe or a
+        file.
 
     Raises
     ------
@@ -251,7 +252,7 @@ def diagnose(
         tuple(add),
         asked.model.values,
         progress,
-        lambda fit: found(added(fit).name, {"rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse}),
+        lambda fit: found(added(fit).name, fit),
     )
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
     sources = tuple(each.source for each in taken)

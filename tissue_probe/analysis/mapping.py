@@ -6,6 +6,7 @@ import csv
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -175,6 +176,17 @@ class MapResult:
 
         nodules = [(n.x, n.y, n.radius) for n in self.phantom.nodules] if self.phantom else []
         return draw_map(self.map, self.sites, nodules)
+
+    def report(self, path: str | Path) -> None:
+        """Write the map as one page of HTML that works off line."""
+        from tissue_probe import __version__
+        from tissue_probe.report.map_page import MapPage, render_map
+
+        created = f"{datetime.now():%Y-%m-%d %H:%M}; tissue_probe {__version__}"
+        page = MapPage(
+            "Map of the stiffness", self.map, self.sites, self.text.split("\n"), self.notes, created
+        )
+        Path(path).write_text(render_map(page), encoding="utf-8")
 
     def save_csv(self, path: str | Path) -> None:
         """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability."""

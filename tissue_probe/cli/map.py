@@ -65,6 +65,9 @@ def map_command(
     ply: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The map as a page for people, .html.")
+    ] = None,
 ) -> None:
     """Map a scan or a table of sites, and what could hide.
 
@@ -97,6 +100,8 @@ def map_command(
         result.save_csv(csv)
     if ply is not None:
         result.save_ply(ply)
+    if report is not None:
+        result.report(report)
     summarize(result)
     print(f"The map is in {output}.")
 

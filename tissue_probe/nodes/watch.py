@@ -9,18 +9,23 @@ nodes nothing.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from numpy.typing import NDArray
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -33,7 +38,14 @@ from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.signals import SampleBlock
 from tissue_probe_msgs.action import ScanGrid
-from tissue_probe_msgs.msg import ProbeSamples, StiffnessMap, TissueEstimate
+from tissue_probe_msgs.msg import (
+    Inclusion,
+    Inclusions,
+    ProbeSamples,
+    SiteResult,
+    SiteResults,
+    TissueEstimate,
+)
 
 #: Half a second of blocks and estimates.
 HEARD = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -51,6 +63,29 @@ class CommandError(RuntimeError):
     """A command was not obeyed; the message says which and why."""
 
 
+@dataclass(frozen=True)
+class WatchedMap:
+    """What the mapper has told of a scan, in SI units; each part comes by itself.
+
+    Attributes
+    ----------
+    sites, inclusions : list of dict
+        Each by its values' names; the boundaries of inclusions are lists of x and y.
+    background : float
+        Stiffness between the inclusions [N/m]; NaN before any map.
+    notes : list of str
+        What has to be known of the map.
+    surface : array or None
+        Points of the surface, with the cloud's fields.
+    """
+
+    sites: list[dict[str, Any]] = field(default_factory=list)
+    inclusions: list[dict[str, Any]] = field(default_factory=list)
+    background: float = math.nan
+    notes: list[str] = field(default_factory=list)
+    surface: NDArray[Any] | None = None
+
+
 class Watch:
     """Hears the suite of one namespace, in a context of its own.
 
@@ -65,8 +100,8 @@ class Watch:
         Heard since they were last taken away.
     estimates : dict of str to list
         By the estimator: rows of stamp [ns], status, and ``ESTIMATE_VALUES``; likewise.
-    map : dict or None
-        The newest map: its places [m] and values.
+    map : WatchedMap
+        The newest map; another object whenever something of it is new.
     fault, state : str
         The newest of both; empty before any.
     health : dict
@@ -81,7 +116,7 @@ class Watch:
         self._executor.add_node(self._node)
         self.blocks: list[SampleBlock] = []
         self.estimates: dict[str, list[tuple[float, ...]]] = {}
-        self.map: dict[str, Any] | None = None
+        self.map = WatchedMap()
         self.fault = self.state = ""
         self.health: dict[str, tuple[int, str]] = {}
         self._inbox = Inbox(self._node)
@@ -89,7 +124,9 @@ class Watch:
         hear(ProbeSamples, "samples", HEARD, self._on_samples, raw=True)
         for name in ESTIMATORS:
             hear(TissueEstimate, f"{name}/estimate", HEARD, self._on_estimate, raw=True)
-        hear(StiffnessMap, "stiffness_map", LATCHED, self._on_map)
+        hear(SiteResults, "sites", LATCHED, self._on_sites)
+        hear(Inclusions, "inclusions", LATCHED, self._on_inclusions)
+        hear(PointCloud2, "stiffness_cloud", LATCHED, self._on_cloud)
         hear(String, "fault", LATCHED, self._on_fault)
         hear(OperatingState, "operating_state", LATCHED, self._on_state)
         hear(DiagnosticArray, "/diagnostics", HEARD, self._on_health)
@@ -212,23 +249,21 @@ class Watch:
             return  # the mapper tells of it
         self.estimates.setdefault(name, []).append((stamp, status, *values))
 
-    def _on_map(self, message: StiffnessMap, info: dict) -> None:
-        names = ("stiffness", "damping", "stiffness_stddev")
-        cells = [
-            {
-                "x": message.origin.x + column * message.spacing,
-                "y": message.origin.y + row * message.spacing,
-                **{n: getattr(message, n)[row * message.columns + column] for n in names},
-                "verdict": Verdict(message.verdict[row * message.columns + column]).name.lower(),
-            }
-            for row in range(message.rows)
-            for column in range(message.columns)
-        ]
-        self.map = {
-            "x": [message.origin.x + n * message.spacing for n in range(message.columns)],
-            "y": [message.origin.y + n * message.spacing for n in range(message.rows)],
-            "cells": cells,
-        }
+    def _on_sites(self, message: SiteResults, info: dict) -> None:
+        self.map = replace(self.map, sites=[_site(each) for each in message.results])
+
+    def _on_inclusions(self, message: Inclusions, info: dict) -> None:
+        inclusions = [_inclusion(each) for each in message.inclusions]
+        self.map = replace(
+            self.map,
+            inclusions=inclusions,
+            background=message.background,
+            notes=list(message.notes),
+        )
+
+    def _on_cloud(self, message: PointCloud2, info: dict) -> None:
+        fields = [(each.name, "<f4") for each in message.fields]
+        self.map = replace(self.map, surface=np.frombuffer(bytes(message.data), np.dtype(fields)))
 
     def _on_fault(self, message: String, info: dict) -> None:
         self.fault = message.data
@@ -239,6 +274,33 @@ class Watch:
     def _on_health(self, message: DiagnosticArray, info: dict) -> None:
         for status in message.status:
             self.health[status.name] = (status.level[0], status.message)
+
+
+def _site(result: SiteResult) -> dict[str, Any]:
+    return {
+        "site": result.site,
+        "x": result.position.x,
+        "y": result.position.y,
+        "stiffness": result.stiffness,
+        "stiffness_sd": result.stiffness_stddev,
+        "verdict": Verdict(result.verdict).name.lower().replace("_", " "),
+    }
+
+
+def _inclusion(told: Inclusion) -> dict[str, Any]:
+    lines = {
+        name: [[point.x, point.y] for point in getattr(told, name)]
+        for name in ("boundary_50", "boundary_95")
+    }
+    return {
+        "x": told.position.x,
+        "y": told.position.y,
+        "probability": told.probability,
+        "stiffness": told.stiffness,
+        "stiffness_sd": told.stiffness_stddev,
+        "contrast": told.contrast,
+        **lines,
+    }
 
 
 #: Where each value stands in a row of ``Watch.estimates``.

@@ -15,6 +15,17 @@ from tissue_probe.report.numbers import interval, significant
 from tissue_probe.report.plots import draw_ladder, draw_signals, draw_where
 
 
+def templates() -> Environment:
+    """Return the templates of pages: what is filled in is text, and nothing may be left out."""
+    return Environment(
+        loader=PackageLoader("tissue_probe.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
 def render(report: Report) -> str:
     """Return a report as HTML.
 
@@ -26,13 +37,7 @@ def render(report: Report) -> str:
     report : Report
         What the page says.
     """
-    environment = Environment(
-        loader=PackageLoader("tissue_probe.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates()
     environment.filters["significant"] = significant
     environment.filters["small"] = lambda error: significant(report.output.per_small * error)
     environment.filters["display"] = lambda latex: Markup(convert(latex, display="block"))

@@ -80,7 +80,7 @@ def draw_ladder(report: Report) -> str:
         **_logarithmic(0.7 * known.min(), 1.6 * known.max()),
     )
     figure.update_layout(height=380, **_LAYOUT)
-    return _html(figure)
+    return as_html(figure)
 
 
 def draw_signals(signals: ReportSignals, noise: float, output: Quantity) -> str:
@@ -117,7 +117,7 @@ def draw_signals(signals: ReportSignals, noise: float, output: Quantity) -> str:
     figure.update_yaxes(title=f"error [{output.small}]", row=2, col=1)
     figure.update_xaxes(title="time [s]", row=2, col=1)
     figure.update_layout(height=560, hovermode="x unified", **_LAYOUT)
-    return _html(figure)
+    return as_html(figure)
 
 
 def draw_where(signals: ReportSignals, noise: float) -> str:
@@ -159,7 +159,7 @@ def draw_where(signals: ReportSignals, noise: float) -> str:
     figure.update_yaxes(title="rms error / noise", col=1)
     figure.update_layout(height=560, **{**_LAYOUT, "margin": {"l": 70, "r": 20, "t": 70, "b": 40}})
     figure.update_layout(legend={"y": 1.07})
-    return _html(figure)
+    return as_html(figure)
 
 
 def _title(profile: Profile) -> str:
@@ -217,7 +217,8 @@ def _rounded(values: FloatArray) -> FloatArray:
     return np.asarray(values, dtype=np.float32)
 
 
-def _html(figure: go.Figure) -> str:
+def as_html(figure: go.Figure) -> str:
+    """Return a plot as a piece of a page that has Plotly's script."""
     return figure.to_html(
         full_html=False,
         include_plotlyjs=False,

@@ -10,18 +10,23 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tissue_probe.workbench.opened import Opened, checked_layout
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
-from tissue_probe.workbench.work import Work
+from tissue_probe.workbench.work import READING, Work, predicted_file
 from tissue_probe.workbench.workshop import Cancelled, Workshop
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.comparing import ComparisonResult, Fit
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
+    from tissue_probe.analysis.measurements import Measurements
 
 
 @dataclass
@@ -49,12 +54,16 @@ class Rung:
 
 @dataclass
 class Ranking:
-    """Effects beside one rung: those told so far, and the diagnosis when it has ended."""
+    """Effects beside one rung: those told so far, and the diagnosis when it has ended.
+
+    ``kept`` is the folder of what each effect predicts.
+    """
 
     rung: int
     told: dict[str, dict[str, float]] = field(default_factory=dict)
     result: DiagnosisResult | None = None
     answer: dict[str, Any] = field(default_factory=dict)
+    kept: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory)
 
     def of(self, rung: Rung, effect: str) -> Fit | None:
         """Return what was found of an effect beside a rung; None if nothing was."""
@@ -63,12 +72,30 @@ class Ranking:
         known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
         return self.result.beside(effect) if effect in known else None
 
+    def explained(self, rung: Rung, effect: str, stretch: int) -> NDArray[np.float64]:
+        """Return what an effect alone takes off the residual, as far as it is known by now.
+
+        Raises
+        ------
+        Refused
+            If the ranking is beside another rung, or has not come to the effect.
+        """
+        if self.rung != rung.number:
+            raise Refused("the ranking is of another model")
+        if self.result is not None:
+            return self.result.explained_by(effect, stretch)
+        path = predicted_file(Path(self.kept.name), effect, stretch)
+        if effect not in self.told or not path.exists():
+            raise Refused(f"{effect} is not fitted yet")
+        return np.fromfile(path) - rung.compared.fit.predicted[stretch]
+
 
 @dataclass
 class Job:
-    """What is under way: a title, the last that was told, the share done, when it began [s]."""
+    """What is under way, where; the last that was told, the share done, when it began [s]."""
 
     title: str
+    shop: Workshop
     doing: str = ""
     share: float | None = None
     begun: float = field(default_factory=time.time)
@@ -79,12 +106,12 @@ class Desk:
 
     Parameters
     ----------
-    workshop : Workshop
-        Does what takes long.
+    reading, fitting : Workshop
+        Do what takes long: a file is read, and seen, while the other still makes itself ready.
     """
 
-    def __init__(self, workshop: Workshop) -> None:
-        self.workshop = workshop
+    def __init__(self, reading: Workshop, fitting: Workshop) -> None:
+        self.reading, self.fitting = reading, fitting
         self.files: dict[int, Opened] = {}
         self.fitted: int | None = None
         self.second: int | None = None
@@ -94,12 +121,18 @@ class Desk:
         self.rungs: list[Rung] = []
         self.ranking: Ranking | None = None
         self.map: MapResult | None = None
-        self.mapped: int | None = None
+        #: Which recording the map is of, and the map's own number.
+        self.mapped: tuple[int, int] | None = None
         self.job: Job | None = None
         #: To be called after each change; ``briefly`` after changes of the job alone.
         self.changed: Callable[[], None] = lambda: None
         self.briefly: Callable[[], None] = lambda: None
         self._count = 0
+
+    def cancel(self) -> None:
+        """End what is under way, if anything is."""
+        if self.job is not None:
+            self.job.shop.cancel()
 
     def rung(self, number: int) -> Rung:
         """Return a rung of the ladder by its number.
@@ -137,7 +170,9 @@ class Desk:
         return opened
 
     async def compare_first(self, opened: Opened) -> None:
-        """Compare a recording that was read, if none is chosen yet."""
+        """Compare a recording that was read, if none is chosen yet; map a table of sites."""
+        if opened.table:
+            await self.draw_map(opened.number)
         if opened.measured is not None and self.fitted in (None, opened.number):
             await self.use(opened.number, self.second)
 
@@ -152,9 +187,11 @@ class Desk:
 
     async def _read(self, opened: Opened) -> None:
         opened.measured = opened.problem = None
+        opened.table = False
         arguments = {"path": str(opened.path), "layout": opened.layout}
         try:
             opened.measured = await self._do(f"{opened.name} is read", "read", arguments)
+            opened.table = opened.measured is None
         except Cancelled as error:
             opened.problem = error
         except Refused as error:
@@ -178,7 +215,7 @@ class Desk:
         if opened.owned:
             opened.path.unlink(missing_ok=True)
         del self.files[number]
-        if number == self.mapped:
+        if self.mapped is not None and number == self.mapped[0]:
             self.map = self.mapped = None
         if number == self.fitted:
             self.fitted = None
@@ -191,10 +228,9 @@ class Desk:
 
     async def use(self, fitted: int, second: int | None) -> None:
         """Choose which recording is fitted, and which other one the models are held against."""
-        if self.file(fitted).measured is None:
-            raise Refused(f"{self.file(fitted).name} is not read yet: state what it asks for")
-        if second is not None and self.file(second).measured is None:
-            raise Refused(f"{self.file(second).name} is not read yet: state what it asks for")
+        for each in (fitted, second):
+            if each is not None:
+                self._read_already(self.file(each))
         if second == fitted:
             raise Refused("`validate` is what is fitted; give another recording of the specimen")
         again = fitted != self.fitted or not self.rungs
@@ -209,6 +245,13 @@ class Desk:
             for rung in self.rungs:
                 await self._hold_against_second(rung)
         self.changed()
+
+    def _read_already(self, opened: Opened) -> Measurements:
+        if opened.table:
+            raise Refused(f"{opened.name} is a table of sites: it has no samples to fit")
+        if opened.measured is None:
+            raise Refused(f"{opened.name} is not read yet: state what it asks for")
+        return opened.measured
 
     def _has_sites(self, number: int) -> bool:
         measured = self.file(number).measured
@@ -291,6 +334,7 @@ class Desk:
             asked["model"] = base.compared.model
         arguments = {
             "measured": self.file(self.fitted).measured, "second": second, "asked": asked,
+            "folder": ranking.kept.name,
         }  # fmt: skip
         try:
             ranking.result = await self._do("effects are tried", "rank", arguments, hear)
@@ -303,19 +347,19 @@ class Desk:
             self.changed()
 
     async def draw_map(self, number: int) -> None:
-        """Map the stiffness over the sites of a scan."""
+        """Map the stiffness over the sites of a scan, or of a table of them."""
         opened = self.file(number)
-        if opened.measured is None:
-            raise Refused(f"{opened.name} is not read yet: state what it asks for")
-        self.map = await self._do("the map is made", "scan", {"measured": opened.measured})
-        self.mapped = number
+        measured = str(opened.path) if opened.table else self._read_already(opened)
+        self.map = await self._do("the map is made", "scan", {"measured": measured})
+        self.mapped = number, self._next()
         self.changed()
 
     async def open_site(self, site: int) -> None:
         """Compare the model with what was measured at one site of the scan that is mapped."""
         if self.mapped is None:
             raise Refused("there is no map")
-        self.fitted, self.second = self.mapped, None
+        self._read_already(self.file(self.mapped[0]))
+        self.fitted, self.second = self.mapped[0], None
         await self.ask({"site": site})
 
     async def take_effects(self, path: Path) -> list[dict[str, Any]]:
@@ -372,7 +416,8 @@ class Desk:
         hear: Callable[[dict[str, Any]], None] = lambda told: None,
     ) -> Any:
         """Have something done, and tell meanwhile what."""
-        job = Job(title)
+        shop = self.reading if name in READING else self.fitting
+        job = Job(title, shop)
 
         def listen(told: dict[str, Any]) -> None:
             if self.job is None:
@@ -385,7 +430,7 @@ class Desk:
         self.job = job
         self.briefly()
         try:
-            return await self.workshop.do(Work(name, arguments, self.effects), listen)
+            return await shop.do(Work(name, arguments, self.effects), listen)
         finally:
             if self.job is job:
                 self.job = None

@@ -53,6 +53,8 @@ class Opened:
         Whether it was dropped on the page, so that its copy is the server's to remove.
     measured : Measurements or None
         Once it is read.
+    table : bool
+        Whether it is a table of sites: it has a map, and no samples.
     preview : Preview or None
         Where it could not be read as it is.
     problem : Refused or None
@@ -65,6 +67,7 @@ class Opened:
     layout: dict[str, Any] = field(default_factory=dict)
     owned: bool = False
     measured: Measurements | None = None
+    table: bool = False
     preview: Preview | None = None
     problem: Refused | None = None
 

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from tissue_probe.analysis.comparing import ComparisonResult
 from tissue_probe.analysis.error_view import ErrorView
-from tissue_probe.signals import spans_of
+from tissue_probe.signals import NANOSECONDS, spans_of
 from tissue_probe.workbench.decimation import dots, lines
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.refused import Refused
 
 Arrays = dict[str, NDArray[Any]]
 Picture = tuple[dict[str, Any], Arrays]
+Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
 KEPT = 24
 #: No page is wider, nor any plot on one.
@@ -38,7 +39,25 @@ class Pictures:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._views: OrderedDict[tuple[int, str, int], ErrorView] = OrderedDict()
+        #: Each view, with the times of the samples that were not fitted.
+        self._views: OrderedDict[tuple[int, str, int], tuple[ErrorView, Spans]] = OrderedDict()
+
+    def recorded(self, asked: dict[str, Any]) -> Picture:
+        """Return position and force of a recording as they were read, over the whole of it.
+
+        Of several that lie in one file, it is the one that is named by ``part``.
+        """
+        measured, part = self._desk.file(asked.get("file", -1)).measured, asked.get("part", 0)
+        if measured is None:
+            raise Refused("this recording is not read yet")
+        if not isinstance(part, int) or not 0 <= part < len(measured.parts):
+            raise Refused(f"there are {len(measured.parts)} recordings in it")
+        recording = measured.parts[part].recording
+        signals = {"position": recording.position, "force": recording.force}
+        numbers, drawn = lines(signals, 0, recording.position.size, _pixels(asked))
+        since = (recording.stamps - recording.stamps[0]) / NANOSECONDS
+        time = np.interp(numbers, np.arange(since.size), since)
+        return {}, {"time": time, **{n: each.astype(np.float32) for n, each in drawn.items()}}
 
     def lines(self, asked: dict[str, Any]) -> Picture:
         """Return measured, predicted and residual over a span of time.
@@ -46,7 +65,7 @@ class Pictures:
         With ``values``, what the model predicts at those is drawn in place of the fit's; with
         ``effect``, what that effect alone takes off the residual stands beside.
         """
-        view = self._view(asked)
+        view, unused = self._view_and_unused(asked)
         signals = {"measured": view.measured, "predicted": view.predicted,
                    "residual": view.residual}  # fmt: skip
         told: dict[str, Any] = {"noise": view.noise}
@@ -58,12 +77,12 @@ class Pictures:
             used = signals["residual"][view.used]
             told["rmse"] = float(np.sqrt(np.mean(used**2)))
         if effect := asked.get("effect"):
-            signals["explained"] = self._explained(effect, view, asked)
+            signals["explained"] = self._explained(effect, asked)
         first, stop = _span(asked, view)
         numbers, drawn = lines(signals, first, stop, _pixels(asked))
         found: Arrays = {"time": numbers * view.sample_period}
         found |= {name: each.astype(np.float32) for name, each in drawn.items()}
-        told["unused"] = _spans(~view.used, view.sample_period)
+        told["unused"] = unused
         told["end"] = view.measured.size * view.sample_period
         return told, found
 
@@ -124,13 +143,13 @@ class Pictures:
             raise Refused("a brush has an axis, and two numbers") from None
         return view.between(str(brush.get("axis")), low, high)
 
-    def _explained(self, effect: str, view: ErrorView, asked: dict[str, Any]) -> NDArray[Any]:
-        ranking = self._desk.ranking
-        if ranking is None or ranking.result is None or ranking.rung != asked.get("rung"):
-            raise Refused("the ranking is of another model")
+    def _explained(self, effect: str, asked: dict[str, Any]) -> NDArray[Any]:
+        if self._desk.ranking is None:
+            raise Refused("nothing is ranked yet")
         if asked.get("source") == "second":
             raise Refused("an effect's curve is of the recording that is fitted")
-        return ranking.result.explained_by(effect, _stretch(asked))
+        rung = self._desk.rung(asked.get("rung", -1))
+        return self._desk.ranking.explained(rung, effect, _stretch(asked))
 
     def _compared(self, asked: dict[str, Any]) -> ComparisonResult:
         rung = self._desk.rung(asked.get("rung", -1))
@@ -141,12 +160,16 @@ class Pictures:
         return rung.second
 
     def _view(self, asked: dict[str, Any]) -> ErrorView:
+        return self._view_and_unused(asked)[0]
+
+    def _view_and_unused(self, asked: dict[str, Any]) -> tuple[ErrorView, Spans]:
         key = (asked.get("rung", -1), str(asked.get("source")), _stretch(asked))
         compared = self._compared(asked)
         if not 0 <= key[2] < len(compared.sources):
             raise Refused(f"there are {len(compared.sources)} stretches")
         if key not in self._views:
-            self._views[key] = compared.view(key[2])
+            view = compared.view(key[2])
+            self._views[key] = view, _spans(~view.used, view.sample_period)
         self._views.move_to_end(key)
         while len(self._views) > KEPT:
             self._views.popitem(last=False)
@@ -186,7 +209,7 @@ def _span(asked: dict[str, Any], view: ErrorView) -> tuple[int, int]:
     return first, max(min(last + 1, size), first + 2)
 
 
-def _spans(chosen: NDArray[np.bool_], period: float) -> list[tuple[float, float]]:
+def _spans(chosen: NDArray[np.bool_], period: float) -> Spans:
     found = [(first * period, stop * period) for first, stop in spans_of(chosen)]
     return found[:SPANS]
 

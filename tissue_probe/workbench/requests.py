@@ -21,6 +21,7 @@ from tissue_probe.one_line import sentence
 from tissue_probe.workbench import examples, told
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.live import Live
+from tissue_probe.workbench.mapped import raster
 from tissue_probe.workbench.messages import as_json, packed
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
@@ -80,11 +81,13 @@ class Requests:
             "example": self._example,
         }
         self._drawn: dict[str, Callable[[dict[str, Any]], Picture]] = {
+            "recorded": self._pictures.recorded,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
             "spectrum": self._pictures.spectrum,
             "brush": self._pictures.brush,
             "where": self._pictures.where,
+            "raster": lambda a: raster(desk.map),
             "next": lambda a: next_experiment(desk.ranking and desk.ranking.result),
         }
 
@@ -109,7 +112,7 @@ class Requests:
     async def change(self, change: Callable[[], Awaitable[Any]]) -> Any:
         """Make a change when those before it are made; a search for effects gives way."""
         if self._searching:
-            self.desk.workshop.cancel()
+            self.desk.cancel()
         async with self._changing:
             return await change()
 
@@ -134,7 +137,7 @@ class Requests:
     async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
         name = str(asked.get("do"))
         if name == "cancel":
-            self.desk.workshop.cancel()
+            self.desk.cancel()
             return as_json({"id": number, "ok": None})
         if draw := self._drawn.get(name):
             loop = asyncio.get_running_loop()

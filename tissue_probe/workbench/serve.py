@@ -123,8 +123,7 @@ def _made(
     files: Sequence[Path], layout: dict[str, Any], kept: Kept, live: bool, commands: bool
 ) -> Starlette:
     """Return the application with its desk, which begins with the files, or where it was killed."""
-    workshop = Workshop()
-    desk = Desk(workshop)
+    desk = Desk(reading=Workshop(), fitting=Workshop())
     requests = Requests(desk, kept.folder, live, commands)
     tell = desk.changed
 
@@ -141,23 +140,31 @@ def _made(
                 read = [n for n, opened in desk.files.items() if opened.measured]
                 if read:
                     await desk.use(read[0], read[1] if len(read) > 1 else None)
+                elif tables := [n for n, opened in desk.files.items() if opened.table]:
+                    await desk.draw_map(tables[0])
             elif before is not None:
                 await state.restore(desk, before)
         desk.changed = changed
         changed()
 
-    async def start(before: dict[str, Any] | None) -> None:
-        """Begin; then load, here and in the worker, what the first steps would wait for."""
-        await requests.change(lambda: begin(before))
+    async def warm_up() -> None:
+        """Load, here and in both processes, what the first steps would wait for."""
         with contextlib.suppress(TissueProbeError):
             for name in ("warm", "warm_effects"):
-                found = await workshop.do(Work(name, {}))
+                found = await desk.fitting.do(Work(name, {}))
                 await asyncio.to_thread(_try_out, found)
+
+    async def warm_up_reading() -> None:
+        with contextlib.suppress(TissueProbeError):
+            await desk.reading.do(Work("warm_reading", {}))
 
     @contextlib.asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:
         before = kept.desk()
-        tasks = [asyncio.create_task(start(before))]
+        tasks = [
+            asyncio.create_task(each)
+            for each in (warm_up_reading(), warm_up(), requests.change(lambda: begin(before)))
+        ]
         if requests.live is not None:
             tasks.append(asyncio.create_task(requests.live.listen()))
         yield
@@ -166,7 +173,8 @@ def _made(
         if requests.live is not None:
             await requests.live.close()
         requests.close()
-        await workshop.close()
+        await desk.reading.close()
+        await desk.fitting.close()
 
     app = application(requests, kept.folder)
     app.router.lifespan_context = lifespan

@@ -70,6 +70,8 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
             await desk.take_effects(file)
     for path, layout, name, owned in files:
         opened.append(await desk.open(path, layout, name, owned) if path.exists() else None)
+    for table in [each for each in opened if each and each.table][-1:]:
+        await desk.draw_map(table.number)
     first = _at(opened, fitted)
     if first is None or first.measured is None:
         desk.changed()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 from starlette.requests import Request
@@ -22,6 +23,7 @@ from tissue_probe.workbench.state import ENDING, packed_state
 KINDS = {
     "model.yaml": "application/yaml",
     "report.html": "text/html",
+    "map.html": "text/html",
     "steps.ipynb": "application/x-ipynb+json",
     f"desk{ENDING}": "application/zip",
 }
@@ -45,14 +47,22 @@ async def _content(name: str, requests: Requests) -> bytes:
     if name == "model.yaml":
         if not desk.rungs:
             raise Refused("there is no model yet: open a recording first")
-        model = desk.rungs[-1].compared.model
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / name
-            await asyncio.to_thread(model.save, path)
-            return path.read_bytes()
+        return await _written(name, desk.rungs[-1].compared.model.save)
+    if name == "map.html":
+        if desk.map is None:
+            raise Refused("there is no map yet: open a scan first")
+        return await _written(name, desk.map.report)
     if name == "report.html":
         found: bytes = await requests.change(desk.report)
         return found
     if name == "steps.ipynb":
         return notebook(desk).encode()
     return await asyncio.to_thread(packed_state, desk)
+
+
+async def _written(name: str, write: Callable[[Path], object]) -> bytes:
+    """Return what something writes to a file."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        await asyncio.to_thread(write, path)
+        return path.read_bytes()

@@ -5,9 +5,7 @@ What belongs here: names and layout of that. What does not: samples (``pictures`
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -17,6 +15,7 @@ from tissue_probe.analysis.comparing import ComparisonResult
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
+from tissue_probe.workbench.mapped import told_map
 from tissue_probe.workbench.opened import Opened
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
@@ -71,6 +70,7 @@ def _file(opened: Opened) -> dict[str, Any]:
         "name": opened.name,
         "layout": opened.layout,
         "ready": opened.measured is not None,
+        "table": opened.table,
         "problem": None,
         "preview": None,
     }
@@ -186,37 +186,8 @@ def _physics(ranking: Ranking) -> list[dict[str, str]]:
 
 
 def _map(desk: Desk) -> dict[str, Any] | None:
-    """Tell the map: a cell a site, by its place, and the inclusions."""
+    """Tell the map but its raster, which each page asks for once a map."""
     if desk.map is None or desk.mapped is None:
         return None
-    results = {_place(each.position): each for each in desk.map.results}  # the last visit counts
-    x, y = (sorted({place[axis] for place in results}) for axis in (0, 1))
-    cells = [_cell(place, results.get(place)) for place in ((u, v) for v in y for u in x)]
-    sites = [{"site": each.site, "x": u, "y": v} for (u, v), each in results.items()]
-    return {
-        "inclusions": desk.map.to_dict()["inclusions"],
-        "cells": cells,
-        "text": desk.map.text,
-        "file": desk.mapped,
-        "x": x,
-        "y": y,
-        "sites": sites,
-        "site": desk.asked.site,
-    }
-
-
-def _place(position: Sequence[float]) -> tuple[float, float]:
-    """Return where a site lies, to the micrometre."""
-    return round(position[0], 6), round(position[1], 6)
-
-
-def _cell(place: tuple[float, float], found: Any) -> dict[str, Any]:
-    """Tell what a site's last dwell found; None where that is nothing."""
-    layers = ("stiffness", "stiffness_stddev", "damping")
-    values = {name: None if found is None else getattr(found, name) for name in layers}
-    known = {
-        name: value if value is not None and math.isfinite(value) else None
-        for name, value in values.items()
-    }
-    verdict = "not_palpated" if found is None else found.verdict.name.lower()
-    return {"x": place[0], "y": place[1], **known, "verdict": verdict}
+    file, number = desk.mapped
+    return {**told_map(desk.map), "number": number, "file": file, "site": desk.asked.site}

@@ -7,6 +7,7 @@ What belongs here: its loop, and what a message holds. What does not: subscripti
 from __future__ import annotations
 
 import json
+import math
 import os
 import select
 import time
@@ -32,6 +33,8 @@ DRAWN = (
     "innovation",
     "normalized_innovation_squared",
 )
+#: What pages call the fields of the surface's cloud.
+LAYERS = {"mean": "stiffness", "sd": "stiffness_stddev", "probability": "probability"}
 
 
 def main() -> None:
@@ -41,7 +44,7 @@ def main() -> None:
     answer = os.dup(1)
     os.dup2(2, 1)
     watch = Watch()
-    told_map: object = None
+    told_map = watch.map
     try:
         while True:
             time.sleep(PERIOD)
@@ -50,7 +53,7 @@ def main() -> None:
             _write(answer, TOLD, packed({"live": head}, arrays))
             if watch.map is not told_map:
                 told_map = watch.map
-                _write(answer, MAP, packed({"live_map": watch.map}, {}))
+                _write(answer, MAP, _map(watch.map))
             for line in _commands():
                 if line is None:
                     return
@@ -86,6 +89,29 @@ def _taken(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         "health": [[name, *told] for name, told in sorted(watch.health.items())],
     }
     return head, arrays
+
+
+def _map(found: Any) -> bytes:
+    """Return the message of a map, as pages draw that of a recording (``mapped``)."""
+    told = [f"background {found.background:.1f} N/m"] if math.isfinite(found.background) else []
+    head = {
+        "text": "\n".join([*told, *found.notes]),
+        "sites": found.sites,
+        "inclusions": found.inclusions,
+    }
+    return packed({"live_map": head}, {} if found.surface is None else _raster(found.surface))
+
+
+def _raster(points: Any) -> dict[str, Any]:
+    """Return points of a surface as layers over their places; NaN where there is no point."""
+    axes = {name: np.unique(points[name]) for name in "xy"}
+    row, column = (np.searchsorted(axes[name], points[name]) for name in "yx")
+    layers = {}
+    for name, field in LAYERS.items():
+        layer = np.full((axes["y"].size, axes["x"].size), np.nan, np.float32)
+        layer[row, column] = points[field]
+        layers[name] = layer.ravel()
+    return {**{name: axis.astype(np.float64) for name, axis in axes.items()}, **layers}
 
 
 def _commands() -> list[dict[str, Any] | None]:

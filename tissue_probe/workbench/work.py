@@ -7,11 +7,14 @@ how results go back (``worker``, ``workshop``).
 from __future__ import annotations
 
 import math
+import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import tissue_probe as tp
 from tissue_probe.analysis.passing import from_bytes, to_bytes
@@ -47,14 +50,19 @@ def do(content: bytes, tell: Any) -> bytes:
     return to_bytes(CALLS[name](tell=tell, **arguments))
 
 
-def warm(tell: Tell) -> ComparisonResult:
-    """Load what every reading and fit needs; compile what every model has in common."""
+def warm_reading(tell: Tell) -> Measurements:
+    """Load what reading a table needs."""
     rows = [(n / 500.0, 1e-3 * math.sin(0.1 * n)) for n in range(500)]
     lines = [f"{t},{u},{500.0 * u}" for t, u in rows]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "warm.csv"
         path.write_text("\n".join(["t,u,F", *lines]) + "\n")
-        return tp.compare(path)
+        return tp.read(path)
+
+
+def warm(tell: Tell) -> ComparisonResult:
+    """Load what every fit needs; compile what every model has in common."""
+    return tp.compare(warm_reading(tell))
 
 
 def warm_effects(tell: Tell) -> ComparisonResult:
@@ -67,8 +75,8 @@ def preview(tell: Tell, path: str) -> Preview:
     return tp.preview(path)
 
 
-def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements:
-    """See ``tissue_probe.read``."""
+def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements | None:
+    """See ``tissue_probe.read``; None of a table of sites, which has no samples."""
     told = -1
 
     def advance(share: float) -> None:
@@ -77,7 +85,14 @@ def read(tell: Tell, path: str, layout: Mapping[str, Any]) -> Measurements:
             told = percent
             tell({"share": share})
 
-    return tp.read(path, **layout, progress=advance)
+    try:
+        return tp.read(path, **layout, progress=advance)
+    except tp.TissueProbeError:
+        from tissue_probe.analysis.mapping import is_sites
+
+        if is_sites(path):
+            return None
+        raise
 
 
 def compare(tell: Tell, measured: Measurements, asked: Mapping[str, Any]) -> ComparisonResult:
@@ -95,11 +110,13 @@ def rank(
     measured: Measurements,
     second: Measurements | None,
     asked: Mapping[str, Any],
+    folder: str,
 ) -> DiagnosisResult:
-    """See ``tissue_probe.diagnose``."""
+    """See ``tissue_probe.diagnose``; what each effect predicts is kept in the folder meanwhile."""
 
-    def found(effect: str, errors: Mapping[str, float]) -> None:
-        tell({"effect": effect, **errors})
+    def found(effect: str, fit: Fit) -> None:
+        keep_predicted(Path(folder), effect, fit.predicted)
+        tell({"effect": effect, "rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse})
 
     def progress(doing: str) -> None:
         tell({"doing": doing})
@@ -107,11 +124,27 @@ def rank(
     return tp.diagnose(measured, validate=second, progress=progress, found=found, **asked)
 
 
-def scan(tell: Tell, measured: Measurements) -> MapResult:
-    """See ``tissue_probe.map``; where no estimates are recorded, they are made."""
+def keep_predicted(folder: Path, effect: str, predicted: Sequence[Any]) -> None:
+    """Keep a file a stretch, each in one motion: who reads it never sees half of one."""
+    for number, course in enumerate(predicted):
+        path = predicted_file(folder, effect, number)
+        part = path.with_suffix(f".{os.getpid()}")
+        np.asarray(course).tofile(part)
+        part.replace(path)
+
+
+def predicted_file(folder: Path, effect: str, stretch: int) -> Path:
+    """Return where it is kept, as numbers of eight bytes."""
+    return folder / f"{effect}.{stretch}.f8"
+
+
+def scan(tell: Tell, measured: Measurements | str) -> MapResult:
+    """See ``tissue_probe.map``; where a scan has no recorded estimates, they are made."""
     try:
         return tp.map(measured)
     except tp.TissueProbeError:
+        if isinstance(measured, str):
+            raise
         tell({"doing": "stiffness is estimated at each site"})
         return tp.map(measured, estimators=["robust_ekf"])
 
@@ -143,7 +176,12 @@ def report(
         return path.read_bytes()
 
 
+#: Those that read, and fit nothing.
+READING = ("warm_reading", "preview", "read")
 CALLS: Mapping[str, Callable[..., Any]] = {
     each.__name__: each
-    for each in (warm, warm_effects, preview, read, compare, add, rank, scan, check_effects, report)
+    for each in (
+        *(warm_reading, warm, warm_effects),
+        *(preview, read, compare, add, rank, scan, check_effects, report),
+    )
 }

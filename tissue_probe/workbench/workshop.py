@@ -32,7 +32,8 @@ class Workshop:
     def __init__(self) -> None:
         self._one_at_a_time = asyncio.Lock()
         self._process: asyncio.subprocess.Process | None = None
-        self._cancelled = False
+        #: How often work was cancelled: whoever waited for its turn then was meant, too.
+        self._cancelled = 0
 
     async def do(self, work: Work, hear: Hear = lambda told: None) -> Any:
         """Return what a piece of work results in.
@@ -51,8 +52,10 @@ class Workshop:
         Refused
             If it cannot be done; says why, and what to do.
         """
+        before = self._cancelled
         async with self._one_at_a_time:
-            self._cancelled = False
+            if self._cancelled != before:
+                raise Cancelled("cancelled")
             process = await self._started()
             kind, content = await self._answer(process, work.to_bytes(), hear)
         if kind == FAILED:
@@ -60,9 +63,9 @@ class Workshop:
         return await asyncio.to_thread(from_bytes, content, work.effects)
 
     def cancel(self) -> None:
-        """End the work under way, if there is any."""
+        """End the work under way and all that waits, if there is any."""
         if self._one_at_a_time.locked():
-            self._cancelled = True
+            self._cancelled += 1
             self._end()
 
     async def close(self) -> None:
@@ -91,6 +94,7 @@ class Workshop:
     ) -> tuple[bytes, bytes]:
         assert process.stdin is not None
         assert process.stdout is not None
+        before = self._cancelled
         try:
             process.stdin.write(FRAME.pack(TOLD, len(content)) + content)
             await process.stdin.drain()
@@ -102,7 +106,7 @@ class Workshop:
                 hear(json.loads(told))
         except (asyncio.IncompleteReadError, ConnectionError):
             await process.wait()
-            if self._cancelled:
+            if self._cancelled != before:
                 raise Cancelled("cancelled") from None
             raise Refused(
                 "the process that fits was ended from outside; if the machine is short of memory, "

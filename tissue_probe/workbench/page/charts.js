@@ -35,6 +35,13 @@ export class Charts {
     });
     on("values", () => this.main.refresh());
     on("effect", () => this.main.refresh());
+    /** @type {number | undefined} */
+    let better;
+    on("job", () => {
+      const error = told.job?.rows[shown.effect ?? ""]?.rmse;
+      if (error !== undefined && error !== better) this.main.refresh();
+      better = error;
+    });
     on("theme", () => this.columns().forEach((column) => column.restyle()));
     let waiting = 0;
     new ResizeObserver(() => {

@@ -3,6 +3,7 @@
 import { ask, brush, plain, rungOf, say, shown, told, zoom } from "./app.js";
 import { newest, Refused } from "./connection.js";
 import { fill, h } from "./elements.js";
+import { rowsOf } from "./missing.js";
 import { small } from "./numbers.js";
 import { Plot } from "./plot.js";
 
@@ -121,8 +122,8 @@ export class Column {
   /** The effect whose curve is drawn, if the ranking is of this rung. */
   curve() {
     const ranking = told.desk?.ranking;
-    const fits = ranking?.done && ranking.rung === this.of?.rung && this.of?.source === "fitted";
-    const known = ranking?.answer?.ranking.some((/** @type {any} */ row) => row.effect === shown.effect && row.rmse !== null);
+    const fits = ranking?.rung === this.of?.rung && this.of?.source === "fitted";
+    const known = rowsOf(ranking).some((row) => row.effect === shown.effect && row.rmse !== null);
     return fits && known ? shown.effect : undefined;
   }
 

@@ -82,7 +82,8 @@ export class Connection {
       return;
     }
     if ("live" in head) this.hear("live", { ...head.live, arrays });
-    for (const kind of ["choices", "desk", "job", "live_map"]) {
+    if ("live_map" in head) this.hear("live_map", { ...head.live_map, arrays });
+    for (const kind of ["choices", "desk", "job"]) {
       if (kind in head) this.hear(kind, head[kind]);
     }
   }

@@ -2,12 +2,14 @@
 
 import { act, on, say, told } from "./app.js";
 import { entry, fill, h, choice, worded } from "./elements.js";
-import { picture } from "./map.js";
+import { choose, inclusions, picture } from "./map.js";
 import { short } from "./numbers.js";
 import { Plot } from "./plot.js";
 
 /** How much is shown [s], and points of each line at most. */
 const SHOWN = 10, POINTS = 4000;
+/** The map's size beside the plots [pixels]. */
+const NARROW = 250;
 const COLOURS = ["predicted", "residual", "explained", "brush", "here", "measured", "noise"];
 const STATUS = ["converging", "converged", "no contact", "model rejected", "disturbed"];
 
@@ -53,13 +55,13 @@ export function live() {
     force: new Plot({ name: "Force, live", sync: "live", lines: [{ label: "force", colour: "measured" }] }, h("b", {}, "force"), " [N]"),
     stiffness: new Plot({ name: "Stiffness, live", sync: "live", lines: COLOURS.flatMap((colour) => [{ label: colour, colour, width: 1.8 }, { label: "low", colour, width: 0.6 }, { label: "high", colour, width: 0.6 }]) }),
     innovation: new Plot({ name: "Residual, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "residual: measured less predicted"), " [mN]"),
-    nis: new Plot({ name: "Normalized innovation squared, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "NIS"), ", 1 where the model is right, averaged over 50 blocks"),
+    nis: new Plot({ name: "Normalized innovation squared, live", sync: "live", lines: COLOURS.map((colour) => ({ label: colour, colour, width: 1 })) }, h("b", {}, "NIS"), "1 where the model is right, averaged over 50 blocks"),
   };
   const grid = h("div", {});
   const health = h("ul", { class: "notes" });
   const fault = h("p", { class: "problem" });
   const words = h("div", {});
-  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), h("section", {}, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
+  const panel = h("aside", { class: "panel", "aria-label": "Live" }, h("section", {}, h("h2", {}, "Driver"), state, fault), commands(), h("section", {}, h("h2", {}, "Estimators"), words), h("section", { class: "mapgrid live" }, h("h2", {}, "Map"), grid), h("section", {}, h("h2", {}, "Health"), health));
   const column = h("div", { class: "charts" }, h("div", { class: "column live" }, Object.values(plots).map((plot) => plot.element)));
   const element = h("div", { class: "work" }, column, panel);
   let drawn = 0;
@@ -82,8 +84,21 @@ export function live() {
     fill(health, message.health.map((/** @type {[string, number, string]} */ [name, level, text]) =>
       h("li", { class: level ? "bad" : "" }, `${name}: ${text || "well"}`)));
   });
-  on("live_map", (/** @type {any} */ map) => fill(grid, map && picture({ ...map, regions: [], sites: [], site: null }, "stiffness")));
-  on("theme", () => Object.values(plots).forEach((plot) => plot.restyle()));
+  let layer = "mean";
+  /** @type {any} */
+  let map = null;
+  const drawMap = () => map && fill(grid, choose(map.arrays, layer, (name) => {
+    layer = name;
+    drawMap();
+  }), picture(map, map.arrays, layer, null, NARROW), map.text.split("\n").map((/** @type {string} */ line) => h("p", { class: "small" }, line)), inclusions(map));
+  on("live_map", (found) => {
+    map = found;
+    drawMap();
+  });
+  on("theme", () => {
+    Object.values(plots).forEach((plot) => plot.restyle());
+    drawMap();
+  });
   return element;
 }
 

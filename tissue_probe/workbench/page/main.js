@@ -10,6 +10,7 @@ import { map } from "./map.js";
 import { addChosen, missing, rank, step } from "./missing.js";
 import { next } from "./next.js";
 import { open } from "./open.js";
+import { Recorded, recordedFile } from "./recorded.js";
 import { take } from "./take.js";
 
 const STAGES = /** @type {const} */ ([
@@ -40,6 +41,7 @@ const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 const stage = byId("stage");
 const charts = new Charts();
+const recorded = new Recorded();
 const panels = { compare: compare(), missing: missing() };
 const work = h("div", { class: "work" });
 const nothing = h("div", { class: "empty" }, h("p", {}, "Nothing is compared yet."), h("button", { type: "button", class: "main", onclick: () => go("open") }, "Open a recording"));
@@ -57,7 +59,9 @@ function show() {
     return;
   }
   if (!rung()) {
-    stage.replaceChildren(nothing);
+    const file = recordedFile();
+    if (stage.firstElementChild !== (file ? recorded.element : nothing)) stage.replaceChildren(file ? recorded.element : nothing);
+    if (file) recorded.set(file);
     return;
   }
   const panel = panels[/** @type {keyof typeof panels} */ (name)];
@@ -81,6 +85,16 @@ on("choices", () => {
 });
 
 let begun = false;
+
+/** The stage that shows what the desk begins with; none while there is nothing to be seen. */
+function beginning() {
+  const { files, fitted, map: found, rungs, asked } = told.desk;
+  if (rungs.length) return "compare";
+  if (found) return "map";
+  const file = files.find((/** @type {any} */ each) => each.number === fitted);
+  return file?.ready && !(file.sites > 1 && asked.site === null) ? "compare" : null;
+}
+
 on("stage", () => {
   begun = true;
   show();
@@ -88,8 +102,11 @@ on("stage", () => {
 });
 on("desk", () => {
   // What was opened on the command line is shown, unless the user has gone elsewhere meanwhile.
-  if (!begun && told.desk.rungs.length) shown.stage = "compare";
-  begun = begun || told.desk.rungs.length > 0;
+  const first = begun ? null : beginning();
+  if (first) {
+    shown.stage = first;
+    begun = true;
+  }
   const known = told.desk.rungs.map((/** @type {any} */ each) => each.number);
   if (shown.rung !== null && !known.includes(shown.rung)) shown.rung = null;
   if (rung()?.number !== last) {

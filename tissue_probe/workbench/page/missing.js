@@ -17,9 +17,8 @@ export function missing() {
   const draw = () => {
     const ranking = told.desk?.ranking, base = rungOf(ranking?.rung) ?? rung();
     if (!base) return;
-    const running = Boolean(told.job && ranking && !ranking.done && told.job.title === "effects are tried");
-    fill(head, heading(ranking, base, running));
-    const rows = rowsOf(ranking, running);
+    fill(head, heading(ranking, base, trying()));
+    const rows = rowsOf(ranking);
     fill(table, rows.length > 0 && ranked(rows, base, ranking, all ? rows.length : FIRST),
       rows.length > FIRST && !all && h("button", { type: "button", class: "tiny", onclick: () => {
         all = true;
@@ -38,14 +37,14 @@ export function rank() {
 /** Add the effect whose row is chosen, or the best. */
 export function addChosen() {
   const { ranking } = told.desk ?? {};
-  const rows = rowsOf(ranking, false);
+  const rows = rowsOf(ranking);
   const chosen = rows.find((row) => row.effect === shown.effect) ?? rows[0];
   if (chosen) add(chosen.effect, ranking);
 }
 
 /** @param {number} by */
 export function step(by) {
-  const rows = rowsOf(told.desk?.ranking, false);
+  const rows = rowsOf(told.desk?.ranking);
   if (!rows.length) return;
   const at = rows.findIndex((row) => row.effect === shown.effect);
   explain(rows[Math.min(Math.max(at + by, 0), rows.length - 1)].effect);
@@ -88,15 +87,16 @@ function verdict(text) {
   return end > 0 ? lines.slice(0, end) : lines;
 }
 
-/**
- * @param {any} ranking
- * @param {boolean} running
- * @returns {any[]}
- */
-function rowsOf(ranking, running) {
+/** Whether effects are tried now. */
+function trying() {
+  return Boolean(told.desk?.ranking && !told.desk.ranking.done && told.job?.title === "effects are tried");
+}
+
+/** The effects that are known by now and their errors, the best first. @param {any} ranking @returns {any[]} */
+export function rowsOf(ranking) {
   if (!ranking) return [];
   if (ranking.done) return ranking.answer.ranking;
-  const rows = running ? told.job.rows : ranking.rows;
+  const rows = trying() ? told.job.rows : ranking.rows;
   return Object.entries(rows)
     .map(([effect, errors]) => ({ effect, family: "", ...errors }))
     .sort((one, other) => one.rmse - other.rmse);

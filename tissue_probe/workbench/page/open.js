@@ -66,27 +66,44 @@ export function open(stage) {
 
 /** @param {string} name */
 async function example(name) {
-  if ((await act("example", { name })) === undefined) return;
-  leave();
+  leaveFor(isNew());
+  if ((await act("example", { name })) === undefined) leaving = null;
+  else leave();
 }
 
-/** Whether the page goes on as soon as the desk shows what was opened: an upload's answer comes by
- * another way than the desk, and may be sooner. */
-let leaving = false;
+/** Which recording the page goes to as soon as the desk shows it: what it was asked for is answered
+ * when everything is computed, and there is something to be seen before.
+ * @type {((file: any) => boolean) | null} */
+let leaving = null;
 on("stage", () => {
-  leaving = false;
+  leaving = null;
 });
-on("desk", () => leaving && leave());
+on("desk", () => leave());
+
+/** @param {(file: any) => boolean} which */
+function leaveFor(which) {
+  leaving = which;
+}
+
+/** Recordings that are not on the desk yet. */
+function isNew() {
+  const known = new Set(told.desk?.files.map((/** @type {any} */ each) => each.number));
+  return (/** @type {any} */ file) => !known.has(file.number);
+}
 
 /** Go where there is something to be seen; stay where something is asked. */
 function leave() {
-  leaving = true;
-  if (told.desk?.map && !told.desk.rungs.length) go("map");
-  else if (told.desk?.rungs.length && [told.desk.fitted, told.desk.second].includes(told.desk.files.at(-1)?.number)) go("compare");
+  const { files, fitted, second, map, rungs, asked } = told.desk ?? { files: [] };
+  const last = files.filter((/** @type {any} */ each) => leaving?.(each)).at(-1);
+  if (!last) return;
+  const scanned = last.sites > 1 && asked.site === null;
+  if (map && (map.file === last.number) && (last.table || !rungs.length)) go("map");
+  else if (last.ready && [fitted, second].includes(last.number) && !scanned) go("compare");
 }
 
 /** @param {File[]} files */
 async function send(files) {
+  leaveFor(isNew());
   for (const file of files) {
     try {
       const answer = await fetch("/upload", {
@@ -106,7 +123,7 @@ function card(file) {
   const role = file.number === fitted ? "fitted" : file.number === second ? "second, only held against" : "";
   const facts = file.ready
     ? [`${file.samples.toLocaleString("en")} samples`, `${short(file.rate, 4)} a second`, span(file.seconds), file.sites > 1 && `${file.sites} sites`].filter(Boolean).join(" · ")
-    : file.problem ? "" : "is read …";
+    : file.table ? "a table of sites" : file.problem ? "" : "is read …";
   return h(
     "article",
     { class: `card${role ? " chosen" : ""}`, style: { "margin-top": "0.6rem" } },
@@ -117,11 +134,14 @@ function card(file) {
       h(
         "div",
         { class: "row" },
-        file.ready && file.number !== fitted && h("button", { type: "button", onclick: () => act("use", { fitted: file.number, second: second === file.number ? null : second }).then(leave) }, "Fit this"),
+        file.ready && file.number !== fitted && h("button", { type: "button", onclick: () => {
+          leaveFor((each) => each.number === file.number);
+          act("use", { fitted: file.number, second: second === file.number ? null : second });
+        } }, "Fit this"),
         file.ready && fitted !== null && file.number !== fitted && file.number !== second &&
           h("button", { type: "button", onclick: () => act("use", { fitted, second: file.number }) }, "Use as second"),
         file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Not as second"),
-        file.ready && file.sites > 1 && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
+        ((file.ready && file.sites > 1) || file.table) && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
         h("button", { type: "button", class: "quiet", "aria-label": `Take ${file.name} from the desk`, onclick: () => act("forget", { file: file.number }) }, "×"),
       ),
     ),
@@ -143,7 +163,8 @@ function layout(file) {
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
         const stated = Object.fromEntries(new FormData(form));
-        act("define", { file: file.number, layout: stated }, form).then((done) => done !== undefined && leave());
+        leaveFor((each) => each.number === file.number);
+        act("define", { file: file.number, layout: stated }, form);
       },
     },
     h("p", { class: "problem" }, plain(file.problem.told)),

@@ -45,7 +45,7 @@ function form() {
       choice("tissue", "tissue", choices.tissue, asked.tissue),
       choice("before the first sample", "starts", choices.starts, asked.starts),
       entry("low-pass [Hz]", "lowpass", asked.lowpass, "none"),
-      entry("known constants", "constants", written(asked.constants), "tip_mass=0.04+-0.001"),
+      entry("known constants", "constants", written(asked.constants), "tip_mass=.04+-.001"),
       h("label", { class: "check" }, h("input", { type: "checkbox", name: "known_rig", checked: asked.known_rig }), "rig exactly known"),
       h("button", { type: "submit" }, told.desk.rungs.length ? "Fit again" : "Take it"),
     ),
