@@ -22,9 +22,9 @@ SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
 # for processes for most of their time, so that there is work for a third.
-test test-still test-live test-slow: export OPENBLAS_NUM_THREADS := 1
+test test-slow: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test test-still test-live test-slow test-page lint lint-page benchmark setup clean help
+.PHONY: demo hidden-effect test test-slow test-page lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -34,18 +34,9 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
-	@$(MAKE) --no-print-directory --jobs 2 test-still test-live
-
-# What it prints comes in one piece, between the dots of what runs beside it.
-test-live: $(VENV)/packages.done $(VENV)/development.done
-	@mkdir -p build
-	@log=build/test-live.log; \
-	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes > $$log 2>&1; nodes=$$?; \
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks >> $$log 2>&1; \
-	others=$$?; echo; cat $$log; exit $$((nodes + others))
-
-test-still: $(VENV)/packages.done $(VENV)/development.done
-	nice -n 19 $(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
+	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE))

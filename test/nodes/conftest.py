@@ -16,7 +16,6 @@ from pathlib import Path
 import domain_coordinator
 import pytest
 import rclpy
-from forked import Forked
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.action import ActionClient
@@ -98,12 +97,6 @@ def domain(turn, monkeypatch) -> Iterator[int]:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
         monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         yield number
-
-
-@pytest.fixture(autouse=True)
-def forked(monkeypatch) -> None:
-    """Nodes are copies of a process that has imported them."""
-    monkeypatch.setattr("tissue_probe.nodes.session.started", Forked)
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -281,8 +281,14 @@ class Session:
 
     def _start(self, description: NodeProcess) -> None:
         with (Path(self._logs.name) / description.name).open("wb") as log:
-            command = description.command(self.parameter_file)
-            self.processes[description.name] = started(command, log)
+            self.processes[description.name] = subprocess.Popen(
+                description.command(self.parameter_file),
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                # Ctrl-C reaches this process alone, which then ends the others.
+                start_new_session=True,
+            )
 
     def _change_state(self, transition: int, name: str, timeout: float) -> None:
         client = self.node.create_client(ChangeState, "driver/change_state")
@@ -308,18 +314,6 @@ class Session:
                 process.send_signal(signal.SIGINT)
             for process in together:
                 _wait_or_kill(process)
-
-
-def started(command: Sequence[str], log: BinaryIO) -> subprocess.Popen:
-    """Start a process that writes to a log."""
-    return subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=log,
-        stderr=subprocess.STDOUT,
-        # Ctrl-C reaches this process alone, which then ends the others.
-        start_new_session=True,
-    )
 
 
 def _heard(number: signal.Signals, handler: Any) -> Any:
