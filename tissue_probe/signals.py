@@ -228,19 +228,30 @@ class Phase(IntEnum):
     LIFTED = 2
 
 
+class Leaving(IntEnum):
+    """Why a dwell ended (the constants of ``PalpationSite.msg``)."""
+
+    UNTOLD = 0
+    TOLD_ENOUGH = 1
+    LONGEST = 2
+    STOPPED = 3
+
+
 @dataclass(frozen=True, slots=True)
 class PalpationSite:
     """One announcement of where the probe palpates.
 
     ``stamp`` [ns since the epoch] is when the phase begins; it may lie in the future.
     ``site`` numbers the sites of a scan from 0; ``position`` is the site's (x, y, z) [m] in the
-    stage's frame, z being the height of the tissue's surface.
+    stage's frame, z being the height of the tissue's surface. ``leaving`` tells with LIFTED why the
+    dwell ended.
     """
 
     stamp: int
     site: int
     position: tuple[float, float, float]
     phase: Phase
+    leaving: Leaving = Leaving.UNTOLD
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,7 @@ class PalpationSite(IdlStruct, typename="tissue_probe_msgs::msg::dds_::Palpation
     site: uint32
     position: Point
     phase: uint8
+    leaving: uint8
 
 
 def taken(reader: DataReader, kind: type) -> list:

@@ -29,7 +29,7 @@ def demo(
     dwell_time: Annotated[
         float,
         typer.Option(
-            metavar="SECONDS", min=0.05, max=60.0, help="Time in contact at each site [s]."
+            metavar="SECONDS", min=0.05, max=60.0, help="Longest time in contact at each site [s]."
         ),
     ] = 1.0,
     phantom: Annotated[
@@ -88,7 +88,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     subscribers = {
         "/probe/driver": 3,  # the estimators, which share a process, the scan and the recorder
         "/probe/scan": 4,  # the driver, the estimators, the mapper and the recorder
-        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
+        **{f"/probe/{name}": 3 for name in ESTIMATORS},  # the mapper, the recorder and the scan
     }
     publishers = {
         "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tissue_probe.mapping.fusion import Dwell, Estimate, Judged
-from tissue_probe.signals import PalpationSite, Phase
+from tissue_probe.signals import Leaving, PalpationSite, Phase
 
 
 class SiteResults:
@@ -71,6 +71,7 @@ def _line(announced: int, dwell: Dwell) -> str:
         "end": dwell.end,
         "site": site.site,
         "position": site.position,
+        "leaving": dwell.leaving,
         "found": {name: [each.status, *each.estimate] for name, each in dwell.last().items()},
     }
     return json.dumps(content) + "\n"
@@ -81,6 +82,7 @@ def _dwell(content: dict) -> tuple[int, Dwell]:
     site = PalpationSite(int(content["begin"]), int(content["site"]), (x, y, z), Phase.DWELL)
     dwell = Dwell(site)
     dwell.end_at(int(content["end"]))
+    dwell.leaving = Leaving(content["leaving"])
     for name, (status, stamp, *values) in content["found"].items():
         dwell.take(str(name), Judged(int(status), Estimate(int(stamp), *map(float, values))))
     return int(content["announced"]), dwell

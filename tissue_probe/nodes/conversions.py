@@ -16,6 +16,7 @@ from std_msgs.msg import Header
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,
+    Leaving,
     PalpationSite,
     Phase,
     SampleBlock,
@@ -103,6 +104,7 @@ def site_to_message(site: PalpationSite, frame_id: str) -> msg.PalpationSite:
         site=site.site,
         position=Point(x=x, y=y, z=z),
         phase=int(site.phase),
+        leaving=int(site.leaving),
     )
 
 
@@ -112,13 +114,14 @@ def site_from_message(message: msg.PalpationSite) -> PalpationSite:
     Raises
     ------
     ValueError
-        If the phase is none of the message's constants, or stamp or position are not sound.
+        If phase or leaving is none of the message's constants, or stamp or position are not sound.
     """
     return PalpationSite(
         stamp=sound_stamp(from_time(message.header.stamp)),
         site=message.site,
         position=sound_position(_xyz(message.position)),
         phase=Phase(message.phase),
+        leaving=Leaving(message.leaving),
     )
 
 

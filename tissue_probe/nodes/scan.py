@@ -18,18 +18,21 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 from tissue_probe.devices.limits import PALPATION_LEASE
+from tissue_probe.estimation.layout import TEST_TIME
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.cdr import samples_from_cdr
+from tissue_probe.mapping.leaving import Told
+from tissue_probe.nodes.cdr import estimate_from_cdr, samples_from_cdr
 from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
+from tissue_probe.nodes.fused_estimators import FusedEstimators
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
-from tissue_probe.nodes.qos import LATEST, SCAN_ANNOUNCEMENTS
+from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
 from tissue_probe.nodes.site_verdicts import SiteVerdicts
 from tissue_probe.settings import setting
-from tissue_probe.signals import NANOSECONDS, PalpationSite, Phase
+from tissue_probe.signals import NANOSECONDS, Leaving, PalpationSite, Phase
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import ScanGrid
 
@@ -44,7 +47,7 @@ SIGNS = 10
 NAMED = 10
 
 
-class ScanSettings(RobotSettings):
+class ScanSettings(RobotSettings, FusedEstimators):
     """How the probe is moved, and how long is waited for whom."""
 
     lift_height: float = setting(
@@ -57,6 +60,10 @@ class ScanSettings(RobotSettings):
     map_timeout: float = setting(
         2.0, "s", "longest wait for the map to tell of the last site", ge=0.0, le=60.0
     )
+
+
+#: Settings that topics follow from.
+_FIXED = {"robot", "frame_id", "estimators"}
 
 
 class ScanStopped(RuntimeError):
@@ -77,7 +84,8 @@ class Scan(Node):
     Each site is announced on ``palpation_site``: APPROACH when the way to it begins, DWELL with
     the time at which the dwell will begin (``settle_time`` ahead, so that everyone hears of it in
     time), LIFTED when the robot has shown that the probe is up, with the time at which the dwell
-    ended. Times are those of the samples' stamps, not of this machine's clock.
+    ended and why. Times are those of the samples' stamps, not of this machine's clock. A dwell ends
+    when the estimators have told enough (``mapping.leaving``), at last after the goal's time.
 
     Whatever ends a scan, the probe is lifted first, then others are told. From APPROACH to LIFTED
     the loop that moves the probe asserts the liveliness of the announcements; where that ceases,
@@ -86,21 +94,25 @@ class Scan(Node):
 
     def __init__(self) -> None:
         super().__init__("scan")
-        declare(self, ScanSettings, live=ScanSettings.model_fields.keys() - {"robot", "frame_id"})
+        declare(self, ScanSettings, live=ScanSettings.model_fields.keys() - _FIXED)
         self._settings = read(self, ScanSettings)
         # A scan goes on as it began: it takes new values when the next one begins.
         follow_changes(self, {"": ScanSettings}, on_change=lambda: None)
         self._heard_samples = -np.inf
         self._sample_time = 0
         self._dwell_began = 0
+        self._told: Told | None = None
         self._malformed = 0
         self._busy = threading.Lock()
         self._told_to_end = threading.Event()
         self._last_sign = -np.inf
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", SCAN_ANNOUNCEMENTS)
-        # Emptied by the scan itself at each step: only the latest counts, and when it came.
+        # Emptied by the scan itself at each step.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", LATEST, self._on_samples, raw=True)
+        self._inbox.subscribe(msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
+        for name in self._settings.estimators:
+            topic = f"{name}/estimate"
+            self._inbox.subscribe(msg.TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
         self._robot = Robot(self, self._inbox, self._settings, self._show_alive)
         self._verdicts = SiteVerdicts(self, self._inbox)
         self._server = ActionServer(
@@ -141,6 +153,16 @@ class Scan(Node):
             return
         self._heard_samples = time.monotonic()
         self._sample_time = block.end
+        if self._told is not None:
+            self._told.add_samples(block)
+
+    def _on_estimate(self, message: bytes, info: dict) -> None:
+        if self._told is None:
+            return
+        try:
+            self._told.add_estimate(*estimate_from_cdr(message))
+        except ValueError as error:
+            self._leave_out("an estimate", error)
 
     def _leave_out(self, what: str, why: ValueError) -> None:
         self._malformed += 1
@@ -252,8 +274,10 @@ class Scan(Node):
         settle_time, dwell_time = self._settings.settle_time, goal_handle.request.dwell_time
         check = partial(self._check, goal_handle)
 
-        def announce(phase: Phase, stamp: int, done: int = 0) -> None:
-            announcement = PalpationSite(stamp, site, grid.position(site), phase)
+        def announce(
+            phase: Phase, stamp: int, done: int = 0, why: Leaving = Leaving.UNTOLD
+        ) -> None:
+            announcement = PalpationSite(stamp, site, grid.position(site), phase, why)
             message = site_to_message(announcement, self._settings.frame_id)
             self._sites.publish(message)
             goal_handle.publish_feedback(
@@ -266,21 +290,24 @@ class Scan(Node):
             self._robot.move(above, check)
             self._robot.move(surface, check)
             begin = self._dwell_began = self._now() + round(settle_time * NANOSECONDS)
+            self._told = Told(begin, TEST_TIME)
             announce(Phase.DWELL, begin)
-            end = begin + round(dwell_time * NANOSECONDS)
-            self._hold_until(end, check)
+            end, why = self._dwell(begin + round(dwell_time * NANOSECONDS), check)
         except BaseException as reason:
+            self._told = None
             end = self._now()
             self._lift(above[2], reason)
-            announce(Phase.LIFTED, end)
+            announce(Phase.LIFTED, end, why=Leaving.STOPPED)
             raise
+        self._told = None
         self._lift(above[2])
-        announce(Phase.LIFTED, end, done=1)
+        announce(Phase.LIFTED, end, done=1, why=why)
 
-    def _hold_until(self, end: int, check: Callable[[], None]) -> None:
-        """Keep the probe where it is until the samples have reached the time ``end`` [ns].
+    def _dwell(self, end: int, check: Callable[[], None]) -> tuple[int, Leaving]:
+        """Stay until enough is told, or the samples have reached the time ``end`` [ns].
 
-        Where the driver is late, its samples show the tip where it is now, under an earlier stamp.
+        Return when the dwell ended, and why. Where the driver is late, its samples show the tip
+        where it is now, under an earlier stamp.
 
         Raises
         ------
@@ -289,8 +316,13 @@ class Scan(Node):
         """
         patience = self._settings.samples_timeout
         latest = time.monotonic() + (end - self._now()) / NANOSECONDS + patience
+        enough: int | None = None
 
         def is_over() -> bool:
+            nonlocal enough
+            enough = self._told.enough()
+            if enough is not None and enough < end:
+                return True
             if self._sample_time < end and time.monotonic() > latest:
                 raise ScanStopped(
                     f"the samples on {self.resolve_topic_name('samples')} are more than "
@@ -299,6 +331,9 @@ class Scan(Node):
             return self._sample_time >= end
 
         self._robot.hold(is_over, check)
+        if enough is not None and enough < end:
+            return enough, Leaving.TOLD_ENOUGH
+        return end, Leaving.LONGEST
 
     def _lift(self, height: float, reason: BaseException | None = None) -> None:
         """Lift the probe, before anything else; ``reason`` is why the scan stops, if it does.

@@ -75,7 +75,7 @@ def simulation(
     """
     chosen = {"simulated.phantom": str(phantom)} if phantom else {}
     return [
-        NodeProcess("scan", "scan"),
+        NodeProcess("scan", "scan", parameters={"estimators": list(estimators)}),
         NodeProcess("driver", "driver", parameters=chosen),
         NodeProcess("stage", "stage", "/stage"),
         NodeProcess("estimators", "estimators", parameters={"estimators": list(estimators)}),

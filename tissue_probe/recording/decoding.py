@@ -25,6 +25,7 @@ from tissue_probe.signals import (
     LAST_SEQUENCE,
     NANOSECONDS,
     FloatArray,
+    Leaving,
     PalpationSite,
     Phase,
     SampleBlock,
@@ -221,6 +222,8 @@ def site(message: Any) -> PalpationSite:
         site=message.site,
         position=sound_position(_point(message.position)),
         phase=Phase(message.phase),
+        # Bags of earlier versions do not tell.
+        leaving=Leaving(getattr(message, "leaving", Leaving.UNTOLD)),
     )
 
 

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.exploration.places import spread
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.boundary import inside_each
 from tissue_probe.mapping.posterior.felt_surface import sums_at
@@ -162,14 +163,14 @@ class _Question:
     @staticmethod
     def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _Question:
         rows, count, level = sampled.states.some(_STATES)
-        px, py, step = _spread(within, _PLACES)
-        inside = inside_each(rows, count, px, py)
+        px, py, step = spread(within, _PLACES)
+        inside = inside_each(rows, count, _MM * px, _MM * py)
         felt, noise = _expected(sampled, rows, count, level, x, y)
         return _Question(
             (inside - inside.mean(axis=0)).astype(np.float32),
             (felt - felt.mean(axis=0)).astype(np.float32),
             noise.astype(np.float32),
-            step**2,
+            (_MM * step) ** 2,
         )
 
     def gains(self) -> FloatArray:
@@ -218,7 +219,7 @@ def _candidates(
     unreachable: Sequence[tuple[float, float]],
 ) -> tuple[FloatArray, FloatArray]:
     """Return places where a site may be [mm], those felt before among them."""
-    x, y, step = _spread(within, _CANDIDATES)
+    x, y, step = (_MM * each for each in spread(within, _CANDIDATES))
     felt = sampled.felt
     again = within.contains(felt.x / _MM, felt.y / _MM)
     x, y = np.append(x, felt.x[again]), np.append(y, felt.y[again])
@@ -230,16 +231,3 @@ def _candidates(
     if not allowed.any():
         raise ParameterError("no place is left for a site: all is outside, or no-go")
     return x[allowed], y[allowed]
-
-
-def _spread(within: Polygon, most: int) -> tuple[FloatArray, FloatArray, float]:
-    """Return about so many places spread evenly over the area [mm], and their distance."""
-    low, high = (_MM * each for each in (within.corners.min(axis=0), within.corners.max(axis=0)))
-    share = within.area * _MM**2 / float(np.prod(high - low))
-    step = math.sqrt(float(np.prod(high - low)) * share / most)
-    # From edge to edge: an inclusion at the edge is found by a site on it.
-    counts = [max(int(side / step + 0.5), 1) + 1 for side in high - low]
-    along = [np.linspace(a, b, n) for a, b, n in zip(low, high, counts, strict=True)]
-    x, y = (each.ravel() for each in np.meshgrid(*along))
-    inside = within.contains(x / _MM, y / _MM)
-    return x[inside], y[inside], step
