@@ -6,7 +6,6 @@ What belongs here: explorations in numbers, and what they stated. What does not:
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -93,9 +92,11 @@ def explored(palpate: Palpate, most: int = MARKED[-1]) -> Explored:
         )
         begin = time.process_time()
         sampled = Sampled.of(sites, AREA, quick=True)
+        told = answer(sampled, SOUGHT, checked=False)
         chosen = next_sites(sampled, 1, AREA, start=tuple(places[-1]))
         decisions.append(time.process_time() - begin)
-        if nothing_after is None and answer(sampled, SOUGHT).none >= SOUGHT.probability:
+        # As ``decide`` does it, but the exploration goes on.
+        if nothing_after is None and told.answered and told.none >= SOUGHT.probability:
             told = answer(Sampled.of(sites, AREA), SOUGHT)
             if told.answered and told.none >= SOUGHT.probability:
                 nothing_after = len(places)
@@ -112,29 +113,42 @@ def _is_there(tissue: Tissue) -> bool:
     )
 
 
+@dataclass(frozen=True)
+class Measured:
+    """All of one tissue: marks by number of probes, and of the raster; statement, and times."""
+
+    marks: dict[str, Marks]
+    stated: Stated
+    decisions: list[float]
+
+
+def measured(seed: int) -> Measured:
+    """Explore a tissue, and scan it by a raster."""
+    shape = SHAPES[seed % len(SHAPES)]
+    tissue = Tissue.random(seed, shape, MIXED)
+    found = explored(lambda x, y: tissue.palpated(x, y, seed))
+    marks = {}
+    for probes, table in found.tables.items():
+        begin = time.process_time()
+        told = tp.map(table, within=WITHIN).to_dict()
+        seconds = time.process_time() - begin
+        marks[f"{probes} probes"] = marks_of(tissue, told, shape, seconds)
+    marks["raster of 81"] = mapped(tissue, 9, seed, shape)
+    return Measured(marks, Stated(found.nothing_after, _is_there(tissue)), found.decisions)
+
+
 def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, Any]:
     """Return marks after each number of probes and of the raster, statements and times."""
-    marks: dict[str, list[Marks]] = {f"{n} probes": [] for n in MARKED}
-    marks["raster of 81"] = []
-    stated: list[Stated] = []
-    decisions: list[float] = []
-    for seed in range(first, first + count):
-        shape = SHAPES[seed % len(SHAPES)]
-        tissue = Tissue.random(seed, shape, MIXED)
-        found = explored(lambda x, y, of=tissue, by=seed: of.palpated(x, y, by))
-        decisions += found.decisions
-        stated.append(Stated(found.nothing_after, _is_there(tissue)))
-        for probes, table in found.tables.items():
-            begin = time.process_time()
-            told = tp.map(table, within=WITHIN).to_dict()
-            seconds = time.process_time() - begin
-            marks[f"{probes} probes"].append(marks_of(tissue, told, shape, seconds))
-        marks["raster of 81"].append(mapped(tissue, 9, seed, shape))
+    return gathered([measured(seed) for seed in range(first, first + count)], _blocks(folder))
+
+
+def gathered(tissues: Sequence[Measured], blocks: list[Marks]) -> dict[str, Any]:
+    """Return the marks by number of probes, and all else, of many tissues."""
     return {
-        "marks": marks,
-        "blocks": _blocks(folder),
-        "stated": stated,
-        "decisions": decisions,
+        "marks": {name: [one.marks[name] for one in tissues] for name in tissues[0].marks},
+        "blocks": blocks,
+        "stated": [one.stated for one in tissues],
+        "decisions": [each for one in tissues for each in one.decisions],
     }
 
 
@@ -145,8 +159,9 @@ def _blocks(folder: Path) -> list[Marks]:
         of = block(number, folder)
         for again in range(2):
             found = explored(_of_block(of, FRESH + 2 * number + again), 25)
+            begin = time.process_time()
             told = tp.map(found.tables[25], within=WITHIN).to_dict()
-            marks.append(marks_of_block(told, of, math.nan))
+            marks.append(marks_of_block(told, of, time.process_time() - begin))
     return marks
 
 

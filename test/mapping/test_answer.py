@@ -85,6 +85,14 @@ def test_sites_that_no_inclusions_explain_give_no_answer():
     assert any("do not explain the sites" in each for each in found.open)
 
 
+def test_three_sites_tell_nothing():
+    x, y, k = np.array([(0.0, 0.0, 450.0), (0.02, 0.0, 900.0), (0.0, 0.02, 440.0)]).T
+    found = answer(Sampled.of(Sites(x, y, 0 * x, None, k, 0.001 * k), AREA))
+    assert not found.answered
+    assert found.inclusions == ()
+    assert "3 sites cannot tell" in found.open[0]
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [

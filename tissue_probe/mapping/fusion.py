@@ -28,8 +28,6 @@ _OPEN_END = int(np.iinfo(np.int64).max)
 #: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
 #: DDS holds back.
 _HELD_BACK = 1000
-#: The outward normal of tissue that lies flat under the stage.
-_UP = (0.0, 0.0, 1.0)
 
 
 class Estimate(NamedTuple):
@@ -298,7 +296,14 @@ def _result(dwell: Dwell, repeat: int) -> SiteResult:
     site = dwell.site
     position = tuple(map(float, site.position))
     return SiteResult(
-        site.site, repeat, site.stamp, position, _UP, *values, dwell.verdict(), dwell.leaving
+        site.site,
+        repeat,
+        site.stamp,
+        position,
+        site.normal,
+        *values,
+        dwell.verdict(),
+        dwell.leaving,
     )
 
 

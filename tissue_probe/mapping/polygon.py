@@ -12,6 +12,9 @@ import numpy as np
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
+#: Nearer to an edge than this is on it [m]: a thousandth of what a robot repeats.
+_ON_EDGE = 1e-8
+
 
 @dataclass(frozen=True)
 class Polygon:
@@ -37,7 +40,7 @@ class Polygon:
             )
         if not np.isfinite(self.corners).all():
             raise ParameterError("a corner of a polygon is not finite: give numbers in m")
-        if not self.area > 0.0:
+        if not self.area > _ON_EDGE * float(np.ptp(self.corners, axis=0).max()):
             raise ParameterError("the corners of a polygon lie on one line: nothing is inside")
 
     @property
@@ -60,7 +63,3 @@ class Polygon:
             between = (x - ax) * (x - bx) + (y - ay) * (y - by) <= 0.0
             on_edge |= between & (np.abs(off) <= _ON_EDGE * np.hypot(bx - ax, by - ay))
         return inside | on_edge
-
-
-#: Nearer to an edge than this is on it [m]: a thousandth of what a robot repeats.
-_ON_EDGE = 1e-8

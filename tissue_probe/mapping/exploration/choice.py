@@ -42,6 +42,7 @@ _STATES = 100
 #: Of candidates, and of places in question: in 40 x 40 mm a tip's radius, 3 mm, is two apart.
 _CANDIDATES, _PLACES = 800, 400
 MOST_AT_ONCE = 100
+_TIP = 3.0  # mm
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,10 @@ class Travel:
                 f"a speed of {self.speed} m/s and {self.at_site} s at a site: both must be "
                 "positive and finite"
             )
+
+
+#: That of the scan node, as its settings are without being told.
+USUAL = Travel()
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,7 @@ def next_sites(
     start: tuple[float, float] | None = None,
     pending: Sequence[tuple[float, float]] = (),
     unreachable: Sequence[tuple[float, float]] = (),
-    travel: Travel = Travel(),
+    travel: Travel = USUAL,
 ) -> list[NextSite]:
     """Return the next sites, in their order.
 
@@ -112,7 +117,7 @@ def next_sites(
     pending : sequence of (float, float)
         Sites that are decided and not felt yet [m].
     unreachable : sequence of (float, float)
-        Places that the robot did not reach [m]; none as near as a candidate is to another.
+        Places that the robot did not reach [m]: what is nearer to them than a tip is not tried.
     travel : Travel
         How long a site takes.
 
@@ -219,7 +224,7 @@ def _candidates(
     unreachable: Sequence[tuple[float, float]],
 ) -> tuple[FloatArray, FloatArray]:
     """Return places where a site may be [mm], those felt before among them."""
-    x, y, step = (_MM * each for each in spread(within, _CANDIDATES))
+    x, y = (_MM * each for each in spread(within, _CANDIDATES)[:2])
     felt = sampled.felt
     again = within.contains(felt.x / _MM, felt.y / _MM)
     x, y = np.append(x, felt.x[again]), np.append(y, felt.y[again])
@@ -227,7 +232,7 @@ def _candidates(
     for zone in no_go:
         allowed &= ~zone.contains(x / _MM, y / _MM)
     for place in unreachable:
-        allowed &= np.hypot(x - _MM * place[0], y - _MM * place[1]) >= step
+        allowed &= np.hypot(x - _MM * place[0], y - _MM * place[1]) >= _TIP
     if not allowed.any():
         raise ParameterError("no place is left for a site: all is outside, or no-go")
     return x[allowed], y[allowed]

@@ -27,7 +27,7 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import Felt, Sampled
+from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Felt, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -35,8 +35,6 @@ from tissue_probe.signals import FloatArray
 RASTER = 0.5e-3  # m
 CONTRAST = 1.5
 _MM = 1e3
-#: A plane takes three sites; a fourth is the first to contradict it.
-_LEAST_SITES = 4
 #: The background is the tissue that most places are like.
 _ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
@@ -101,7 +99,7 @@ def read_out(
         rows, count, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
         inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
-    if felt.x.size < _LEAST_SITES:
+    if felt.x.size < LEAST_SITES:
         inclusions = []
     unknown = ~domain.known(x, y)
     for layer in (mean, sd, share):
@@ -128,10 +126,10 @@ def read_out(
 
 def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
     told = []
-    if felt.x.size < _LEAST_SITES:
+    if felt.x.size < LEAST_SITES:
         told.append(
             f"{felt.x.size} sites cannot tell an inclusion from a tilted background: "
-            f"give {_LEAST_SITES} or more"
+            f"give {LEAST_SITES} or more"
         )
     if disagreement > AGREEMENT:
         told.append(

@@ -20,6 +20,8 @@ from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 _MM = 1e3
+#: A plane takes three sites; a fourth is the first to contradict it.
+LEAST_SITES = 4
 
 
 @dataclass(frozen=True)
