@@ -87,10 +87,14 @@ def test_a_place_that_was_not_reached_is_not_proposed():
     assert apart[np.triu_indices(4, 1)].min() >= 0.003
 
 
-def test_a_slow_probe_stays_near():
-    far = next_sites(left_half_felt(), 1, AREA, start=(0.0, 0.04), travel=EVERYWHERE)[0]
-    near = next_sites(left_half_felt(), 1, AREA, start=(0.0, 0.04), travel=Travel(speed=1e-4))[0]
-    assert np.hypot(near.x, near.y - 0.04) < np.hypot(far.x, far.y - 0.04)
+def test_of_places_that_tell_as_much_a_slow_probe_takes_the_nearest():
+    ways = []
+    for travel in (EVERYWHERE, Travel(speed=1e-4)):
+        starts = [(0.04, 0.0), (0.04, 0.02), (0.04, 0.04)]
+        chosen = [next_sites(left_half_felt(), 1, AREA, start=s, travel=travel)[0] for s in starts]
+        ways.append([np.hypot(c.x - x, c.y - y) for c, (x, y) in zip(chosen, starts, strict=True)])
+    assert (np.array(ways[1]) <= ways[0]).all()
+    assert sum(ways[1]) < sum(ways[0])
 
 
 def test_a_revisit_tells_drift_from_a_stiff_place():

@@ -113,6 +113,10 @@ def test_given_sites_are_palpated_in_their_order_and_left_along_their_normals(se
         (Explore.Goal(most_sites=5), "three corners or more"),
         (Explore.Goal(area=area(), most_sites=5, contrast=0.5), "contrast is 0.5"),
         (Explore.Goal(area=area(), most_sites=5, first=[Point(x=1.0)]), "outside the area"),
+        (
+            Explore.Goal(area=area(), no_go=[area(0.01, 0.01)], most_sites=5, first=[Point()]),
+            "where no site may be",
+        ),
         (Explore.Goal(area=area(), most_sites=5, bag="/nowhere.mcap"), "there is no bag"),
     ],
 )

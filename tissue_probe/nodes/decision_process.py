@@ -35,17 +35,24 @@ class DecisionProcess:
             os.setpriority(os.PRIO_PROCESS, self._process.pid, NICENESS)
         self._asked: dict[int, Future[Any]] = {}
         self._number = 0
+        self._lock = threading.Lock()
+        self._is_over = False
         threading.Thread(target=self._hear, name="decisions", daemon=True).start()
 
     def submit(self, function: Callable[..., Any], *arguments: Any, **named: Any) -> Future[Any]:
         """Have a function called; its result, or exception, comes with the future."""
-        self._number += 1
-        future = self._asked[self._number] = Future()
+        future: Future[Any] = Future()
+        with self._lock:
+            self._number += 1
+            if self._is_over:
+                future.set_exception(_ended())
+                return future
+            self._asked[self._number] = future
         try:
             pickle.dump((self._number, function, arguments, named), self._process.stdin)
             self._process.stdin.flush()
         except OSError:
-            future.set_exception(_ended())
+            pass  # it has ended, which is heard in the other thread
         return future
 
     def close(self) -> None:
@@ -64,9 +71,10 @@ class DecisionProcess:
                 future.set_result(result)
             else:
                 future.set_exception(error)
+        with self._lock:
+            self._is_over = True
         for future in self._asked.values():
-            if not future.done():
-                future.set_exception(_ended())
+            future.set_exception(_ended())
 
 
 def _ended() -> RuntimeError:

@@ -24,7 +24,6 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.nodes.decision_process import DecisionProcess
 from tissue_probe.nodes.scan_sources import Heard, Site, Source, Wait
-from tissue_probe.recording.reader import read_estimates, read_recording
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import Explore
 
@@ -63,8 +62,11 @@ class ExploredSites(Source):
         self._plane = _Plane(goal.area)
         self._first = [(p.x, p.y) for p in goal.first]
         for x, y in self._first:
-            if not within.contains(np.array([x]), np.array([y]))[0]:
+            here = np.array([x]), np.array([y])
+            if not within.contains(*here)[0]:
                 raise ValueError(f"first has ({x}, {y}) m, which is outside the area")
+            if any(zone.contains(*here)[0] for zone in self._question.no_go):
+                raise ValueError(f"first has ({x}, {y}) m, where no site may be")
         if goal.bag and not Path(goal.bag).exists():
             raise ValueError(f"there is no bag {goal.bag}")
         self._goal, self._outcomes = goal, heard.outcomes
@@ -249,6 +251,8 @@ def _polygon(area: Any) -> Polygon:
 
 def _results_of(bag: str) -> list[SiteResult]:
     """Return what a recording's dwells found, from its announcements and estimates."""
+    from tissue_probe.recording.reader import read_estimates, read_recording
+
     builder = MapBuilder()
     for site in read_recording(Path(bag)).sites:
         builder.announce(site)

@@ -191,13 +191,14 @@ class Scan(Node):
         return response
 
     def _judge(self, kind: type[Source], goal: Any) -> GoalResponse:
+        # First, since what a goal imports would hold up the scan under way.
+        if self._busy.locked():
+            self.get_logger().error("the scan is refused: another one is under way")
+            return GoalResponse.REJECT
         try:
             kind(goal, self._outcome)
         except ValueError as error:
             self.get_logger().error(f"the scan is refused: {error}")
-            return GoalResponse.REJECT
-        if self._busy.locked():
-            self.get_logger().error("the scan is refused: another one is under way")
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT
 
