@@ -30,6 +30,7 @@ from benchmarks import (
     start,
     workbench,
 )
+from benchmarks.maps import explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
 from benchmarks.protocols.catalogue import PROTOCOLS
@@ -62,6 +63,7 @@ class Part(str, Enum):
     protocols = "protocols"
     third_party = "third_party"
     map = "map"
+    explore = "explore"
     workbench = "workbench"
     all = "all"
 
@@ -69,6 +71,7 @@ class Part(str, Enum):
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
+    Part.explore,
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -123,7 +126,8 @@ def main(
         list[Protocol] | None, typer.Option(help="Of `protocols`; all by default.")
     ] = None,
     phantoms: Annotated[
-        int, typer.Option(min=3, help="`map`: random phantoms of each raster of sites.")
+        int,
+        typer.Option(min=3, help="`map`, `explore`: random phantoms (of each raster of sites)."),
     ] = 200,
     before: Annotated[
         str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
@@ -140,8 +144,8 @@ def main(
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
-    felupe); `map` how right the map of sites is; `workbench` how soon its page answers in a
-    browser. `all` leaves these ten out.
+    felupe); `map` how right the map of sites is, `explore` that of sites which are chosen one by
+    one; `workbench` how soon its page answers in a browser. `all` leaves these eleven out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -189,6 +193,10 @@ def main(
             found = maps.measure(RESULTS / "blocks", phantoms)
             results["map"] = maps.kept(found)
             Console(width=150).print(*maps.shown(found))
+        if part == Part.explore:
+            explorations = explore.measure(RESULTS / "blocks", phantoms)
+            results["explore"] = explore.kept(explorations)
+            Console(width=150).print(*explore.shown(explorations))
         if part == Part.workbench:
             results["workbench"] = workbench.measure()
             Console().print(workbench.table(results["workbench"]))

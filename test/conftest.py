@@ -85,7 +85,11 @@ class Messages:
 
     def site(self, site):
         point = self._store.types["geometry_msgs/msg/Point"](*site.position)
-        return self.cdr(self.SITE, self.header(site.stamp), site.site, point, int(site.phase))
+        normal = self._store.types["geometry_msgs/msg/Vector3"](*site.normal)
+        phase, leaving = int(site.phase), int(site.leaving)
+        return self.cdr(
+            self.SITE, self.header(site.stamp), site.site, point, normal, phase, leaving
+        )
 
     def estimate(self, stamp, sequence, name, values, status):
         return self.cdr(self.ESTIMATE, self.header(stamp), sequence, name, *values, status)

@@ -7,6 +7,7 @@ What does not: reading or writing them (``recording``), or computing them (``est
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
@@ -186,6 +187,23 @@ def sound_position(position: tuple[float, float, float]) -> tuple[float, float, 
     return position
 
 
+def sound_normal(normal: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return a normal at length 1; all 0, as who does not know it says, is along z.
+
+    Raises
+    ------
+    ValueError
+        If it is not finite.
+    """
+    length = math.hypot(*normal)
+    if not math.isfinite(length):
+        raise ValueError(f"the normal {normal} is not finite")
+    if length == 0.0:
+        return UP
+    x, y, z = normal
+    return x / length, y / length, z / length
+
+
 def sample_offsets(count: int, sample_period: float) -> IntArray:
     """Time of each of ``count`` samples after the first [ns], rounded one by one (no drift)."""
     return np.rint(np.arange(count) * (sample_period * NANOSECONDS)).astype(np.int64)
@@ -228,19 +246,35 @@ class Phase(IntEnum):
     LIFTED = 2
 
 
+#: The normal of a surface that lies flat under the stage.
+UP = (0.0, 0.0, 1.0)
+
+
+class Leaving(IntEnum):
+    """Why a dwell ended (the constants of ``PalpationSite.msg``)."""
+
+    UNTOLD = 0
+    TOLD_ENOUGH = 1
+    LONGEST = 2
+    STOPPED = 3
+
+
 @dataclass(frozen=True, slots=True)
 class PalpationSite:
     """One announcement of where the probe palpates.
 
     ``stamp`` [ns since the epoch] is when the phase begins; it may lie in the future.
     ``site`` numbers the sites of a scan from 0; ``position`` is the site's (x, y, z) [m] in the
-    stage's frame, z being the height of the tissue's surface.
+    stage's frame, z being the height of the tissue's surface. ``leaving`` tells with LIFTED why the
+    dwell ended; ``normal`` is the surface's outward one, of length 1.
     """
 
     stamp: int
     site: int
     position: tuple[float, float, float]
     phase: Phase
+    leaving: Leaving = Leaving.UNTOLD
+    normal: tuple[float, float, float] = UP
 
 
 @dataclass(frozen=True)

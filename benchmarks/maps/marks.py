@@ -181,11 +181,11 @@ def _hidden(tissue: Tissue, hide: dict[str, Any]) -> bool | None:
     for nodule in tissue.nodules:
         if nodule.excess >= hide["contrast"] - 1.0:
             room = radius[int(np.abs(y - nodule.y).argmin()), int(np.abs(x - nodule.x).argmin())]
-            wrong.append(bool(room < _felt_radius(nodule)))
+            wrong.append(bool(room < felt_radius(nodule)))
     return any(wrong) if wrong else None
 
 
-def _felt_radius(nodule: Nodule) -> float:
+def felt_radius(nodule: Nodule) -> float:
     """Return the radius of the circle of the area that is felt above half of the peak [mm]."""
     along = np.arange(-25.0, 25.0, 0.25)
     dx, dy = np.meshgrid(along, along)

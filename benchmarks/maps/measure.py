@@ -98,12 +98,13 @@ def shown(found: Mapping[str, Mapping[str, Sequence[Marks]]]) -> list[Table]:
 def kept(found: Mapping[str, Mapping[str, Sequence[Marks]]]) -> dict[str, Any]:
     """Return the marks as JSON has them."""
     return {
-        title: {name: [_known(asdict(one)) for one in marks] for name, marks in sets.items()}
+        title: {name: [known(asdict(one)) for one in marks] for name, marks in sets.items()}
         for title, sets in found.items()
     }
 
 
-def _known(marks: dict[str, Any]) -> dict[str, Any]:
+def known(marks: dict[str, Any]) -> dict[str, Any]:
+    """Return marks with None where a number is not known: JSON has no NaN."""
     return {
         name: None if isinstance(value, float) and not np.isfinite(value) else value
         for name, value in marks.items()

@@ -112,3 +112,57 @@ def test_input_that_makes_no_map_is_refused_in_a_sentence(
     outcome = run("map", write(tmp_path / "sites.csv", given), *arguments)
     assert outcome.status != 0
     assert message in outcome.err.replace("\n", " ")
+
+
+SQUARE = {"x": [0.0, 0.04, 0.04, 0.0], "y": [0.0, 0.0, 0.04, 0.04]}
+LEFT = {"x": [-0.001, 0.03, 0.03, -0.001], "y": [-0.001, -0.001, 0.041, 0.041]}
+
+
+def test_the_next_sites_are_in_the_area_and_in_no_zone(run, tmp_path):
+    path, area = write(tmp_path / "sites.csv", table()), write(tmp_path / "area.csv", SQUARE)
+    zone = write(tmp_path / "zone.csv", LEFT)
+    outcome = run("map", path, "--next", 5, "--within", area, "--no-go", zone, "--json", "out.json")
+    assert outcome.status == 0, outcome.err
+    assert "next site" in outcome.out
+    found = json.loads((tmp_path / "out.json").read_text())
+    assert [set(one) for one in found["next"]] == 5 * [{"x", "y", "gain"}]
+    for one in found["next"]:
+        assert 0.03 < one["x"] <= 0.04
+        assert 0.0 <= one["y"] <= 0.04
+        assert one["gain"] > 0.0
+    assert found["answer"]["text"] in " ".join(outcome.out.split())
+    from_python = tp.map(path, within=area, no_go=[LEFT], next=5)
+    assert json.loads(json.dumps(from_python.to_dict())) == found
+    assert from_python.next[0].x == found["next"][0]["x"]
+
+
+def test_a_map_within_an_area_speaks_of_all_of_it(tmp_path):
+    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 0.02, 5)] * 2))
+    corner = {"x": x, "y": y, "k": np.full(25, 450.0), "k_sd": np.full(25, 1.0)}
+    near, all_of_it = tp.map(corner), tp.map(corner, within=SQUARE)
+    assert near.map.surface.x[-1] < 0.03
+    assert all_of_it.map.surface.x[-1] > 0.039
+    assert np.isfinite(all_of_it.map.surface.mean[-8, -8])
+    hide = all_of_it.map.could_hide
+    assert np.isnan(hide.radius[hide.y.searchsorted(0.035), hide.x.searchsorted(0.035)])
+
+
+@pytest.mark.parametrize(
+    ("corners", "arguments", "message"),
+    [
+        (None, ("--next", "3"), "--next is of an area: give --within"),
+        ({"x": [0.0, 0.01], "y": [0.0, 0.01]}, (), "--within: a polygon has shape (2, 2)"),
+        ({"x": [0.0, 0.01, 0.02], "y": [0.0, 0.01, 0.02]}, (), "lie on one line"),
+        ({"a": [0.0, 0.01, 0.0], "y": [0.0, 0.0, 0.01]}, (), "has no column x"),
+        (SQUARE, ("--next", "101"), "from 1 to 100"),
+        (SQUARE, ("--next", "3", "--no-go", "area.csv"), "no place is left"),
+    ],
+)
+def test_areas_that_make_no_question_are_refused_in_a_sentence(
+    run, tmp_path, corners, arguments, message
+):
+    path = write(tmp_path / "sites.csv", table())
+    within = () if corners is None else ("--within", write(tmp_path / "area.csv", corners))
+    outcome = run("map", path, *within, *arguments)
+    assert outcome.status != 0
+    assert message in " ".join(outcome.err.split())

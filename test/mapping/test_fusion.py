@@ -1,6 +1,7 @@
 """The map builder: which estimates count, and how they are fused."""
 
 import math
+from dataclasses import replace
 from timeit import timeit
 
 import numpy as np
@@ -16,7 +17,7 @@ from tissue_probe.mapping.fusion import (
 )
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.verdict import Verdict
-from tissue_probe.signals import PalpationSite, Phase, Status, TissueEstimates
+from tissue_probe.signals import Leaving, PalpationSite, Phase, Status, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
 SECOND = 1_000_000_000
@@ -235,6 +236,15 @@ def test_a_second_visit_that_ends_without_a_value_takes_the_first_one_away(statu
     builder.announce(announcement(20, 0, Phase.DWELL))
     builder.add_one("ekf", status, estimate(stamp=21))
     assert not builder.map().measured.any()
+
+
+def test_a_result_tells_why_its_dwell_ended():
+    builder = dwelling(site=0, begin=0)
+    assert builder.results(under_way=False) == []
+    builder.announce(replace(announcement(10, 0, Phase.LIFTED), leaving=Leaving.TOLD_ENOUGH))
+    builder.announce(announcement(20, 0, Phase.DWELL))
+    builder.announce(announcement(30, 0, Phase.LIFTED))
+    assert [one.leaving for one in builder.results()] == [Leaving.TOLD_ENOUGH, Leaving.UNTOLD]
 
 
 def test_a_second_visit_of_which_nothing_is_known_leaves_the_first_value():

@@ -11,7 +11,7 @@ from tissue_probe.mapping.fusion import Dwell, Estimate, Judged, MapBuilder
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.kept_map import KeptMap
 from tissue_probe.mapping.site_results import SiteResults
-from tissue_probe.signals import PalpationSite, Phase, Status
+from tissue_probe.signals import Leaving, PalpationSite, Phase, Status
 
 GRID = Grid((0.0, 0.0, 0.0), 0.003, rows=2, columns=3)
 #: Announcements are sent at these times after their stamps.
@@ -125,17 +125,22 @@ numbers = st.floats(allow_nan=False)
     status=st.sampled_from(Status),
     values=st.tuples(*[numbers] * 5),
     announced=st.integers(0, 2**62),
+    leaving=st.sampled_from(Leaving),
 )
-def test_a_dwell_reads_back_as_it_was_kept(tmp_path_factory, begin, status, values, announced):
+def test_a_dwell_reads_back_as_it_was_kept(
+    tmp_path_factory, begin, status, values, announced, leaving
+):
     site = PalpationSite(begin, 3, (0.001, -0.002, 0.5), Phase.DWELL)
     dwell = Dwell(site)
     dwell.end_at(begin + 10)
+    dwell.leaving = leaving
     dwell.take("ekf", Judged(int(status), Estimate(begin + 1, *values)))
     results = SiteResults(tmp_path_factory.mktemp("kept") / "results.jsonl")
     results.begin({})
     results.keep(announced, dwell)
     ((sent, found),) = results.stored().items()
     assert (sent, found.site, found.end) == (announced, site, begin + 10)
+    assert found.leaving == leaving
     assert found.last() == dwell.last()
 
 

@@ -22,6 +22,8 @@ from cyclonedds.topic import Topic
 
 PERIOD = 0.01  # s
 SPEED = 0.05  # m/s
+#: Along x it comes no farther [m].
+REACH = float(os.environ.get("REACH", "inf"))
 TURNED = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
@@ -39,6 +41,13 @@ class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
 
 @dataclass
 class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
     x: float64
     y: float64
     z: float64
@@ -83,7 +92,9 @@ class PalpationSite(IdlStruct, typename="tissue_probe_msgs::msg::dds_::Palpation
     header: Header
     site: uint32
     position: Point
+    normal: Vector3
     phase: uint8
+    leaving: uint8
 
 
 def taken(reader: DataReader, kind: type) -> list:
@@ -145,7 +156,7 @@ class Robot:
         self.told["stamps"].append(stamp.sec * 1_000_000_000 + stamp.nanosec)
         self.told["depth"].append(pose.position.z)
         if self.state == "ENABLED":
-            self.goal = [pose.position.x, pose.position.y, pose.position.z]
+            self.goal = [min(pose.position.x, REACH), pose.position.y, pose.position.z]
 
 
 def main() -> None:

@@ -18,6 +18,7 @@ from tissue_probe.signals import (
     LAST_STAMP,
     REACH,
     FloatArray,
+    Leaving,
     PalpationSite,
     Phase,
     SampleBlock,
@@ -55,9 +56,10 @@ def test_samples_come_back_bit_for_bit(stamp, sequence, samples: FloatArray):
     site=st.integers(0, 2**32 - 1),
     position=st.tuples(*[st.floats(-REACH, REACH)] * 3),
     phase=st.sampled_from(list(Phase)),
+    leaving=st.sampled_from(list(Leaving)),
 )
-def test_a_site_comes_back(stamp, site, position, phase):
-    announcement = PalpationSite(stamp, site, position, phase)
+def test_a_site_comes_back(stamp, site, position, phase, leaving):
+    announcement = PalpationSite(stamp, site, position, phase, leaving)
     message = sent(conversions.site_to_message(announcement, "stage"))
     assert conversions.site_from_message(message) == announcement
 

@@ -20,11 +20,13 @@ from conftest import (
     samples_publisher,
     stage_on_tissue,
 )
+from tissue_probe.configuration import stock_configuration
 from tissue_probe.nodes.conversions import from_time, samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.physics.phantom import Phantom
 from tissue_probe.signals import NANOSECONDS, SampleBlock
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
+from tissue_probe_msgs.msg import PalpationSite, SiteResults, StiffnessMap
 
 
 @pytest.fixture
@@ -132,6 +134,48 @@ def test_a_scan_under_way_keeps_others_out_and_when_cancelled_lifts_the_probe(ru
     assert "0 of 2 sites" in answer.result.message
     running.wait_until(lambda: poses[-1].pose.position.z > 0.0025, "the probe to be lifted")
     assert scanning.feedback[-1].site.phase == PalpationSite.LIFTED
+    assert scanning.feedback[-1].site.leaving == PalpationSite.STOPPED
+
+
+def test_a_dwell_is_left_when_enough_is_told_and_the_result_says_so(session):
+    names = ["ekf", "robust_ekf"]
+    running = session(
+        driver(),
+        STAGE,
+        NodeProcess("scan", "scan", parameters={**PATIENT, "estimators": names}),
+        *(estimator(name) for name in names),
+        NodeProcess("mapper", "mapper", parameters={"estimators": names}),
+    )
+    sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+    results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
+    running.activate(
+        {"/probe/driver": 3, **{f"/probe/{name}": 2 for name in names}},
+        {"/probe/mapper": 3, **{f"/probe/{name}": 2 for name in names}},
+    )
+    answer = Scanning(running, goal(dwell_time=20.0)).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: len(sites) == 6, "the announcements")
+    stamps = [from_time(site.header.stamp) for site in sites]
+    for begin, end in zip(stamps[1::3], stamps[2::3], strict=True):
+        # A period of 10 Hz, and the time of the filters' tests; busy estimators come later.
+        assert 0.2 * NANOSECONDS <= end - begin < 15 * NANOSECONDS
+    assert [site.leaving for site in sites[2::3]] == 2 * [PalpationSite.TOLD_ENOUGH]
+    running.wait_until(
+        lambda: [one.leaving for one in results[-1].results] == 2 * [PalpationSite.TOLD_ENOUGH],
+        "the results",
+    )
+    phantom = Phantom.load(stock_configuration("phantom.yaml"))
+    for one in results[-1].results:
+        true = phantom.stiffness(one.position.x, one.position.y)
+        assert one.stiffness == pytest.approx(true, rel=0.005)
+
+
+def test_without_estimators_a_dwell_takes_its_longest_time_and_says_so(running):
+    sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
+    answer = Scanning(running, goal(columns=1)).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: len(sites) == 3, "the announcements")
+    assert sites[-1].leaving == PalpationSite.LONGEST
 
 
 def test_a_driver_that_dies_stops_the_scan_and_the_map_keeps_what_it_has(session):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,10 +16,14 @@ from tissue_probe.analysis.choices import FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
 from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
 from tissue_probe.analysis.result_table import Column, ResultTable, number
-from tissue_probe.errors import ParameterError
+from tissue_probe.errors import ParameterError, TissueProbeError
+from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
+from tissue_probe.mapping.exploration.choice import NextSite, next_sites
 from tissue_probe.mapping.height import height_at
-from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, map_of
+from tissue_probe.mapping.polygon import Polygon
+from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
 from tissue_probe.mapping.posterior.results import PosteriorMap
+from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
@@ -27,6 +31,7 @@ from tissue_probe.physics.phantom import Phantom
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns
+from tissue_probe.recording.corners import read_corners
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.open_bag import is_bag
 from tissue_probe.recording.ply import write_ply
@@ -54,6 +59,10 @@ class MapResult:
         The tissue of a simulated run, where it is recorded.
     notes : tuple of str
         How the samples were read, in sentences.
+    next : tuple of NextSite
+        The sites that tell most, in their order, where they were asked for.
+    answer : Answer or None
+        What is known of inclusions in the area, where one is given.
     """
 
     sites: Sites
@@ -61,6 +70,8 @@ class MapResult:
     map: PosteriorMap
     phantom: Phantom | None
     notes: tuple[str, ...]
+    next: tuple[NextSite, ...] = ()
+    answer: Answer | None = None
 
     @property
     def inclusions(self) -> ResultTable:
@@ -94,7 +105,10 @@ class MapResult:
         told = [f"{int(self.sites.felt.sum())} of {self.sites.x.size} sites measured"]
         told += [f"{count} {word}" for word, count in self.unusual.items()]
         told.append(f"background {background.stiffness:.1f} ± {background.stiffness_sd:.1f} N/m")
-        return "\n".join(["; ".join(told), *check.notes])
+        lines = ["; ".join(told), *check.notes]
+        if self.answer is not None:
+            lines += [self.answer.text, *(f"open: {each}" for each in self.answer.open)]
+        return "\n".join(lines)
 
     def __repr__(self) -> str:
         return f"{self.text}\n{self.inclusions!r}"
@@ -125,7 +139,13 @@ class MapResult:
     def to_dict(self) -> dict[str, Any]:
         """Return the map in SI units, with nothing in it that JSON has not: NaN is None."""
         found = self.map
+        asked: dict[str, Any] = {}
+        if self.next:
+            asked["next"] = [asdict(one) for one in self.next]
+        if self.answer is not None:
+            asked["answer"] = asdict(self.answer)
         return {
+            **asked,
             "inclusions": [
                 {
                     "x": one.x,
@@ -229,6 +249,10 @@ def map_sites(
     rig: FilteredRig | None = None,
     raster: float = RASTER,
     contrast: float = CONTRAST,
+    within: Source | None = None,
+    no_go: Sequence[Source] = (),
+    next: int = 0,
+    sought: Sought | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
@@ -247,12 +271,45 @@ def map_sites(
         Step of the surface [m].
     contrast : float
         Of the inclusions that could hide: stiffness over their middle, over the background's.
+    within : path or table in memory, optional
+        Corners of the area in question, with the columns x, y [m]: the map speaks of all of it,
+        however far from the sites.
+    no_go : sequence of path or table in memory
+        Corners of each area where no further site may be.
+    next : int
+        How many further sites to choose within the area.
+    sought : Sought, optional
+        Which inclusions matter, and how surely the question is to be answered; by default of 4 mm
+        or more at the contrast, with a probability of 0.95.
 
     Raises
     ------
     TissueProbeError
-        If it cannot be read, has no recorded estimates, no sites, or none with a value.
+        If it cannot be read, has no recorded estimates, no sites, or none with a value; or if there
+        is no place for a further site.
     """
+    area = _polygon(within, "within") if within is not None else None
+    zones = [_polygon(zone, "no_go") for zone in no_go]
+    for name, given in (("next", next), ("no_go", zones), ("sought", sought)):
+        if given and area is None:
+            raise ParameterError(f"`{name}` is of an area: give `within`")
+
+    def asked(
+        sites: Sites,
+        results: tuple[SiteResult, ...],
+        phantom: Phantom | None,
+        notes: tuple[str, ...],
+    ) -> MapResult:
+        sampled = Sampled.of(sites, area)
+        found = read_out(sampled, sites, raster=raster, contrast=contrast)
+        if area is None:
+            return MapResult(sites, results, found, phantom, notes)
+        last = len(sites.x) - 1 if sites.t is None else int(sites.t.argmax())
+        start = float(sites.x[last]), float(sites.y[last])
+        chosen = next_sites(sampled, next, area, no_go=zones, start=start) if next else []
+        told = answer(sampled, sought or Sought(contrast=contrast))
+        return MapResult(sites, results, found, phantom, notes, tuple(chosen), told)
+
     table = _site_table(measured)
     if table is not None:
         if estimators or effects or rig:
@@ -265,7 +322,7 @@ def map_sites(
         sites = Sites(
             columns["x"], columns["y"], z, columns.get("t"), columns["k"], columns["k_sd"]
         )
-        return MapResult(sites, (), map_of(sites, raster=raster, contrast=contrast), None, ())
+        return asked(sites, (), None, ())
     parts = measurements_of(measured).parts
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
@@ -282,9 +339,21 @@ def map_sites(
                 f"{part.name} has no recorded estimates: give a filter by `estimator`"
             )
     results = tuple(palpated(part.recording, estimates).results())
-    sites = sites_of(results)
-    found = map_of(sites, raster=raster, contrast=contrast)
-    return MapResult(sites, results, found, recorded_phantom(part.recording), part.notes)
+    return asked(sites_of(results), results, recorded_phantom(part.recording), part.notes)
+
+
+def _polygon(corners: Source, parameter: str) -> Polygon:
+    """Return a polygon that is given by a table of its corners; errors name the parameter."""
+    try:
+        if isinstance(corners, Measurements):
+            raise ParameterError("samples are given; give a table with x, y of its corners")
+        if isinstance(corners, str | os.PathLike):
+            columns = open_columns(Path(corners))
+        else:
+            columns = columns_in_memory(corners, IN_MEMORY)
+        return Polygon(read_corners(columns))
+    except TissueProbeError as error:
+        raise ParameterError(f"`{parameter}`: {error}") from None
 
 
 def is_sites(measured: Source) -> bool:

@@ -29,9 +29,15 @@ def demo(
     dwell_time: Annotated[
         float,
         typer.Option(
-            metavar="SECONDS", min=0.05, max=60.0, help="Time in contact at each site [s]."
+            metavar="SECONDS", min=0.05, max=60.0, help="Longest time in contact at each site [s]."
         ),
     ] = 1.0,
+    explore: Annotated[
+        bool,
+        typer.Option(
+            "--explore", help="Choose each site from those before, 25 at most, instead of a grid."
+        ),
+    ] = False,
     phantom: Annotated[
         Path | None,
         typer.Option(
@@ -42,7 +48,7 @@ def demo(
 ) -> None:
     """Palpate a simulated phantom, from probe to map.
 
-    Scans a 5 x 5 grid at real time, in the processes of a real probe.
+    Scans a 5 x 5 grid at real time, in the processes of a real probe; or explores its area.
 
     Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
     """
@@ -58,11 +64,11 @@ def demo(
     folder.mkdir(parents=True, exist_ok=True)
     bag = folder / "run.mcap"
     try:
-        print(palpate(bag, dwell_time, phantom))
+        print(palpate(bag, dwell_time, phantom, explore))
     except SessionError as error:
         raise SystemExit(f"tissue_probe: {error}") from None
     _say("step 2 of 3: the recording is read")
-    evaluate(bag, folder)
+    evaluate(bag, folder, explore)
 
 
 def _say(step: str) -> None:
@@ -70,8 +76,8 @@ def _say(step: str) -> None:
     print(step, file=sys.stderr, flush=True)
 
 
-def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
-    """Run the scan into a recording; return how it ended.
+def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -> str:
+    """Run the scan into a recording; return how it ended, and how long it took.
 
     Raises
     ------
@@ -81,6 +87,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     from tissue_probe.mapping.grid import Grid
+    from tissue_probe.nodes.conversions import from_time
     from tissue_probe.nodes.session import Session, simulation
 
     bag.unlink(missing_ok=True)
@@ -88,7 +95,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
     subscribers = {
         "/probe/driver": 3,  # the estimators, which share a process, the scan and the recorder
         "/probe/scan": 4,  # the driver, the estimators, the mapper and the recorder
-        **{f"/probe/{name}": 2 for name in ESTIMATORS},  # the mapper and the recorder
+        **{f"/probe/{name}": 3 for name in ESTIMATORS},  # the mapper, the recorder and the scan
     }
     publishers = {
         "/probe/mapper": len(ESTIMATORS) + 1,  # and the scan
@@ -107,17 +114,33 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None) -> str:
         task = progress.add_task("starting the nodes", total=len(grid))
         session.activate(subscribers, publishers)
 
+        stamps = []
+
         def show(feedback) -> None:
             doing = {0: "approaching", 1: "palpating", 2: "lifting"}[feedback.site.phase]
             progress.update(task, completed=feedback.sites_visited, description=doing)
+            stamps.append(from_time(feedback.site.header.stamp))
 
-        message = session.scan(grid, dwell_time, show).message
+        if explore:
+            corners = list(zip(*_corners().values(), strict=True))
+            message = session.explore(corners, len(grid), dwell_time, show).message
+        else:
+            message = session.scan(grid, dwell_time, show).message
+        if stamps:
+            message += f"; {1e-9 * (stamps[-1] - stamps[0]):.1f} s of scan"
         progress.update(task, description="done")
         session.deactivate()
     return message
 
 
-def evaluate(bag: Path, folder: Path) -> None:
+def _corners() -> dict[str, list[float]]:
+    """Return the corners of the area that the grid covers [m]."""
+    (x, y, _), spacing, rows, columns = SITES
+    right, top = x + spacing * (columns - 1), y + spacing * (rows - 1)
+    return {"x": [x, right, right, x], "y": [y, y, top, top]}
+
+
+def evaluate(bag: Path, folder: Path, explored: bool) -> None:
     """Draw and print what a recorded scan found."""
     from tissue_probe.analysis.mapping import map_sites
     from tissue_probe.analysis.recorded import estimate_again
@@ -125,7 +148,7 @@ def evaluate(bag: Path, folder: Path) -> None:
     from tissue_probe.recording.reader import read_recording
 
     recording = read_recording(bag)
-    result = map_sites(bag)
+    result = map_sites(bag, within=_corners() if explored else None)
     _say("step 3 of 3: pictures are drawn, the filters run again")
     result.plot().savefig(folder / "map.png", dpi=100)
     draw_course(recording, [estimate_again(recording, name) for name in ESTIMATORS], folder)

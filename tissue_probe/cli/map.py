@@ -56,6 +56,21 @@ def map_command(
         float,
         typer.Option(help="Of inclusions that could hide: stiffness over the background's."),
     ] = 1.5,
+    within: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Corners of the area in question: columns x, y [m]."),
+    ] = None,
+    no_go: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Corners of an area where no further site may be, may be repeated.",
+        ),
+    ] = None,
+    next_count: Annotated[
+        int,
+        typer.Option("--next", metavar="N", min=0, help="Further sites to choose in the area."),
+    ] = 0,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="The map for programs.")
     ] = None,
@@ -92,6 +107,9 @@ def map_command(
         rig=rig.value if rig else None,
         raster=1e-3 * raster,
         contrast=contrast,
+        within=within,
+        no_go=no_go or [],
+        next=next_count,
     )
     result.plot().savefig(output, dpi=100)
     if json_file is not None:
@@ -103,6 +121,7 @@ def map_command(
     if report is not None:
         result.report(report)
     summarize(result)
+    tell_next(result)
     print(f"The map is in {output}.")
 
 
@@ -149,6 +168,19 @@ def summarize(result: MapResult) -> None:
         f"{len(matched.pairs)} of {len(phantom.nodules)} nodules found, "
         f"{len(matched.false)} inclusions where there is no nodule"
     )
+
+
+def tell_next(result: MapResult) -> None:
+    """Print the sites that tell most, where they were asked for."""
+    from rich.console import Console
+    from rich.table import Table
+
+    if not result.next:
+        return
+    table = Table("next site", "x, y [mm]", "settles [mm²]")
+    for number, one in enumerate(result.next, 1):
+        table.add_row(str(number), _place(one), f"{1e6 * one.gain:.2f}")
+    Console(highlight=False, markup=False).print(table)
 
 
 def _place(thing) -> str:

@@ -43,6 +43,9 @@ PER_STATE = ("prior", "prior_variance", "largest_variance", "process_variance", 
 # Samples whose innovations are held against the batch before (see ``verdict``): at least 50 ms, in
 # which a hum beside a harmonic turns its phase, and so many that their sum is normal.
 BATCH_TIME, BATCH_SAMPLES = 0.05, 100.0
+# In which a wrong model is found, from a filter's start on [s]: three short batches that contradict
+# it, and the one before them.
+TEST_TIME = 4.0 * BATCH_TIME
 # Time and samples of a window (see ``windows``): in 10 ms an encoder's steps average out, and
 # 100 Hz, faster than tissue is palpated, still get through; sums of 16 samples are integrals to
 # 1e-4.

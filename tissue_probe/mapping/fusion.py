@@ -22,14 +22,12 @@ from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
-from tissue_probe.signals import FloatArray, PalpationSite, Phase, TissueEstimates
+from tissue_probe.signals import FloatArray, Leaving, PalpationSite, Phase, TissueEstimates
 
 _OPEN_END = int(np.iinfo(np.int64).max)
 #: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
 #: DDS holds back.
 _HELD_BACK = 1000
-#: The outward normal of tissue that lies flat under the stage.
-_UP = (0.0, 0.0, 1.0)
 
 
 class Estimate(NamedTuple):
@@ -108,10 +106,13 @@ class Dwell:
         The first time that is no more in the dwell [ns since the epoch].
     ended : bool
         Whether the end is known.
+    leaving : Leaving
+        Why it ended.
     """
 
     site: PalpationSite
     end: int = _OPEN_END
+    leaving: Leaving = Leaving.UNTOLD
     _found: dict[str, deque[Judged]] = field(default_factory=dict)
     _kept: int = _HELD_BACK
 
@@ -196,7 +197,10 @@ class MapBuilder:
             if not dwell.last():  # it was announced ahead, and never came to be
                 self._visits[place_of(dwell.site)].remove(dwell)
         if self._timeline:
-            self._timeline[-1].end_at(site.stamp)
+            last = self._timeline[-1]
+            if site.phase == Phase.LIFTED and not last.ended:
+                last.leaving = site.leaving
+            last.end_at(site.stamp)
         if site.phase != Phase.DWELL:
             return None
         if self._timeline:
@@ -209,7 +213,9 @@ class MapBuilder:
     def take_up(self, dwell: Dwell) -> None:
         """Take a dwell that has ended with all that was found in it, as if it came now."""
         self.announce(dwell.site)
-        self.announce(replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED))
+        self.announce(
+            replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED, leaving=dwell.leaving)
+        )
         for estimator, (status, estimate) in dwell.last().items():
             self.add_one(estimator, status, estimate)
 
@@ -289,7 +295,16 @@ def _result(dwell: Dwell, repeat: int) -> SiteResult:
     values = tuple(map(float, _fuse(usable))) if usable else (math.nan,) * 5
     site = dwell.site
     position = tuple(map(float, site.position))
-    return SiteResult(site.site, repeat, site.stamp, position, _UP, *values, dwell.verdict())
+    return SiteResult(
+        site.site,
+        repeat,
+        site.stamp,
+        position,
+        site.normal,
+        *values,
+        dwell.verdict(),
+        dwell.leaving,
+    )
 
 
 #: Verdicts by which an estimator has said something of the tissue.

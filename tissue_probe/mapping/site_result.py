@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
-from tissue_probe.signals import NANOSECONDS
+from tissue_probe.signals import NANOSECONDS, Leaving
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class SiteResult:
         Trace of the filters' covariance, units mixed as in the paper.
     verdict : Verdict
         Why there is a value, or none.
+    leaving : Leaving
+        Why the dwell ended; UNTOLD while it goes on.
     """
 
     site: int
@@ -52,6 +54,7 @@ class SiteResult:
     stiffness_stddev: float
     damping_stddev: float
     verdict: Verdict
+    leaving: Leaving
 
     @property
     def has_value(self) -> bool:

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tissue_probe.mapping.fusion import Dwell, Estimate, Judged
-from tissue_probe.signals import PalpationSite, Phase
+from tissue_probe.signals import Leaving, PalpationSite, Phase, sound_normal
 
 
 class SiteResults:
@@ -71,6 +71,8 @@ def _line(announced: int, dwell: Dwell) -> str:
         "end": dwell.end,
         "site": site.site,
         "position": site.position,
+        "normal": site.normal,
+        "leaving": dwell.leaving,
         "found": {name: [each.status, *each.estimate] for name, each in dwell.last().items()},
     }
     return json.dumps(content) + "\n"
@@ -78,9 +80,12 @@ def _line(announced: int, dwell: Dwell) -> str:
 
 def _dwell(content: dict) -> tuple[int, Dwell]:
     x, y, z = map(float, content["position"])
-    site = PalpationSite(int(content["begin"]), int(content["site"]), (x, y, z), Phase.DWELL)
+    normal = sound_normal(tuple(map(float, content["normal"])))
+    begin, number = int(content["begin"]), int(content["site"])
+    site = PalpationSite(begin, number, (x, y, z), Phase.DWELL, normal=normal)
     dwell = Dwell(site)
     dwell.end_at(int(content["end"]))
+    dwell.leaving = Leaving(content["leaving"])
     for name, (status, stamp, *values) in content["found"].items():
         dwell.take(str(name), Judged(int(status), Estimate(int(stamp), *map(float, values))))
     return int(content["announced"]), dwell

@@ -9,18 +9,20 @@ import array
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import Point, PoseStamped, Vector3
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,
+    Leaving,
     PalpationSite,
     Phase,
     SampleBlock,
     TissueEstimates,
     sound_block,
+    sound_normal,
     sound_position,
     sound_stamp,
 )
@@ -102,7 +104,9 @@ def site_to_message(site: PalpationSite, frame_id: str) -> msg.PalpationSite:
         header=Header(stamp=to_time(site.stamp), frame_id=frame_id),
         site=site.site,
         position=Point(x=x, y=y, z=z),
+        normal=Vector3(**dict(zip("xyz", site.normal, strict=True))),
         phase=int(site.phase),
+        leaving=int(site.leaving),
     )
 
 
@@ -112,13 +116,15 @@ def site_from_message(message: msg.PalpationSite) -> PalpationSite:
     Raises
     ------
     ValueError
-        If the phase is none of the message's constants, or stamp or position are not sound.
+        If phase or leaving is none of the message's constants, or stamp or position are not sound.
     """
     return PalpationSite(
         stamp=sound_stamp(from_time(message.header.stamp)),
         site=message.site,
         position=sound_position(_xyz(message.position)),
         phase=Phase(message.phase),
+        leaving=Leaving(message.leaving),
+        normal=sound_normal(_xyz(message.normal)),
     )
 
 
@@ -136,7 +142,7 @@ def place_from_message(message: PoseStamped) -> tuple[float, float, float]:
     return sound_position(_xyz(message.pose.position))
 
 
-def _xyz(point: Point) -> tuple[float, float, float]:
+def _xyz(point: Point | Vector3) -> tuple[float, float, float]:
     return point.x, point.y, point.z
 
 

@@ -50,6 +50,7 @@ def _result(frame_id: str, result: SiteResult) -> SiteResultMessage:
         damping=result.damping,
         damping_stddev=result.damping_stddev,
         verdict=int(result.verdict),
+        leaving=int(result.leaving),
     )
 
 

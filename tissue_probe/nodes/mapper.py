@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
@@ -21,6 +20,7 @@ from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
 from tissue_probe.nodes.conversions import site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
+from tissue_probe.nodes.fused_estimators import FusedEstimators
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.live_posterior import LivePosterior
 from tissue_probe.nodes.map_messages import (
@@ -46,14 +46,9 @@ from tissue_probe_msgs.msg import (
 INTERVAL = 0.1
 
 
-class MapperSettings(BaseModel):
-    """Whose estimates make the map."""
+class MapperSettings(FusedEstimators):
+    """Whose estimates make the map, and where results are kept."""
 
-    estimators: list[str] = setting(
-        ["robust_ekf", "ekf", "ukf", "afekf"],
-        "",
-        "estimators to fuse, by the names of their topics",
-    )
     frame_id: str = setting("stage", "", "frame of the map")
     results_file: str = setting(
         "",

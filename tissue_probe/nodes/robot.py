@@ -157,11 +157,18 @@ class Robot:
             check()
             self._command(self._setpoint)
 
-    def lift(self, height: float) -> None:
-        """Go straight up to z = ``height`` [m], whatever the robot says, and see it there.
+    def lift(self, surface: FloatArray, normal: FloatArray, height: float) -> None:
+        """Go along the normal to a height [m] above the surface, and see it there.
 
-        The way begins at the latest setpoint: it asks nothing of the robot that may not come. A
-        probe that was never moved is left where it is.
+        The way begins at the latest setpoint: it asks nothing of the robot that may not come,
+        whatever that says. A probe that was never moved is left where it is.
+
+        Parameters
+        ----------
+        surface, normal : array, shape (3,)
+            A place on the tissue [m], and the outward normal there, of length 1.
+        height : float
+            Above the tissue's plane there [m].
 
         Raises
         ------
@@ -171,31 +178,32 @@ class Robot:
         if self._setpoint is None:
             return
         began = time.monotonic()
-        above = np.array([*self._setpoint[:2], max(height, self._setpoint[2])])
+        lower_by = height - (self._setpoint - surface) @ normal
+        above = self._setpoint + max(lower_by, 0.0) * normal
         pacer, step = Pacer(INTERVAL), 0
-        for step, position in enumerate(self._way(self._setpoint, above), start=1):
+        for step, position in enumerate(self._line(self._setpoint, above), start=1):
             self._command(position)
             pacer.wait_for(step)
         deadline = time.monotonic() + self.settings.motion_timeout
-        while not self._is_up(height, began):
+        while not self._is_up(surface, normal, height, began):
             if missing := self.missing():
                 raise NotMoved(missing)
             if time.monotonic() > deadline:
                 raise NotMoved(
-                    f"the robot {self.name} was not lifted to {1e3 * height:.2f} mm within "
+                    f"the robot {self.name} was not lifted by {1e3 * height:.2f} mm within "
                     f"{self.settings.motion_timeout:g} s; it is at {_millimetres(self._position)}"
                 )
             self._command(above)
             step += 1
             pacer.wait_for(step)
 
-    def _is_up(self, height: float, since: float) -> bool:
+    def _is_up(self, surface: FloatArray, normal: FloatArray, height: float, since: float) -> bool:
         """Whether a pose that came later than ``since`` shows the probe at a height [m]."""
         self._inbox.empty()
         return (
             self._position is not None
             and self._heard > since
-            and self._position[2] >= height - self.settings.tolerance
+            and (self._position - surface) @ normal >= height - self.settings.tolerance
         )
 
     def _way(self, start: FloatArray, target: FloatArray) -> Iterator[FloatArray]:

@@ -19,6 +19,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point32
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.action import ActionClient
@@ -27,7 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
-from tissue_probe_msgs.action import ScanGrid
+from tissue_probe_msgs.action import Explore, ScanGrid
 
 #: Longest wait for all processes to find one another [s]; a first start compiles the filters.
 START_TIMEOUT = 90.0
@@ -75,7 +76,7 @@ def simulation(
     """
     chosen = {"simulated.phantom": str(phantom)} if phantom else {}
     return [
-        NodeProcess("scan", "scan"),
+        NodeProcess("scan", "scan", parameters={"estimators": list(estimators)}),
         NodeProcess("driver", "driver", parameters=chosen),
         NodeProcess("stage", "stage", "/stage"),
         NodeProcess("estimators", "estimators", parameters={"estimators": list(estimators)}),
@@ -220,12 +221,27 @@ class Session:
         SessionError
             If the scan is refused, or a process ends.
         """
-        client = ActionClient(self.node, ScanGrid, "scan_grid")
-        self.wait_until(client.server_is_ready, "the scan node")
         goal = ScanGrid.Goal(
             spacing=grid.spacing, rows=grid.rows, columns=grid.columns, dwell_time=dwell_time
         )
         goal.origin.x, goal.origin.y, goal.origin.z = grid.origin
+        return self._act(ScanGrid, "scan_grid", goal, on_feedback)
+
+    def explore(
+        self,
+        corners: Sequence[tuple[float, float]],
+        most_sites: int,
+        dwell_time: float,
+        on_feedback: Callable[[Explore.Feedback], None],
+    ) -> Explore.Result:
+        """Explore an area at z = 0, of corners [m], by so many sites; else as ``scan``."""
+        goal = Explore.Goal(most_sites=most_sites, dwell_time=dwell_time)
+        goal.area.points = [Point32(x=x, y=y) for x, y in corners]
+        return self._act(Explore, "explore", goal, on_feedback)
+
+    def _act(self, kind: Any, name: str, goal: Any, on_feedback: Callable[[Any], None]) -> Any:
+        client = ActionClient(self.node, kind, name)
+        self.wait_until(client.server_is_ready, "the scan node")
         accepted = client.send_goal_async(goal, lambda message: on_feedback(message.feedback))
         self.wait_until(accepted.done, "the scan to be accepted")
         handle = accepted.result()

@@ -24,12 +24,15 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
     LAST_SEQUENCE,
     NANOSECONDS,
+    UP,
     FloatArray,
+    Leaving,
     PalpationSite,
     Phase,
     SampleBlock,
     TissueEstimates,
     sound_block,
+    sound_normal,
     sound_position,
     sound_stamp,
 )
@@ -221,6 +224,9 @@ def site(message: Any) -> PalpationSite:
         site=message.site,
         position=sound_position(_point(message.position)),
         phase=Phase(message.phase),
+        # Bags of earlier versions tell neither.
+        leaving=Leaving(getattr(message, "leaving", Leaving.UNTOLD)),
+        normal=sound_normal(_point(message.normal)) if hasattr(message, "normal") else UP,
     )
 
 

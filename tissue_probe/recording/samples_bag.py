@@ -82,7 +82,9 @@ def _samples(types: Any, blocks: Sequence[SampleBlock]) -> Iterator[tuple[int, A
 
 def _site(types: Any, site: PalpationSite) -> Any:
     point = types["geometry_msgs/msg/Point"](*map(float, site.position))
-    return types[SITE](_header(types, site.stamp, "stage"), site.site, point, int(site.phase))
+    normal = types["geometry_msgs/msg/Vector3"](*map(float, site.normal))
+    header, why = _header(types, site.stamp, "stage"), int(site.leaving)
+    return types[SITE](header, site.site, point, normal, int(site.phase), why)
 
 
 def _header(types: Any, stamp: int, frame: str) -> Any:

@@ -18,7 +18,7 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.shape import metric
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 _STEP = 0.5  # mm
 #: Inclusions that are counted at most: a quantile of 5 % is then known to one part in seven.
@@ -65,6 +65,24 @@ def _least(rows, x, y, share, out):
                 inside = a * across**2 + 2.0 * b * across * up + c * up**2 < 1.0
                 if inside and share[i, j] < out[m]:
                     out[m] = share[i, j]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _inside(rows, count, x, y, out):
+    for s in range(count.size):
+        for m in range(count[s]):
+            a, b, c = metric(rows[s, m])
+            for i in range(x.size):
+                across, up = x[i] - rows[s, m, X], y[i] - rows[s, m, Y]
+                if a * across**2 + 2.0 * b * across * up + c * up**2 < 1.0:
+                    out[s, i] = 1.0
+
+
+def inside_each(rows: FloatArray, count: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return whether places [mm] are in an inclusion of each state, 0 or 1; (states, places)."""
+    found = np.zeros((count.size, x.size))
+    _inside(rows, count, x, y, found)
+    return found
 
 
 def share_inside(rows: FloatArray, states: int, x: FloatArray, y: FloatArray) -> FloatArray:

@@ -11,9 +11,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.moves import Region
 from tissue_probe.signals import FloatArray
 
+_MM = 1e3
 #: A tip of 3 mm radius feels so far beyond its middle [mm].
 _TIP = 3.0
 #: A single site has no spacing of its own [mm].
@@ -42,13 +44,17 @@ class Domain:
     box: FloatArray
     _sites: FloatArray
     _hanging: FloatArray
+    _within: Polygon | None
 
     @staticmethod
-    def of(x: FloatArray, y: FloatArray, hanging: FloatArray) -> Domain:
+    def of(
+        x: FloatArray, y: FloatArray, hanging: FloatArray, within: Polygon | None = None
+    ) -> Domain:
         """Return the domain of sites at x, y [mm]; repeats at one place are one.
 
         ``hanging``, shape (m, 2), are sites without contact [mm]: they are in the box, and what is
-        nearest to them is unknown.
+        nearest to them is unknown. ``within`` is an area that is spoken of, too, however far from
+        the sites.
         """
         places = np.unique(np.round(np.column_stack([x, y]), 3), axis=0)
         if len(places) > 1:
@@ -57,10 +63,13 @@ class Domain:
         else:
             spacing = _LONE
         beyond = min(spacing / 2.0, _TIP)
-        palpated = np.concatenate([places, hanging])
+        if within is not None:
+            beyond = _TIP
+        corners = _MM * within.corners if within is not None else np.zeros((0, 2))
+        palpated = np.concatenate([places, hanging, corners])
         low, high = palpated.min(axis=0) - beyond, palpated.max(axis=0) + beyond
         box = np.array([low[0], high[0], low[1], high[1]])
-        return Domain(spacing, max(_REACH * spacing, _TIP), box, places, hanging)
+        return Domain(spacing, max(_REACH * spacing, _TIP), box, places, hanging, within)
 
     @property
     def area(self) -> float:
@@ -71,7 +80,10 @@ class Domain:
 
     def region(self, x: FloatArray, y: FloatArray) -> Region:
         """Return where the chains' sites x, y [mm] are, and where inclusions may be."""
-        return Region(x, y, self.reach, self.spacing, self.box, self.area)
+        if self._within is None:
+            return Region(x, y, self.reach, self.spacing, self.box, self.area)
+        sides = self.box[1::2] - self.box[::2]
+        return Region(x, y, np.inf, self.spacing, self.box, float(np.prod(sides)))
 
     def raster(self, step: float) -> tuple[FloatArray, FloatArray]:
         """Return x and y of a raster over the box, its cells about ``step`` [mm] wide.
@@ -93,11 +105,17 @@ class Domain:
         return x, y
 
     def known(self, x: FloatArray, y: FloatArray) -> np.ndarray:
-        """Return whether each place of a raster is within reach, shape (len y, len x)."""
+        """Return whether each place of a raster is spoken of, shape (len y, len x)."""
         columns, rows = np.meshgrid(x, y)
-        places = np.column_stack([columns.ravel(), rows.ravel()])
+        return self.speaks_of(columns.ravel(), rows.ravel()).reshape(rows.shape)
+
+    def speaks_of(self, x: FloatArray, y: FloatArray) -> np.ndarray:
+        """Return whether each place [mm] is spoken of."""
+        places = np.column_stack([x, y])
         nearest = cKDTree(self._sites).query(places)[0]
         known = nearest <= self.reach
+        if self._within is not None:
+            known |= self._within.contains(x / _MM, y / _MM)
         if len(self._hanging):
             known &= nearest < cKDTree(self._hanging).query(places)[0]
-        return known.reshape(rows.shape)
+        return known

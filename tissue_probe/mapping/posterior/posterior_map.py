@@ -7,17 +7,16 @@ and the results as data (``results``).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.boundary import boundaries, share_inside
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
-from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
-from tissue_probe.mapping.posterior.found import Found, found_in
+from tissue_probe.mapping.posterior.found import Found
 from tissue_probe.mapping.posterior.hidden import could_hide
 from tissue_probe.mapping.posterior.process import LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
@@ -28,15 +27,14 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampling import AGREEMENT, Chains, States
+from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Felt, Sampled
+from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 RASTER = 0.5e-3  # m
 CONTRAST = 1.5
 _MM = 1e3
-#: A plane takes three sites; a fourth is the first to contradict it.
-_LEAST_SITES = 4
 #: The background is the tissue that most places are like.
 _ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
@@ -45,30 +43,13 @@ _TREND_STATES = 200
 _COARSEST = 1.5  # mm, of the raster of what could hide: no finer than its radii are of use
 
 
-@dataclass(frozen=True)
-class _Felt:
-    """The sites that tell something, in mm, in an order that does not depend on theirs."""
-
-    x: FloatArray
-    y: FloatArray
-    t: FloatArray | None
-    log_k: FloatArray
-    noise: FloatArray
-    level: float
-
-    @staticmethod
-    def of(sites: Sites) -> _Felt:
-        felt = np.flatnonzero(sites.felt)
-        keys = [sites.k_sd, sites.k, *([sites.t] if sites.t is not None else []), sites.y, sites.x]
-        felt = felt[np.lexsort([key[felt] for key in keys])]
-        log_k = np.log(sites.k[felt])
-        level = float(np.median(log_k))
-        t = sites.t[felt] if sites.t is not None else None
-        noise = sites.k_sd[felt] / sites.k[felt]
-        return _Felt(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
-
-
-def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) -> PosteriorMap:
+def map_of(
+    sites: Sites,
+    *,
+    raster: float = RASTER,
+    contrast: float = CONTRAST,
+    within: Polygon | None = None,
+) -> PosteriorMap:
     """Return the posterior map of a list of sites. The same sites have the same map, bit for bit.
 
     Parameters
@@ -79,25 +60,27 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
         Step of the surface [m].
     contrast : float
         Of the inclusions that could hide: stiffness over their middle, over the background's.
+    within : Polygon, optional
+        An area of which the map is to speak, however far from the sites.
 
     Raises
     ------
     ParameterError
         If no site has a value, or a parameter is out of its range.
     """
+    return read_out(Sampled.of(sites, within), sites, raster=raster, contrast=contrast)
+
+
+def read_out(
+    sampled: Sampled, sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST
+) -> PosteriorMap:
+    """Return the map of sites whose states are known; errors as ``map_of``."""
     if not (math.isfinite(raster) and raster > 0.0):
         raise ParameterError(f"raster is {raster} m; it must be positive and finite")
     if not 1.0 < contrast < 100.0:
         raise ParameterError(f"contrast is {contrast}; it must be above 1 and below 100")
-    if not sites.felt.any():
-        raise ParameterError(
-            f"none of {sites.x.size} sites has a stiffness above 0: there is nothing to map"
-        )
-    felt = _Felt.of(sites)
-    hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
-    domain = Domain.of(felt.x, felt.y, hanging)
-    background = Background.of(felt.x, felt.y, felt.t, felt.noise)
-    states, found, disagreement = _sampled(felt, domain, background)
+    felt, domain, background = sampled.felt, sampled.domain, sampled.background
+    states, found, disagreement = sampled.states, sampled.found, sampled.disagreement
     probability = predictive_probability(states, background, felt.log_k)
     notes = [*sites.left_out, *_notes(felt, disagreement, probability)]
     step = _MM * raster
@@ -116,7 +99,7 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
         rows, count, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
         inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
-    if felt.x.size < _LEAST_SITES:
+    if felt.x.size < LEAST_SITES:
         inclusions = []
     unknown = ~domain.known(x, y)
     for layer in (mean, sd, share):
@@ -141,28 +124,12 @@ def map_of(sites: Sites, *, raster: float = RASTER, contrast: float = CONTRAST) 
     )
 
 
-def _sampled(
-    felt: _Felt, domain: Domain, background: Background
-) -> tuple[States, list[Found], float]:
-    """Run chains until their halves agree; return states, inclusions, and how far they differ."""
-    chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
-    parts: list[States] = []
-    while True:
-        parts.append(chains.further())
-        states = States.joined(parts)
-        found = found_in(states)
-        halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]
-        disagreement = max((abs(float(a - b)) for a, b in halves), default=0.0)
-        if disagreement <= AGREEMENT or chains.exhausted:
-            return states, found, disagreement
-
-
-def _notes(felt: _Felt, disagreement: float, probability: float) -> list[str]:
+def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
     told = []
-    if felt.x.size < _LEAST_SITES:
+    if felt.x.size < LEAST_SITES:
         told.append(
             f"{felt.x.size} sites cannot tell an inclusion from a tilted background: "
-            f"give {_LEAST_SITES} or more"
+            f"give {LEAST_SITES} or more"
         )
     if disagreement > AGREEMENT:
         told.append(
@@ -195,7 +162,7 @@ def _inclusion(
     )
 
 
-def _tissue(states: States, background: Background, felt: _Felt) -> TissueBackground:
+def _tissue(states: States, background: Background, felt: Felt) -> TissueBackground:
     """Return the background: coefficients of the trend, less the mean of what inclusions add."""
     rows, count, level = states.some(_TREND_STATES)
     explained = np.log(sums_at(rows, count, background.x, background.y)).mean(axis=0)

@@ -1,0 +1,263 @@
+"""Whether the question of an exploration is answered, and what is still open.
+
+What belongs here: the probability that an inclusion of the sought size is somewhere in the area,
+how well the boundaries of those that were found are known, and both in words. What does not: where
+to probe next (``choice``).
+
+All is read off the states, in which inclusions lie where nothing was felt as often as the prior
+has them there: "nothing is there" is not sure before enough of the area was felt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
+from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, Found
+from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
+from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
+from tissue_probe.mapping.posterior.shape import metric
+from tissue_probe.signals import FloatArray
+
+_MM = 1e3
+_RAYS = 24
+#: Enough for a standard deviation that is right to 6 %.
+_MEMBERS = 150
+_NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
+
+
+@dataclass(frozen=True)
+class Sought:
+    """The question.
+
+    Attributes
+    ----------
+    radius : float
+        Smallest radius at half height, of the circle of the same area, that matters [m].
+    contrast : float
+        Smallest stiffness over the background's that matters.
+    probability : float
+        At which an answer is given.
+    boundary : float
+        Standard deviation at which a boundary is known well enough [m].
+    """
+
+    radius: float = 4e-3
+    contrast: float = 1.5
+    probability: float = 0.95
+    boundary: float = 1e-3
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.radius < math.inf:
+            raise ParameterError(f"radius is {self.radius} m; it must be positive and finite")
+        if not 1.0 < self.contrast < 100.0:
+            raise ParameterError(f"contrast is {self.contrast}; it must be above 1 and below 100")
+        if not 0.5 < self.probability < 1.0:
+            raise ParameterError(
+                f"probability is {self.probability}; it must be above 0.5 and below 1"
+            )
+        if not 0.0 < self.boundary < math.inf:
+            raise ParameterError(f"boundary is {self.boundary} m; it must be positive and finite")
+
+    @property
+    def text(self) -> str:
+        """The sought inclusions in words."""
+        return f"inclusion of {_MM * self.radius:.3g} mm or more at contrast {self.contrast:.3g}"
+
+
+@dataclass(frozen=True)
+class KnownInclusion:
+    """An inclusion that is there, or may be, and may be of the sought size.
+
+    Attributes
+    ----------
+    x, y : float
+        Its middle [m].
+    probability : float
+        That there is one.
+    boundary_sd : float
+        Standard deviation of its boundary, root mean square around it [m].
+    """
+
+    x: float
+    y: float
+    probability: float
+    boundary_sd: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known of the question.
+
+    Attributes
+    ----------
+    sought : Sought
+        The question.
+    none : float
+        Probability that no inclusion of the sought size is in the area.
+    no_further : float
+        Probability that there is none but those of ``inclusions`` that are certain.
+    inclusions : tuple of KnownInclusion
+        Those that may be of the sought size, the most probable first.
+    answered : bool
+        Whether it is answered.
+    text : str
+        The answer, or how far it is, in a sentence.
+    open : tuple of str
+        What is still open; nothing once it is answered.
+    """
+
+    sought: Sought
+    none: float
+    no_further: float
+    inclusions: tuple[KnownInclusion, ...]
+    answered: bool
+    text: str
+    open: tuple[str, ...]
+
+
+def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True) -> Answer:
+    """Return what the states say to the question whether inclusions are in their area.
+
+    Parameters
+    ----------
+    sampled : Sampled
+        Drawn for the sites in the area.
+    sought : Sought
+        The question.
+    checked : bool
+        Whether it counts that the model makes sites like these; that takes as long as the rest.
+    """
+    state, relevant, states = _relevant(sampled, sought)
+    none = 1.0 - np.unique(state).size / states
+    if sampled.felt.x.size < LEAST_SITES:
+        few = (
+            f"{sampled.felt.x.size} sites cannot tell an inclusion from a tilted background: give "
+            f"{LEAST_SITES} or more"
+        )
+        return Answer(sought, none, none, (), False, "not known yet", (few,))
+    nearest = _nearest(relevant, sampled.found)
+    known = tuple(
+        KnownInclusion(
+            *(float(each) / _MM for each in one.centre), one.probability, _boundary_sd(one) / _MM
+        )
+        for number, one in enumerate(sampled.found)
+        if np.unique(state[nearest == number]).size >= LEAST_PROBABILITY * states
+    )
+    certain = [one for one in known if one.probability >= sought.probability]
+    further = np.ones(len(relevant), dtype=bool)
+    for one in certain:
+        further &= _distance(relevant, one) >= LINK
+    no_further = 1.0 - np.unique(state[further]).size / states
+    elsewhere = further.copy()
+    for one in known:
+        elsewhere &= _distance(relevant, one) >= LINK
+    unfound = np.unique(state[elsewhere]).size / states
+    still_open = _open(sought, known, no_further, unfound)
+    holds = not checked or _holds(sampled)
+    if not holds:
+        still_open.append("inclusions on a smooth background do not explain the sites")
+    if none >= sought.probability:
+        still_open = [] if holds else still_open
+        told = f"no {sought.text}, {_stated(none)}"
+    elif certain:
+        told = f"{_number(len(certain))}, {_boundaries(certain)}; "
+        told += f"no further {sought.text}, {_stated(no_further)}"
+    else:
+        told = f"not known yet: no {sought.text}, {_stated(none)}"
+    return Answer(sought, none, no_further, known, not still_open, told, tuple(still_open))
+
+
+def _holds(sampled: Sampled) -> bool:
+    likely = predictive_probability(sampled.states, sampled.background, sampled.felt.log_k)
+    return likely >= LEAST
+
+
+def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray, int]:
+    """Return the state and the middle [mm] of each inclusion of the sought size, and all states.
+
+    One whose middle is beyond the area's edge may reach into it: it counts, too.
+    """
+    rows, count, _ = sampled.states.flat()
+    state, place = np.nonzero(np.arange(rows.shape[1]) < count[:, None])
+    each = rows[state, place]
+    large = np.exp(each[:, LOG_RADIUS]) >= _MM * sought.radius
+    large &= each[:, LOG_CONTRAST] >= math.log(sought.contrast)
+    return state[large], each[large][:, [X, Y]], count.size
+
+
+def _nearest(places: FloatArray, found: list[Found]) -> np.ndarray:
+    """Return which inclusion each place [mm] is nearest to; -1 where none is as near as a tip."""
+    if not found:
+        return np.full(len(places), -1)
+    middles = np.array([one.centre for one in found])
+    distance = np.hypot(*(places[:, None] - middles[None]).transpose(2, 0, 1))
+    return np.where(distance.min(axis=1) < LINK, distance.argmin(axis=1), -1)
+
+
+def _distance(places: FloatArray, one: KnownInclusion) -> FloatArray:
+    """Return how far places [mm] are from the middle of an inclusion [mm]."""
+    return np.hypot(places[:, 0] - _MM * one.x, places[:, 1] - _MM * one.y)
+
+
+def _open(
+    sought: Sought, known: tuple[KnownInclusion, ...], no_further: float, unfound: float
+) -> list[str]:
+    """Say what is still to be learnt."""
+    told = []
+    for one in known:
+        if one.probability < sought.probability:
+            told.append(
+                f"an inclusion may be near {_place(one.x, one.y)}, {_stated(one.probability)}"
+            )
+        elif one.boundary_sd > sought.boundary:
+            told.append(
+                f"the boundary of the inclusion near {_place(one.x, one.y)} is known to "
+                f"{_MM * one.boundary_sd:.1f} mm"
+            )
+    if no_further < sought.probability and (unfound > 1.0 - sought.probability or not told):
+        told.append(f"an {sought.text} may be elsewhere, {_stated(unfound)}")
+    return told
+
+
+def _boundary_sd(one: Found) -> float:
+    """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
+    centre, angles = one.centre, 2.0 * np.pi * np.arange(_RAYS) / _RAYS
+    ux, uy = np.cos(angles), np.sin(angles)
+    members = one.members[:: len(one.members) // _MEMBERS + 1]
+    reach = np.zeros((len(members), _RAYS))
+    for out, row in zip(reach, members, strict=True):
+        a, b, c = metric(row)
+        dx, dy = centre[0] - row[X], centre[1] - row[Y]
+        # (rho / R)^2 = 1 on the ray, a quadratic in the distance.
+        square = a * ux**2 + 2.0 * b * ux * uy + c * uy**2
+        half = a * ux * dx + b * (ux * dy + uy * dx) + c * uy * dy
+        left = half**2 - square * (a * dx**2 + 2.0 * b * dx * dy + c * dy**2 - 1.0)
+        out[:] = np.maximum((np.sqrt(np.maximum(left, 0.0)) - half) / square, 0.0)
+    return float(np.sqrt(reach.var(axis=0).mean()))
+
+
+def _place(x: float, y: float) -> str:
+    return f"({_MM * x:.0f}, {_MM * y:.0f}) mm"
+
+
+def _number(count: int) -> str:
+    number = _NUMBERS[count] if count < len(_NUMBERS) else str(count)
+    return f"{number} inclusion{'s' if count > 1 else ''}"
+
+
+def _boundaries(certain: list[KnownInclusion]) -> str:
+    worst = _MM * max(one.boundary_sd for one in certain)
+    which = "boundaries" if len(certain) > 1 else "boundary"
+    return f"{which} known to {worst:.1f} mm"
+
+
+def _stated(probability: float) -> str:
+    """Return a probability to two places, never rounded up to more than is known."""
+    if probability > 0.99:
+        return "P > .99"
+    return f"P = {math.floor(100.0 * probability) / 100.0:.2f}".replace("= 0.", "= .")

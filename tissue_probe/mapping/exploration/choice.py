@@ -1,0 +1,244 @@
+"""The choice of the next sites: those that tell most about inclusions per second.
+
+What belongs here: the gain of a site, and the choice of several at once. What does not: the states
+it rests on (``posterior``), when to stop (``answer``).
+
+The question is of each place whether it is inside an inclusion: h = 1, or 0. Over the states, the
+sum over all places of the variance of h is the area that is in doubt. A site y at p, whose log k
+is m_s(p) in state s with the variance of background and noise on it, removes at least the part of
+that doubt that a linear estimate of h by y removes,
+
+    gain(p) = cell * sum_q Cov(h_q, m_p)^2 / (Var m_p + noise_p),
+
+which is the active learning of Cohn (Neural Networks 9 (1996) 1071) with membership for its target.
+It counts inclusions that may hide where nothing was felt, and the edges of those that were found,
+in one currency. A place that was felt before tells again where states differ in what they expect
+of it: where they cannot tell drift from an inclusion, for one.
+
+Of places that tell as much as any, the one is taken that tells most per second, way included.
+Of several sites each is chosen after the states' deviations were reduced by those before it, whose
+values are not known yet but whose covariances are (square-root filter, Whitaker and Hamill,
+Monthly Weather Review 130 (2002) 1913): so they are not one place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.exploration.places import spread
+from tissue_probe.mapping.polygon import Polygon
+from tissue_probe.mapping.posterior.boundary import inside_each
+from tissue_probe.mapping.posterior.felt_surface import sums_at
+from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.signals import FloatArray
+
+_MM = 1e3
+#: Enough for a covariance that is right to a tenth of the two deviations.
+_STATES = 100
+#: Gains that differ by less are not told apart by so many states: of those the nearest is taken.
+#: Were the gain per second to decide among all, the probe would refine the edge of the first nodule
+#: as long as that is near, and reach the others last; the way to them has to be gone once anyway.
+_TOLD_APART = 0.2
+#: Of candidates, and of places in question: in 40 x 40 mm a tip's radius, 3 mm, is two apart.
+_CANDIDATES, _PLACES = 800, 400
+MOST_AT_ONCE = 100
+_TIP = 3.0  # mm
+
+
+@dataclass(frozen=True)
+class Travel:
+    """How long a site takes.
+
+    Attributes
+    ----------
+    speed : float
+        Of the probe between sites [m/s].
+    at_site : float
+        Time that every site takes, however near: up, down, settling, dwell [s].
+    """
+
+    speed: float = 0.04
+    at_site: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.speed < math.inf and 0.0 < self.at_site < math.inf):
+            raise ParameterError(
+                f"a speed of {self.speed} m/s and {self.at_site} s at a site: both must be "
+                "positive and finite"
+            )
+
+
+#: That of the scan node, as its settings are without being told.
+USUAL = Travel()
+
+
+@dataclass(frozen=True)
+class NextSite:
+    """A site to probe.
+
+    Attributes
+    ----------
+    x, y : float
+        Its place [m].
+    gain : float
+        By how much it is expected to reduce the area in doubt, after those before it [m^2].
+    """
+
+    x: float
+    y: float
+    gain: float
+
+
+def next_sites(
+    sampled: Sampled,
+    count: int,
+    within: Polygon,
+    *,
+    no_go: Sequence[Polygon] = (),
+    start: tuple[float, float] | None = None,
+    pending: Sequence[tuple[float, float]] = (),
+    unreachable: Sequence[tuple[float, float]] = (),
+    travel: Travel = USUAL,
+) -> list[NextSite]:
+    """Return the next sites, in their order.
+
+    Parameters
+    ----------
+    sampled : Sampled
+        The posterior of the sites so far, drawn with the same ``within``.
+    count : int
+        How many sites, at least 1.
+    within : Polygon
+        The area in question; no site is outside it.
+    no_go : sequence of Polygon
+        Where no site may be; inclusions may.
+    start : (float, float), optional
+        Where the probe is [m]; by default the way to the first site counts nothing.
+    pending : sequence of (float, float)
+        Sites that are decided and not felt yet [m].
+    unreachable : sequence of (float, float)
+        Places that the robot did not reach [m]: what is nearer to them than a tip is not tried.
+    travel : Travel
+        How long a site takes.
+
+    Raises
+    ------
+    ParameterError
+        If ``count`` is out of its range, or no place is left.
+    """
+    if not 1 <= count <= MOST_AT_ONCE:
+        raise ParameterError(f"next is {count}; give a number of sites from 1 to {MOST_AT_ONCE}")
+    x, y = _candidates(sampled, within, no_go, unreachable)
+    given = _MM * np.array(pending, dtype=float).reshape(-1, 2)
+    x, y = np.append(x, given[:, 0]), np.append(y, given[:, 1])
+    candidates = x.size - len(given)
+    question = _Question.of(sampled, within, x, y)
+    for i in range(candidates, x.size):
+        question.answer(i)
+    here = None if start is None else _MM * np.array(start, dtype=float)
+    if len(given):
+        here = given[-1]
+    chosen: list[NextSite] = []
+    for _ in range(count):
+        gains = question.gains()[:candidates]
+        seconds = np.full(candidates, travel.at_site)
+        if here is not None:
+            seconds += np.hypot(x[:candidates] - here[0], y[:candidates] - here[1]) / (
+                _MM * travel.speed
+            )
+        as_good = gains >= (1.0 - _TOLD_APART) * gains.max()
+        best = int(np.where(as_good, gains / seconds, -1.0).argmax())
+        chosen.append(
+            NextSite(float(x[best]) / _MM, float(y[best]) / _MM, float(gains[best]) / _MM**2)
+        )
+        here = np.array([x[best], y[best]])
+        question.answer(best)
+    return chosen
+
+
+class _Question:
+    """The deviations of the states in what is in question, and in what sites would feel.
+
+    ``inside`` has shape (states, places), ``felt`` (states, sites); both less their means.
+    ``noise`` is the variance of background and noise at each site in a state, on average.
+    """
+
+    def __init__(self, inside: FloatArray, felt: FloatArray, noise: FloatArray, cell: float):
+        self._inside, self._felt, self._noise, self._cell = inside, felt, noise, cell
+
+    @staticmethod
+    def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _Question:
+        rows, count, level = sampled.states.some(_STATES)
+        px, py, step = spread(within, _PLACES)
+        inside = inside_each(rows, count, _MM * px, _MM * py)
+        felt, noise = _expected(sampled, rows, count, level, x, y)
+        return _Question(
+            (inside - inside.mean(axis=0)).astype(np.float32),
+            (felt - felt.mean(axis=0)).astype(np.float32),
+            noise.astype(np.float32),
+            (_MM * step) ** 2,
+        )
+
+    def gains(self) -> FloatArray:
+        """Return the gain of each site [mm^2]."""
+        states = len(self._felt)
+        own = (self._felt**2).mean(axis=0) + self._noise
+        shared = (self._inside.T @ self._felt) / states
+        return self._cell * (shared**2).sum(axis=0) / own
+
+    def answer(self, site: int) -> None:
+        """Reduce the deviations as the value of a site will."""
+        column = self._felt[:, site].copy()
+        spread = float(column @ column) / column.size
+        total = spread + float(self._noise[site])
+        if not total > 0.0:
+            return
+        gain = 1.0 / (1.0 + math.sqrt(float(self._noise[site]) / total)) / total / column.size
+        for deviations in (self._inside, self._felt):
+            deviations -= np.outer(column, gain * (column @ deviations))
+
+
+def _expected(sampled: Sampled, rows, count, level, x, y) -> tuple[FloatArray, FloatArray]:
+    """Return the mean of log k at sites [mm] in each state, and its mean variance in a state."""
+    background, log_k = sampled.background, sampled.felt.log_k
+    felt = np.log(sums_at(rows, count, x, y))
+    residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
+    # A further site is as exact as those before.
+    stated = float(np.median(sampled.felt.noise)) ** 2
+    noise = np.zeros(x.size)
+    for used in np.unique(level):
+        here = level == used
+        cross, own = background.cross(int(used), x, y)
+        explained = cross @ background.precision[used]
+        felt[here] += residuals[here] @ explained.T
+        left = np.maximum(own - (explained * cross).sum(axis=1), 0.0)
+        share, _ = background.levels.kind(int(used))
+        left += (1.0 - share) * background.levels.size(int(used)) ** 2 + stated
+        noise += here.mean() * left
+    return felt, noise
+
+
+def _candidates(
+    sampled: Sampled,
+    within: Polygon,
+    no_go: Sequence[Polygon],
+    unreachable: Sequence[tuple[float, float]],
+) -> tuple[FloatArray, FloatArray]:
+    """Return places where a site may be [mm], those felt before among them."""
+    x, y = (_MM * each for each in spread(within, _CANDIDATES)[:2])
+    felt = sampled.felt
+    again = within.contains(felt.x / _MM, felt.y / _MM)
+    x, y = np.append(x, felt.x[again]), np.append(y, felt.y[again])
+    allowed = sampled.domain.speaks_of(x, y)
+    for zone in no_go:
+        allowed &= ~zone.contains(x / _MM, y / _MM)
+    for place in unreachable:
+        allowed &= np.hypot(x - _MM * place[0], y - _MM * place[1]) >= _TIP
+    if not allowed.any():
+        raise ParameterError("no place is left for a site: all is outside, or no-go")
+    return x[allowed], y[allowed]

@@ -1,0 +1,119 @@
+"""The posterior of a list of sites, as states of chains: what all that is told of them rests on.
+
+What belongs here: the sites in the chains' units, and how long the chains run. What does not: what
+is read out of the states (``posterior_map``), and what follows for the next site (``exploration``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.polygon import Polygon
+from tissue_probe.mapping.posterior.background import Background
+from tissue_probe.mapping.posterior.domain import Domain
+from tissue_probe.mapping.posterior.found import Found, found_in
+from tissue_probe.mapping.posterior.sampling import AGREEMENT, Chains, States
+from tissue_probe.mapping.sites import Sites
+from tissue_probe.signals import FloatArray
+
+_MM = 1e3
+#: A plane takes three sites; a fourth is the first to contradict it.
+LEAST_SITES = 4
+#: Relative noise that is added to sites for a quick look. Of exact sites each chain finds another
+#: explanation, in a ridge that it does not leave in so few moves: four chains would be four states.
+_BLUNT = 0.03
+
+
+@dataclass(frozen=True)
+class Felt:
+    """The sites that tell something, in mm, in an order that does not depend on theirs."""
+
+    x: FloatArray
+    y: FloatArray
+    t: FloatArray | None
+    log_k: FloatArray
+    noise: FloatArray
+    level: float
+
+    @staticmethod
+    def of(sites: Sites) -> Felt:
+        """Return the sites that tell something."""
+        felt = np.flatnonzero(sites.felt)
+        keys = [sites.k_sd, sites.k, *([sites.t] if sites.t is not None else []), sites.y, sites.x]
+        felt = felt[np.lexsort([key[felt] for key in keys])]
+        log_k = np.log(sites.k[felt])
+        level = float(np.median(log_k))
+        t = sites.t[felt] if sites.t is not None else None
+        noise = sites.k_sd[felt] / sites.k[felt]
+        return Felt(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """The states, and all that they were drawn for; lengths in mm.
+
+    Attributes
+    ----------
+    felt : Felt
+        The sites that tell something.
+    domain : Domain
+        The places of which the states speak.
+    background : Background
+        Of the sites.
+    states : States
+        Of all chains.
+    found : list of Found
+        The inclusions that they have in common.
+    disagreement : float
+        Largest difference between two halves of the chains in the probability of an inclusion.
+    """
+
+    felt: Felt
+    domain: Domain
+    background: Background
+    states: States
+    found: list[Found]
+    disagreement: float
+
+    @staticmethod
+    def of(sites: Sites, within: Polygon | None = None, *, quick: bool = False) -> Sampled:
+        """Run chains until their halves agree. The same sites have the same states, bit for bit.
+
+        Parameters
+        ----------
+        sites : Sites
+            In any order.
+        within : Polygon, optional
+            An area in which inclusions may be however far from the sites; by default they may be
+            near sites alone.
+        quick : bool
+            Run them a stretch each, whether they agree or not, and on sites that are blunted:
+            for a choice that is made again with the next site, not for a probability that is told.
+
+        Raises
+        ------
+        ParameterError
+            If no site has a value.
+        """
+        if not sites.felt.any():
+            raise ParameterError(
+                f"none of {sites.x.size} sites has a stiffness above 0: there is nothing to map"
+            )
+        felt = Felt.of(sites)
+        hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
+        domain = Domain.of(felt.x, felt.y, hanging, within)
+        noise = np.hypot(felt.noise, _BLUNT) if quick else felt.noise
+        background = Background.of(felt.x, felt.y, felt.t, noise)
+        chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
+        parts: list[States] = []
+        while True:
+            parts.append(chains.further())
+            states = States.joined(parts)
+            found = found_in(states)
+            halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]
+            disagreement = max((abs(float(a - b)) for a, b in halves), default=0.0)
+            if quick or disagreement <= AGREEMENT or chains.exhausted:
+                return Sampled(felt, domain, background, states, found, disagreement)

@@ -1,0 +1,250 @@
+"""Where the sites of a scan come from: a grid, or a list that the user gives.
+
+What belongs here: which site comes next, and what is told of the visited ones. What does not: the
+probe's motion (``scan``), sites that are chosen on the way (``exploration``).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, NamedTuple
+
+from tissue_probe.mapping.grid import Grid
+from tissue_probe.nodes.site_outcomes import SiteOutcomes
+from tissue_probe.nodes.site_verdicts import SiteVerdicts
+from tissue_probe.signals import UP, sound_normal, sound_position
+from tissue_probe_msgs import msg
+from tissue_probe_msgs.action import ScanGrid, ScanSites
+
+#: Longest stay at a site [s].
+LONGEST_DWELL = 3600.0
+#: So many sites are named in a message; all are in the result.
+NAMED = 10
+#: As many as a grid may have.
+MOST_SITES = 10_000
+
+#: Waits until a condition holds, at most so long [s], while the scan may be stopped; returns
+#: whether it holds.
+Wait = Callable[[Callable[[], bool], float], bool]
+
+
+class Site(NamedTuple):
+    """A site: its number in the scan, its place on the tissue [m], the outward normal there."""
+
+    number: int
+    position: tuple[float, float, float]
+    normal: tuple[float, float, float] = UP
+
+
+class Heard(NamedTuple):
+    """What the scan node hears of the sites that were palpated, by cell and by visit."""
+
+    verdicts: SiteVerdicts
+    outcomes: SiteOutcomes
+
+
+class Source(ABC):
+    """The sites of one scan, which one action asks for. ValueError where its goal is refused.
+
+    Attributes
+    ----------
+    dwell_time : float
+        Longest stay at a site [s].
+    visited : list of Site
+        Those that were palpated, in their order.
+    begins : list of int
+        When each dwell began [ns since the epoch].
+    """
+
+    ACTION: ClassVar[type]
+    NAME: ClassVar[str]
+
+    def __init__(self, dwell_time: float) -> None:
+        if not 0.0 < dwell_time <= LONGEST_DWELL:
+            raise ValueError(f"dwell_time is {dwell_time} s; give a time up to {LONGEST_DWELL:g} s")
+        self.dwell_time = dwell_time
+        self.visited: list[Site] = []
+        self.begins: list[int] = []
+
+    @abstractmethod
+    def prepare(self, wait: Wait) -> None:
+        """Get ready, while nobody moves yet: imports and compilation may hold up this process."""
+
+    @abstractmethod
+    def next(self, wait: Wait) -> Site | None:
+        """Return the site to palpate next; None where there is none."""
+
+    def dwelling(self, site: Site, begin: int) -> None:
+        """Note that a dwell begins [ns since the epoch]."""
+        self.begins.append(begin)
+
+    def palpated(self, site: Site) -> None:
+        """Note that a site was palpated."""
+        self.visited.append(site)
+
+    def not_reached(self, site: Site) -> bool:
+        """Note that the robot did not reach a site; return whether there is another instead."""
+        return False
+
+    @abstractmethod
+    def is_judged(self) -> bool:
+        """Whether nothing more is to be expected of the sites that were palpated."""
+
+    @abstractmethod
+    def ended(self) -> str:
+        """Say how the scan ended where nothing stopped it."""
+
+    @abstractmethod
+    def so_far(self) -> str:
+        """Say how far the scan came where something stopped it; nothing if it was over."""
+
+    @abstractmethod
+    def feedback(self, announced: msg.PalpationSite) -> Any:
+        """Return the feedback with an announcement."""
+
+    @abstractmethod
+    def result(self, how: str) -> Any:
+        """Return the result; ``how`` says how the scan ended."""
+
+
+class ListedSites(Source):
+    """Sites that are known when the scan begins."""
+
+    def __init__(self, sites: Sequence[Site], dwell_time: float) -> None:
+        super().__init__(dwell_time)
+        self._left, self._total = list(sites), len(sites)
+
+    def prepare(self, wait: Wait) -> None:
+        """Do nothing: all is known."""
+
+    def next(self, wait: Wait) -> Site | None:
+        """Return the next of the list."""
+        return self._left.pop(0) if self._left else None
+
+    def ended(self) -> str:
+        """Say that all are palpated."""
+        return f"all {self._total} sites are palpated"
+
+    def so_far(self) -> str:
+        """Say how many are palpated."""
+        if len(self.visited) == self._total:
+            return ""
+        return f"{len(self.visited)} of {self._total} sites are palpated"
+
+    def feedback(self, announced: msg.PalpationSite) -> Any:
+        """Say how many of the sites are palpated."""
+        return self.ACTION.Feedback(
+            sites_visited=len(self.visited), sites_total=self._total, site=announced
+        )
+
+    def result(self, how: str) -> Any:
+        """Say which sites have an estimate, as far as the mapper tells.
+
+        A site of which nothing is known counts as one without: to palpate it again does no harm.
+        """
+        without = self._without_estimate()
+        count = len(self.visited)
+        if not count:
+            told = ""
+        elif unknown := self._unknown():
+            told = f"; whether there are estimates is unknown: {unknown}"
+        elif without:
+            told = f"; {len(without)} of {count} have no estimate: {listed(without)}"
+        else:
+            told = f"; {count} of {count} have an estimate"
+        return self.ACTION.Result(
+            sites_visited=count,
+            sites_estimated=count - len(without),
+            sites_without_estimate=without,
+            message=how + told,
+        )
+
+    @abstractmethod
+    def _without_estimate(self) -> list[int]:
+        """Return the numbers of the palpated sites without a value."""
+
+    @abstractmethod
+    def _unknown(self) -> str:
+        """Say why nothing is known of any site; nothing if the mapper tells."""
+
+
+class GridSites(ListedSites):
+    """The sites of a grid, row by row, in serpentine order; judged by the cells of the map."""
+
+    ACTION, NAME = ScanGrid, "scan_grid"
+
+    def __init__(self, goal: ScanGrid.Goal, heard: Heard) -> None:
+        origin = (goal.origin.x, goal.origin.y, goal.origin.z)
+        grid = Grid(origin, goal.spacing, goal.rows, goal.columns)
+        numbers = _numbers_of(goal, len(grid))
+        super().__init__([Site(n, grid.position(n)) for n in numbers], goal.dwell_time)
+        self._verdicts = heard.verdicts
+
+    def is_judged(self) -> bool:
+        """Whether the map has judged the last site, or nobody maps."""
+        positions = [site.position for site in self.visited]
+        return self._verdicts.nobody_maps() or self._verdicts.is_final(positions, self.begins[-1])
+
+    def _without_estimate(self) -> list[int]:
+        return [s.number for s in self.visited if not self._verdicts.estimated(s.position)]
+
+    def _unknown(self) -> str:
+        return self._verdicts.unknown()
+
+
+class GivenSites(ListedSites):
+    """Sites that the user gives, in their order; judged by their visits."""
+
+    ACTION, NAME = ScanSites, "scan_sites"
+
+    def __init__(self, goal: ScanSites.Goal, heard: Heard) -> None:
+        if not 1 <= len(goal.sites) <= MOST_SITES:
+            raise ValueError(f"{len(goal.sites)} sites are given; give 1 to {MOST_SITES}")
+        if len(goal.normals) not in (0, len(goal.sites)):
+            raise ValueError(
+                f"{len(goal.normals)} normals are given for {len(goal.sites)} sites: give one "
+                "each, or none"
+            )
+        places = [sound_position((p.x, p.y, p.z)) for p in goal.sites]
+        normals = [sound_normal((n.x, n.y, n.z)) for n in goal.normals] or [UP] * len(places)
+        if below := [number for number, normal in enumerate(normals) if normal[2] <= 0.0]:
+            raise ValueError(
+                f"the normals of sites {listed(below)} do not point up: the robot would come "
+                "through the tissue"
+            )
+        sites = [Site(i, *each) for i, each in enumerate(zip(places, normals, strict=True))]
+        super().__init__(sites, goal.dwell_time)
+        self._outcomes = heard.outcomes
+
+    def is_judged(self) -> bool:
+        """Whether the mapper has told of each visit, or nobody maps."""
+        found = self._outcomes.of(self.begins)
+        return len(found) == len(self.begins) or self._outcomes.nobody_maps()
+
+    def _without_estimate(self) -> list[int]:
+        known = {one.site for one in self._outcomes.of(self.begins) if one.has_value}
+        return [site.number for site in self.visited if site.number not in known]
+
+    def _unknown(self) -> str:
+        return self._outcomes.unknown(self.begins)
+
+
+def _numbers_of(goal: ScanGrid.Goal, count: int) -> list[int]:
+    """Return the numbers of the sites to palpate, in the order of the way over the grid."""
+    sites = list(goal.sites)
+    if beyond := [site for site in sites if site >= count]:
+        raise ValueError(
+            f"sites has {listed(beyond)}; the grid's {count} sites are numbered from 0 to "
+            f"{count - 1}"
+        )
+    if twice := sorted(site for site, n in Counter(sites).items() if n > 1):
+        raise ValueError(f"sites has {listed(twice)} more than once; give each site once")
+    return sorted(sites) or list(range(count))
+
+
+def listed(sites: Sequence[int]) -> str:
+    """Name sites; of many the first ones."""
+    named = ", ".join(map(str, sites[:NAMED]))
+    return f"{named} and {len(sites) - NAMED} more" if len(sites) > NAMED else named
