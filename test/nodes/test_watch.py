@@ -23,6 +23,7 @@ from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.map_messages import inclusions_message, results_message, surface_cloud
 from tissue_probe.nodes.qos import LATCHED
+from tissue_probe.signals import Leaving
 from tissue_probe.workbench.messages import unpacked
 
 
@@ -142,7 +143,7 @@ def test_pages_hear_the_map_as_the_mapper_tells_it(session, tmp_path):
     k[12] = 1100.0
     results = [
         SiteResult(n, 0, n, (a, b, 0.0), (0.0, 0.0, 1.0), value, 5.0, 1.0, 4.0, 0.1,
-                   Verdict.MEASURED)
+                   Verdict.MEASURED, Leaving.TOLD_ENOUGH)
         for n, (a, b, value) in enumerate(zip(x, y, k, strict=True))
     ]  # fmt: skip
     sites = sites_of(results)
