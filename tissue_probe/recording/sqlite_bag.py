@@ -123,8 +123,9 @@ class SqliteBag:
             )
 
     def _damaged(self, error: Exception) -> RecordingError:
+        said = " ".join(str(error).split())  # it may quote a definition, of many lines
         return RecordingError(
-            f"{self._name} is damaged ({error}); sqlite3's .recover may save what is left"
+            f"{self._name} is damaged ({said}); sqlite3's .recover may save what is left"
         )
 
 
