@@ -12,8 +12,8 @@ SEED := 25
 PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard config/* launch/* examples/*.csv examples/*.mcap) \
 	$(shell find msg_defs crtk_msgs -type f)
 
-# Tests in which processes live in real time wait for most of it: the others, which need the processor,
-# run beside them and give way. In two runs, since their folders' conftest.py have one name.
+# Tests in which processes live in real time: apart from those that need the whole processor, and in
+# two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
 # Tests in a browser, which take minutes: `make test-page` runs them.
 PAGE := test/workbench/test_workbench_page.py
@@ -32,7 +32,7 @@ help: ## List the targets.
 demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map.png, estimates.png.
 	$(BIN)/tissue_probe demo
 
-test: $(VENV)/packages.done $(VENV)/development.done ## Run all tests, real ROS 2 processes included.
+test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
 	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes

@@ -72,6 +72,14 @@ def test_a_command_in_steps_is_what_drives(seed, run):
     assert drives(force, fresh, answered(force, 1e-3, seed))
 
 
+def test_a_command_in_steps_is_told_beside_rows_that_are_not_known():
+    force = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, 20), 100)
+    position = answered(force, 1e-3, 0)
+    position[501], force[[750, 751]] = np.nan, np.nan
+    fresh = np.r_[True, np.diff(force) != 0.0]
+    assert drives(force, fresh, position)
+
+
 @given(seed=st.integers(0, 10**6), run=st.integers(3, 60), cycle=st.floats(8.0, 300.0))
 @settings(max_examples=50)
 def test_a_sensor_that_is_read_late_drives_nothing(seed, run, cycle):

@@ -347,13 +347,16 @@ def _polygon(corners: Source, parameter: str) -> Polygon:
     try:
         if isinstance(corners, Measurements):
             raise ParameterError("samples are given; give a table with x, y of its corners")
-        if isinstance(corners, str | os.PathLike):
-            columns = open_columns(Path(corners))
-        else:
-            columns = columns_in_memory(corners, IN_MEMORY)
-        return Polygon(read_corners(columns))
+        return Polygon(read_corners(_table(corners)))
     except TissueProbeError as error:
         raise ParameterError(f"`{parameter}`: {error}") from None
+
+
+def _table(given: Any) -> Columns:
+    """Return the columns of a table, from a file or from memory."""
+    if isinstance(given, str | os.PathLike):
+        return open_columns(Path(given))
+    return columns_in_memory(given, IN_MEMORY)
 
 
 def is_sites(measured: Source) -> bool:
@@ -370,9 +373,7 @@ def _site_table(measured: Source) -> Columns | None:
             path = Path(measured)
             if path.is_dir() or is_bag(path):
                 return None
-            columns = open_columns(path)
-        else:
-            columns = columns_in_memory(measured, IN_MEMORY)
+        columns = _table(measured)
     except RecordingError:
         return None  # whoever reads samples says why
     return columns if is_site_table(columns) else None

@@ -72,7 +72,8 @@ class ExploredSites(Source):
         self._goal, self._outcomes = goal, heard.outcomes
         self._earlier: list[SiteResult] = []
         self._began: float | None = None
-        self._under: tuple[float, float] | None = None
+        #: Where each dwell was, as ``begins`` has when.
+        self._places: list[tuple[float, float]] = []
         self._missed: list[tuple[float, float]] = []
         self._missed_in_a_row = 0
         self._process: DecisionProcess | None = None
@@ -118,7 +119,7 @@ class ExploredSites(Source):
     def dwelling(self, site: Site, begin: int) -> None:
         """Choose the next site meanwhile, if none is planned."""
         super().dwelling(site, begin)
-        self._under = site.position[:2]
+        self._places.append(site.position[:2])
         self._missed_in_a_row = 0
         if not self._first and not self._is_spent(planned=1):
             self._decide()
@@ -132,8 +133,7 @@ class ExploredSites(Source):
 
     def is_judged(self) -> bool:
         """Whether the mapper has told of each visit, or nobody maps."""
-        found = self._outcomes.of(self.begins)
-        return len(found) == len(self.begins) or self._outcomes.nobody_maps()
+        return self._outcomes.have_all(self.begins)
 
     def ended(self) -> str:
         """Say why it is over."""
@@ -196,15 +196,13 @@ class ExploredSites(Source):
             self._decision = None
             return
         told = {one.stamp for one in results}
-        places = [site.position[:2] for site in self.visited]
-        if self._under is not None and len(self.begins) > len(self.visited):
-            places.append(self._under)
-        pending = [p for p, begin in zip(places, self.begins, strict=True) if begin not in told]
+        dwells = zip(self._places, self.begins, strict=True)
+        pending = [place for place, begin in dwells if begin not in told]
         self._decision = self._process.submit(
             decide,
             sites_of(results),
             self._question,
-            start=places[-1] if places else None,
+            start=self._places[-1] if self._places else None,
             pending=pending,
             unreachable=list(self._missed),
         )

@@ -220,8 +220,7 @@ class GivenSites(ListedSites):
 
     def is_judged(self) -> bool:
         """Whether the mapper has told of each visit, or nobody maps."""
-        found = self._outcomes.of(self.begins)
-        return len(found) == len(self.begins) or self._outcomes.nobody_maps()
+        return self._outcomes.have_all(self.begins)
 
     def _without_estimate(self) -> list[int]:
         known = {one.site for one in self._outcomes.of(self.begins) if one.has_value}

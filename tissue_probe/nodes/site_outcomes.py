@@ -39,6 +39,10 @@ class SiteOutcomes:
         found = (self._results.get(begin) for begin in begins)
         return [one for one in found if one is not None and one.leaving != Leaving.UNTOLD]
 
+    def have_all(self, begins: Collection[int]) -> bool:
+        """Whether each of these dwells has a result, or nobody publishes any."""
+        return len(self.of(begins)) == len(begins) or self.nobody_maps()
+
     def unknown(self, begins: Collection[int]) -> str:
         """Say why nothing is known of any of these dwells; nothing if the mapper tells."""
         if begins and not self.of(begins):

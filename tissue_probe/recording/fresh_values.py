@@ -93,7 +93,7 @@ def drives(values: FloatArray, fresh: BoolArray, other: FloatArray) -> bool:
     fresh : array of bool, shape (n,)
         See ``fresh_values``.
     other : array, shape (n,)
-        The other channel, in the same rows.
+        The other channel, in the same rows; NaN where it is not known.
 
     Notes
     -----
@@ -116,8 +116,9 @@ def _follows(changes: FloatArray, rows: IntArray, other: FloatArray, ahead: int)
     later = other[places - 1 + ahead]
     since = places - rows[np.searchsorted(rows, places, side="right") - 1]
     upto = np.append(rows, other.size)[np.searchsorted(rows, places, side="right")] - places
-    undisturbed = (since > 3 * ahead) & (upto >= ahead)
-    own = (since == 0) & (places > rows[0])
+    measured = np.isfinite(known).all(axis=1) & np.isfinite(later)
+    undisturbed = measured & (since > 3 * ahead) & (upto >= ahead)
+    own = measured & (since == 0) & (places > rows[0]) & np.isfinite(changes[places])
     if np.count_nonzero(undisturbed) < 3 * known.shape[1] or np.count_nonzero(own) < 3:
         return False
     weights = np.linalg.lstsq(known[undisturbed], later[undisturbed], rcond=None)[0]

@@ -24,6 +24,7 @@ from tissue_probe.mapping.posterior.shape import metric
 from tissue_probe.signals import FloatArray
 
 _MM = 1e3
+#: Neighbouring rays are a quarter of the radius apart at the boundary of an ellipse.
 _RAYS = 24
 #: Enough for a standard deviation that is right to 6 %.
 _MEMBERS = 150

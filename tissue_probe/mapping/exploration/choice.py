@@ -33,6 +33,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.places import spread
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.boundary import inside_each
+from tissue_probe.mapping.posterior.domain import TIP
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.signals import FloatArray
@@ -47,7 +48,6 @@ _TOLD_APART = 0.2
 #: Of candidates, and of places in question: in 40 x 40 mm a tip's radius, 3 mm, is two apart.
 _CANDIDATES, _PLACES = 800, 400
 MOST_AT_ONCE = 100
-_TIP = 3.0  # mm
 
 
 @dataclass(frozen=True)
@@ -238,7 +238,7 @@ def _candidates(
     for zone in no_go:
         allowed &= ~zone.contains(x / _MM, y / _MM)
     for place in unreachable:
-        allowed &= np.hypot(x - _MM * place[0], y - _MM * place[1]) >= _TIP
+        allowed &= np.hypot(x - _MM * place[0], y - _MM * place[1]) >= TIP
     if not allowed.any():
         raise ParameterError("no place is left for a site: all is outside, or no-go")
     return x[allowed], y[allowed]

@@ -17,7 +17,7 @@ from tissue_probe.signals import FloatArray
 
 _MM = 1e3
 #: A tip of 3 mm radius feels so far beyond its middle [mm].
-_TIP = 3.0
+TIP = 3.0
 #: A single site has no spacing of its own [mm].
 _LONE = 10.0
 #: Of a spacing: the middle of four sites is 0.71 away from each.
@@ -62,14 +62,14 @@ class Domain:
             spacing = float(np.median(nearest))
         else:
             spacing = _LONE
-        beyond = min(spacing / 2.0, _TIP)
+        beyond = min(spacing / 2.0, TIP)
         if within is not None:
-            beyond = _TIP
+            beyond = TIP
         corners = _MM * within.corners if within is not None else np.zeros((0, 2))
         palpated = np.concatenate([places, hanging, corners])
         low, high = palpated.min(axis=0) - beyond, palpated.max(axis=0) + beyond
         box = np.array([low[0], high[0], low[1], high[1]])
-        return Domain(spacing, max(_REACH * spacing, _TIP), box, places, hanging, within)
+        return Domain(spacing, max(_REACH * spacing, TIP), box, places, hanging, within)
 
     @property
     def area(self) -> float:
