@@ -94,7 +94,7 @@ def test_the_help_shows_units(run, command, units):
         (
             "map",
             [
-                *("map.png", "the recorded estimates", "into", "0.5", "1.5"),
+                *("map.png", "the recorded estimates", "into", "0.5", "1.5", "0; x>=0"),
                 "(the recording's own, else compliant_probe)",
             ],
         ),
