@@ -292,10 +292,6 @@ PAIRS = {
         (27000062, "adhesion", "added_mass", {}),
         ("contact_loss", "hertz_contact", "structural_mode"),
     ),
-    "the first was found badly without the second": (
-        (343014, "backlash", "tissue_motion", {"rig": "tolerant", "coil": PERFECT}),
-        (),
-    ),
     "each of five families promises more than the second effect": (
         (343001, "structural_mode", "backlash", {"rig": "tolerant"}),
         (

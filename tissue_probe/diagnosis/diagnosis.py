@@ -27,7 +27,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
-from tissue_probe.diagnosis.improvement.further import addable
+from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates

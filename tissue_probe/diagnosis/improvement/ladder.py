@@ -90,6 +90,7 @@ def climb(
     steps = _steps(queue, best, leading, progress)
     if kept := _rest(steps[-1], rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
+    ranking = ranked([queue.known[frozenset(fit.composition.names)] for fit in ranking])
     ladder = concluded(base, ranking, steps, list(queue.known.values()))
     if not explained(ladder.final):
         return replace(ladder, curtailed=queue.curtailed)

@@ -98,7 +98,11 @@ class Queue:
                 few = self._next(count)
                 if few:
                     self._make(few, count)
-                elif sources and not _is_enough(self.best(count)):
+                elif _is_enough(best := self.best(count)):
+                    break
+                elif best is not None and self._turned(best):
+                    continue
+                elif sources:
                     self._extend(sources[:WIDTH])
                     sources = sources[WIDTH:]
                 else:
@@ -139,9 +143,10 @@ class Queue:
     def _is_open(self, move: Move) -> bool:
         """Whether a move promises more than its effects reached from other sides, and than none.
 
-        Where no promise is worth much, each side is tried.
+        Where no promise is worth much, each side is tried; and what promises most in any case: a
+        search may find more than was promised.
         """
-        if not move.reliable:
+        if not (move.reliable and self._tried):
             return True
         known = [
             self.known.get(names) for names in (move.names, frozenset(move.fit.composition.names))
@@ -155,7 +160,7 @@ class Queue:
         Where none explains the measurements, a promise that is worth little is no reason against.
         """
         enough = _is_enough(best)
-        if not move.reliable and not enough:
+        if not (enough or (move.reliable and self._tried)):
             return True
         reached = max(evidence(fit, self.base) for fit in self.known.values())
         return move.promised > reached - (RIVAL if enough else 0.0)
@@ -185,10 +190,7 @@ class Queue:
 
         What is left of a model without one of its effects is extended by others later, too.
         """
-        rest = self.moves.remainders(fit)
-        new = [each for each in rest if self._is_new(each)]
-        self.note(rest)
-        self._extend(new)
+        new = self._turned(fit)
         kin = [
             move
             for move in self._waiting
@@ -198,6 +200,18 @@ class Queue:
         ]
         self._waiting = [move for move in self._waiting if move not in kin]
         return [*self.moves.nested(fit), *self.moves.made(kin, needed)]
+
+    def _turned(self, fit: Fit) -> list[Fit]:
+        """Extend a model without each of its effects; return those that are new.
+
+        An effect that was found badly alone is found well beside another one, and leads further
+        from there.
+        """
+        rest = self.moves.remainders(fit)
+        new = [each for each in rest if self._is_new(each)]
+        self.note(rest)
+        self._extend(new)
+        return new
 
     def _needed(self, fewer: Fit) -> float:
         """Return the cost that is asked of a model, given the best one of an effect less."""
