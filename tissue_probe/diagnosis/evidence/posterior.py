@@ -159,7 +159,7 @@ def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float
         The model that was asked about.
     """
     samples = float(fit.samples)
-    gain = 0.5 * samples * np.log(fit.cost / max(cost, np.finfo(float).tiny))
+    gain = 0.5 * samples * (np.log(fit.cost) - np.log(max(cost, np.finfo(float).tiny)))
     learnt = 0.5 * len(effect.parameters) * np.log(samples)
     second = SECOND if _names(fit, base) else 0.0
     return evidence(fit, base) + float(gain - learnt - np.log(LIBRARY)) - second

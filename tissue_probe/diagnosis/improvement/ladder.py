@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from tissue_probe.diagnosis.evidence.adequacy import doubtful, excess_of, explained
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
-from tissue_probe.diagnosis.evidence.posterior import evidence, posterior
+from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -77,8 +77,8 @@ def climb(
     base = fit_base(composition, measurements, instrument, begin_at)
     allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
-    ranking = ranked(fit_candidates(base, allowed.values(), instrument, tell=tell))
-    best = ranking[0] if ranking and significant(base, ranking[0]) else base
+    ranking = ranked(base, fit_candidates(base, allowed.values(), instrument, tell=tell))
+    best = ranking[0] if ranking and significant(base, ranking[0], base) else base
     if kept := _rest(best, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
@@ -90,7 +90,7 @@ def climb(
     steps = _steps(queue, best, leading, progress)
     if kept := _rest(steps[-1], rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
-    ranking = ranked([queue.known[frozenset(fit.composition.names)] for fit in ranking])
+    ranking = ranked(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
     ladder = concluded(base, ranking, steps, list(queue.known.values()))
     if not explained(ladder.final):
         return replace(ladder, curtailed=queue.curtailed)
@@ -104,7 +104,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     Where none leads, no two effects are accepted; and no third one is sought for a residual that is
     hardly more than noise.
     """
-    steps, sources = [single], sorted(leading, key=lambda fit: -evidence(fit, queue.base))
+    steps, sources = [single], ranked(queue.base, leading)
     for count in range(2, MOST + 1):
         if _is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
             break
@@ -112,10 +112,17 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
         progress(f"further effects are sought beside {', '.join(names)}")
         queue.seek(sources, count)
         best = queue.best(count)
-        if best is None or not (significant(steps[-1], best) and removes(steps[-1], best)):
+        if best is None or not (
+            significant(steps[-1], best, queue.base) and removes(steps[-1], best)
+        ):
             break
         steps, sources = [*steps, best], [best]
     return steps
+
+
+def _is_step(fewer: Fit, more: Fit, base: Fit) -> bool:
+    """Whether a further effect is worth it: by what it explains, and by how probable it is."""
+    return significant(fewer, more, base) and removes(fewer, more)
 
 
 def _is_enough(fit: Fit) -> bool:
@@ -154,7 +161,7 @@ def climb_by(
         steps += found
     if kept := _rest([base, *steps][-1], rounds):
         return climb_by(composition, kept, instrument, wanted, begin_at, rounds - 1)
-    verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
+    verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
     every = tuple(steps)

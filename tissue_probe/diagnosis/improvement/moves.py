@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.ranking.candidate import SAME, shared
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms, refit
+from tissue_probe.diagnosis.ranking.rules import exclude
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
@@ -69,24 +70,13 @@ def families(fit: Fit) -> tuple[str, ...]:
 
 
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Return what may stand beside a model's effects.
-
-    No second form of a law (``Effect.excludes``), and nothing that contains an effect of the model
-    or is contained in one.
-    """
+    """Return what may stand beside a model's effects: no second form of a law that it has."""
+    own = composition.all_effects
     return {
         name: effect
         for name, effect in library.items()
-        if not any(_meet(effect, each) for each in composition.all_effects)
+        if name not in composition.names and not any(exclude(effect, each) for each in own)
     }
-
-
-def _meet(effect: Effect, other: Effect) -> bool:
-    """Whether one of two effects is the other, contains it, or excludes it."""
-    return (
-        effect.name in (other.name, *other.simpler, *other.excludes)
-        or other.name in (*effect.simpler, *effect.excludes)
-    )  # fmt: skip
 
 
 def switches(effect: Effect) -> bool:
