@@ -113,7 +113,9 @@ def posterior(
     open_ones = {
         names: fit
         for names, fit in best.items()
-        if not any(names > fewer for fewer in enough) and (second is None or names in second)
+        if not any(names > fewer for fewer in enough)
+        and not _is_another(fit, best, base)
+        and (second is None or names in second)
     }
     if not open_ones:
         open_ones = {frozenset(): base}
@@ -208,6 +210,25 @@ def _best_of_each(fits: Iterable[Fit]) -> dict[frozenset[str], Fit]:
         if np.isfinite(fit.bic) and (names not in best or fit.bic < best[names].bic):
             best[names] = fit
     return best
+
+
+def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool:
+    """Whether an effect ended in the limit where it is a simpler one, which does as well there."""
+    names, named = frozenset(fit.composition.names), fit.named()
+    others = [
+        best[each]
+        for effect in fit.composition.effects
+        if ended_in_limit(effect, named)
+        for simpler in effect.simpler
+        if (each := names - {effect.name} | {simpler}) in best
+    ]
+    return any(evidence(other, base) > evidence(fit, base) - RIVAL for other in others)
+
+
+def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
+    """Whether an effect that contains a simpler one ended in the limit where it is that."""
+    limits = [each for each in effect.parameters if each.name == effect.limit]
+    return any(named[each.name] <= each.lower for each in limits)
 
 
 def _names(fit: Fit, base: Fit) -> tuple[str, ...]:

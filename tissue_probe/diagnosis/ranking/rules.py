@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.posterior import RIVAL, evidence
+from tissue_probe.diagnosis.evidence.posterior import RIVAL, ended_in_limit, evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 
 if TYPE_CHECKING:
@@ -27,9 +27,8 @@ def significant(simple: Fit, better: Fit, base: Fit) -> bool:
 
 
 def in_limit(fit: Fit) -> bool:
-    """Whether an effect that contains a simpler one ended in the limit where it is that."""
-    limits = [each for each in added(fit).parameters if each.name == added(fit).limit]
-    return any(fit.named()[each.name] <= each.lower for each in limits)
+    """Whether what was added ended in the limit where it is a simpler effect."""
+    return ended_in_limit(added(fit), fit.named())
 
 
 def added(fit: Fit) -> Effect:
