@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import sparse_regression
+from benchmarks.ruler.probabilities import Stated, stated
 from tissue_probe.challenge import simulator
 from tissue_probe.challenge.grading import Diagnosis, Grade, Kind, grade, kind_of
 from tissue_probe.challenge.instrument import FORCE_NOISE
@@ -56,6 +57,8 @@ class Battery:
         predicted by a fit to the others.
     seconds : dict of float to list of float
         Time of each diagnosis, kernels compiled, by the length of the recording [s].
+    stated : list of Stated
+        What was stated with which probability; not of what Kelvin-Voigt absorbs, which none tells.
     """
 
     answers: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -64,6 +67,7 @@ class Battery:
     heldout: list[float] = field(default_factory=list)
     left_out: list[float] = field(default_factory=list)
     seconds: dict[float, list[float]] = field(default_factory=dict)
+    stated: list[Stated] = field(default_factory=list)
 
     def marks(self) -> tuple[Grade, Grade]:
         """Return the marks of the suite, and of sparse regression."""
@@ -152,7 +156,10 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
     except ValueError as error:
         say(f"{_told(sealed)}: no diagnosis: {error}")
         return
-    battery.diagnoses[name] = Diagnosis.parse(answer(found).model_dump())
+    told = answer(found).model_dump()
+    battery.diagnoses[name] = Diagnosis.parse(told)
+    if not sealed.absorbed:
+        battery.stated.append(_stated(told, sealed.effects))
     battery.seconds.setdefault(DURATIONS[excitation], []).append(found.seconds)
     if sealed.effects and set(found.effects) == set(sealed.effects):
         final = found.ladder.final
@@ -164,6 +171,13 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
         battery.heldout.append(rmse / np.linalg.norm([*noise, rounding]))
     if not _right(battery.answers[name], battery.diagnoses[name]):
         say(f"{_told(sealed)}: {_said(found)}")
+
+
+def _stated(told: Mapping[str, Any], hidden: Sequence[str]) -> Stated:
+    """Return what is stated of a challenge; of what is outside the library nothing is right."""
+    known = [EFFECTS[name] for name in hidden if name in EFFECTS]
+    models = [hidden] if known and len(known) == len(hidden) else []
+    return stated(told, models, {each.family for each in known})
 
 
 def _measurement(record: simulator.Measurement, at_rest: bool) -> Measurement:

@@ -14,6 +14,7 @@ import numpy as np
 from rich.table import Table
 
 from benchmarks.diagnosis import Battery
+from benchmarks.ruler import probabilities
 from tissue_probe.challenge.grading import Count, Grade
 from tissue_probe.challenge.outside import OUTSIDE
 
@@ -50,6 +51,7 @@ def _kept(battery: Battery) -> dict[str, object]:
         "heldout_over_noise": battery.heldout,
         "left_out_over_noise": battery.left_out,
         "seconds": battery.seconds,
+        "stated": [asdict(each) for each in battery.stated],
     }
 
 
@@ -62,6 +64,7 @@ def tables(batteries: Mapping[str, Battery]) -> Iterator[Table]:
     """Yield the numbers of each rig, then what was taken for what."""
     for rig, battery in batteries.items():
         yield _numbers(rig, battery)
+        yield probabilities.table(f"How sure it was, {rig} rig", battery.stated)
     for rig, battery in batteries.items():
         yield _confusion(rig, battery.marks()[0])
 

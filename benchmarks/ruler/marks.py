@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import tissue_probe as tp
-from benchmarks.ruler.dealt import Dealt
+from benchmarks.ruler.dealt import Dealt, Truth
+from benchmarks.ruler.probabilities import Stated, stated
 
 #: Half the width of a 95 % interval, in standard deviations.
 HALF_WIDTH = 1.96
@@ -47,6 +48,8 @@ class Outcome:
         Those that do not: value, half width, truth.
     seconds : float
         Time that the diagnosis took.
+    stated : Stated or None
+        With which probability; None where there was no diagnosis.
     """
 
     protocol: str
@@ -64,6 +67,7 @@ class Outcome:
     intervals: int = 0
     outside: Mapping[str, str] | None = None
     seconds: float = 0.0
+    stated: Stated | None = None
 
 
 def measure(dealt: Iterable[Dealt], say: Callable[[str], None] = print) -> list[Outcome]:
@@ -105,7 +109,16 @@ def mark(dealt: Dealt) -> Outcome:
         intervals=0 if truth.hidden else inside + len(outside),
         outside={} if truth.hidden else outside,
         seconds=time.perf_counter() - began,
+        stated=_stated(found, truth),
     )
+
+
+def _stated(found: Mapping[str, Any], truth: Truth) -> Stated:
+    """Return what is stated; of hidden terms that are no form of the library a sibling is right."""
+    families = {each["effect"]: each["family"] for each in found["ranking"]}
+    alike = [name for name, family in families.items() if family in truth.families]
+    models = [[name] for name in {*truth.effects, *alike}] if truth.hidden else []
+    return stated(found, models, truth.families)
 
 
 def _right(found: Mapping[str, Any], hidden: str, key: str, answers: tuple[str, ...]) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import binomtest
 
+from benchmarks.ruler import probabilities
 from benchmarks.ruler.marks import Outcome
 
 #: Error on the second record over its noise, up to which it counts as noise.
@@ -28,6 +29,8 @@ def tables(title: str, outcomes: Sequence[Outcome]) -> Iterator[Table]:
     hidden = [outcome for outcome in outcomes if outcome.hidden]
     if hidden:
         yield _marks(f"{title}, by what is hidden", hidden, lambda outcome: outcome.hidden)
+    told = [outcome.stated for outcome in outcomes if outcome.stated is not None]
+    yield probabilities.table(f"{title}: how sure it was", told)
     refused = Counter(outcome.refused for outcome in outcomes if outcome.refused)
     if refused:
         table = Table("refused with", "times", title=f"{title}: refused", title_justify="left")

@@ -151,5 +151,6 @@ def test_records_run_through_and_their_marks_are_told():
         assert outcome.error == pytest.approx(1.0, abs=0.5) or not outcome.right
     assert outcomes[0].intervals >= 2
     assert outcomes[1].intervals == 0
-    first, by_hidden = tables("Records", outcomes)
+    first, by_hidden, sure = tables("Records", outcomes)
     assert first.row_count == by_hidden.row_count == 2
+    assert "Brier's score" in sure.columns[0].cells

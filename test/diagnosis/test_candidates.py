@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
+from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import added, explained, in_limit, ranked
+from tissue_probe.diagnosis.ranking.rules import added, in_limit, ranked
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -45,7 +46,7 @@ def test_what_leaves_noise_but_more_than_another_does_is_searched_near_where_it_
     base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], TOLERANT)
     (alone,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
     both = fit_candidates(base, library("stiffness_ramp", "stiffness_step").values(), TOLERANT)
-    step = ranked(both)[0]
+    step = ranked(base, both)[0]
     assert added(step).name == "stiffness_step"
     assert explained(alone)
     assert step.cost < 0.98 * alone.cost
@@ -58,7 +59,7 @@ def test_what_is_contained_is_searched_from_where_what_contains_it_ended_as_it()
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (alone,) = fit_candidates(base, [EFFECTS["contact_loss"]], TOLERANT)
     found = fit_candidates(base, library("hertz_contact", "contact_loss").values(), TOLERANT)
-    first, second = ranked(found)
+    first, second = ranked(base, found)
     assert (added(first).name, added(second).name) == ("contact_loss", "hertz_contact")
     assert in_limit(second)
     assert first.cost < 1.001 * second.cost < 0.5 * alone.cost

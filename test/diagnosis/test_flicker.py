@@ -46,7 +46,7 @@ def test_slow_noise_of_the_stated_level_leaves_a_residual_of_one_and_no_drift():
     base = fit_base(Composition(), [measured], TOLERANT)
     assert abs(base.ratio - 1.0) < 0.05
     drifts = [EFFECTS[name] for name in ("force_drift", "tissue_motion", "stiffness_step")]
-    assert not any(significant(base, fit) for fit in fit_candidates(base, drifts, TOLERANT))
+    assert not any(significant(base, fit, base) for fit in fit_candidates(base, drifts, TOLERANT))
 
 
 @pytest.mark.parametrize("seed", first_of(range(490000, 490004), 1))

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from tissue_probe.diagnosis.cleaning import cleaned
+from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import motion
 from tissue_probe.diagnosis.ranking.candidates import fit_base
-from tissue_probe.diagnosis.ranking.rules import explained
 from tissue_probe.physics.composition import Composition
 
 RATE = 100.0

@@ -10,12 +10,12 @@ from scipy.signal import lsim
 import tissue_probe as tp
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
 from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import explained
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.quantities import POSITION

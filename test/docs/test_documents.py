@@ -15,7 +15,7 @@ from tissue_probe.devices.registry import DEVICES
 from tissue_probe.diagnosis.advice import visibility
 from tissue_probe.diagnosis.evidence import adequacy, posterior
 from tissue_probe.diagnosis.fitting import problem
-from tissue_probe.diagnosis.improvement import further, ladder, paths
+from tissue_probe.diagnosis.improvement import ladder, moves, queue
 from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
@@ -249,16 +249,27 @@ def test_the_python_snippet_reads_a_recording(tmp_path, monkeypatch, capsys):
     assert capsys.readouterr().out == "7 0.0 0.0\n"
 
 
+#: Modules in which a number may decide what is said to be missing.
+DECIDING = adequacy, posterior, rules, moves, queue, ladder, harmonic
+
+
+def _numbers(module) -> dict[str, float]:
+    """Return the numeric constants that a module itself defines, but for those that follow."""
+    text = Path(module.__file__).read_text(encoding="utf-8")
+    own = re.findall(r"^([A-Z_]+(?:, [A-Z_]+)*) = (?!float\()", text, re.M)
+    names = [name for each in own for name in each.split(", ")]
+    return {
+        n: float(getattr(module, n)) for n in names if isinstance(getattr(module, n), int | float)
+    }
+
+
 def test_the_thresholds_of_the_diagnosis_are_those_of_the_code():
     rows = []
     for names, values in re.findall(r"^\| (`[A-Z_`, ]+) \| ([\d., ]+) \|", DIAGNOSIS, re.M):
         rows += zip(re.findall("[A-Z_]+", names), values.split(", "), strict=True)
-    constants = {}
-    for module in (
-        *(rules, ladder, paths, further, adequacy, posterior, harmonic, problem, visibility),
-    ):
-        constants |= vars(module)
-    assert {name for name, _ in rows} >= {"LEAST_GAIN", "LEAST_SHARE", "TIE", "SIMPLER", "SHARE"}
-    assert {name: float(value) for name, value in rows} == {
-        name: float(constants[name]) for name, _ in rows
-    }
+    deciding = {name: value for module in DECIDING for name, value in _numbers(module).items()}
+    known = {**vars(problem), **vars(visibility), **deciding}
+    assert {name: float(value) for name, value in rows} == {n: float(known[n]) for n, _ in rows}
+    assert set(deciding) <= {name for name, _ in rows}
+    # Each new one is another rule to be understood: better take one away.
+    assert len(deciding) <= 27

@@ -27,8 +27,8 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
-from tissue_probe.diagnosis.improvement.further import addable
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
+from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
@@ -401,6 +401,6 @@ def _coloured(
     base = fit_base(composition, measurements, instrument, begin_at)
     if all(measurement.whitening is None for measurement in base.measurements):
         return measurements
-    ranking = ranked(fit_candidates(base, library.values(), instrument))
-    right = bool(ranking) and significant(base, ranking[0])
+    ranking = ranked(base, fit_candidates(base, library.values(), instrument))
+    right = bool(ranking) and significant(base, ranking[0], base)
     return filtered(ranking[0], instrument) if right else base.measurements

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.rules import explained
 from tissue_probe.quantities import FORCE
 
 #: What is fitted of every tissue.

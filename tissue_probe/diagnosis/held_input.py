@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
-from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
@@ -63,7 +63,7 @@ def with_input(
     one, other = (fit_base(composition, each, instrument, begin_at) for each in (smooth, held))
     jumps = any(map(_jumps, smooth))
     commanded = jumps and all(each.is_commanded for each in smooth)
-    if other.bic - one.bic > (TIE if commanded else -TIE):
+    if other.bic - one.bic > (2.0 * RIVAL if commanded else -2.0 * RIVAL):
         return smooth, []
     delayed = [] if jumps else _delayed(one, instrument)
     if not jumps and not (explained(other) and _is_as_good(other, delayed)):
@@ -85,7 +85,7 @@ def is_held(final: Fit, instrument: Instrument) -> list[Measurement]:
 
 
 def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
-    return all(held.bic < fit.bic + TIE for fit in delayed)
+    return all(held.bic < fit.bic + 2.0 * RIVAL for fit in delayed)
 
 
 def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:

@@ -8,13 +8,16 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tissue_probe.diagnosis.evidence.adequacy import adequacy, explained, leaves_more
 from tissue_probe.diagnosis.evidence.line import is_multiple
 from tissue_probe.diagnosis.fitting.fit import Fit
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
 
 #: Before anything was measured one of so many effects, all of the library, is missing as likely as
 #: none is.
@@ -32,6 +35,8 @@ MUCH = 50.0
 UNKNOWN, STILL = 8.0, 0.4
 #: Probability that a set of models holds, and from which on one counts as sure.
 SURE = 0.95
+#: Logarithm of the odds beyond which a model is not in the set that is sure, if a better one is.
+RIVAL = float(np.log(SURE / (1.0 - SURE)))
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,9 @@ def posterior(
     open_ones = {
         names: fit
         for names, fit in best.items()
-        if not any(names > fewer for fewer in enough) and (second is None or names in second)
+        if not any(names > fewer for fewer in enough)
+        and not _is_another(fit, best, base)
+        and (second is None or names in second)
     }
     if not open_ones:
         open_ones = {frozenset(): base}
@@ -132,6 +139,32 @@ class _Told(NamedTuple):
     fit: Fit
     likely: float
     thought: float
+
+
+def evidence(fit: Fit, base: Fit) -> float:
+    """Return the logarithm of a model's probability, up to the same constant of all models."""
+    return -0.5 * fit.misfit + thought_of(fit, base)
+
+
+def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float:
+    """Return the evidence of a model with one effect more, if it left a cost.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model without the effect.
+    effect : Effect
+        What is added.
+    cost : float
+        What is promised to be left.
+    base : Fit
+        The model that was asked about.
+    """
+    samples = float(fit.samples)
+    gain = 0.5 * samples * (np.log(fit.cost) - np.log(max(cost, np.finfo(float).tiny)))
+    learnt = 0.5 * len(effect.parameters) * np.log(samples)
+    second = SECOND if _names(fit, base) else 0.0
+    return evidence(fit, base) + float(gain - learnt - np.log(LIBRARY)) - second
 
 
 def thought_of(fit: Fit, base: Fit) -> float:
@@ -177,6 +210,25 @@ def _best_of_each(fits: Iterable[Fit]) -> dict[frozenset[str], Fit]:
         if np.isfinite(fit.bic) and (names not in best or fit.bic < best[names].bic):
             best[names] = fit
     return best
+
+
+def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool:
+    """Whether an effect ended in the limit where it is a simpler one, which does as well there."""
+    names, named = frozenset(fit.composition.names), fit.named()
+    others = [
+        best[each]
+        for effect in fit.composition.effects
+        if ended_in_limit(effect, named)
+        for simpler in effect.simpler
+        if (each := names - {effect.name} | {simpler}) in best
+    ]
+    return any(evidence(other, base) > evidence(fit, base) - RIVAL for other in others)
+
+
+def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
+    """Whether an effect that contains a simpler one ended in the limit where it is that."""
+    limits = [each for each in effect.parameters if each.name == effect.limit]
+    return any(named[each.name] <= each.lower for each in limits)
 
 
 def _names(fit: Fit, base: Fit) -> tuple[str, ...]:

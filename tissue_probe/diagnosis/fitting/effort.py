@@ -1,7 +1,7 @@
 """How much a search has done: counted, and not timed, so that it ends alike on every machine.
 
 What belongs here: counting, here and in a copy of the process.
-What does not: how much is enough (``improvement.further``).
+What does not: how much is enough (``improvement.queue``).
 """
 
 from __future__ import annotations

@@ -10,24 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.adequacy import beyond_doubt, doubtful, excess_of
+from tissue_probe.diagnosis.evidence.adequacy import doubtful, excess_of, explained
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
-from tissue_probe.diagnosis.improvement.exchange import anew, exchanged
-from tissue_probe.diagnosis.improvement.further import SHARE, Further, addable
-from tissue_probe.diagnosis.improvement.paths import begun, beside_each, longest
-from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates, refit
+from tissue_probe.diagnosis.improvement.moves import Moves, addable
+from tissue_probe.diagnosis.improvement.queue import Queue, queued, removes
+from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
-from tissue_probe.diagnosis.ranking.rules import (
-    added,
-    explained,
-    ranked,
-    significant,
-)
+from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 
@@ -39,12 +33,9 @@ Progress = Callable[[str], None]
 
 #: Effects in all.
 MOST = 3
-#: One of two effects must alone remove this share of what exceeds the noise, and the first for a
-#: third to be sought: among the few lines of a steady motion several that alone explain nothing can
-#: make up for any.
+#: One of several effects must alone remove this share of what exceeds the noise: among the few
+#: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
-#: None is tried on an effect that alone leaves this many times the best's cost.
-BEHIND = 25.0
 #: How often outliers are left out: those of the first effect, and of what came of it.
 ROUNDS = 3
 
@@ -84,53 +75,59 @@ def climb(
     """
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
-    allowed = addable(composition, library).values()
+    allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
-    ranking = ranked(fit_candidates(base, allowed, instrument, tell=tell))
-    best_so_far = ranking[0] if ranking and significant(base, ranking[0]) else base
-    if kept := _rest(best_so_far, rounds):
+    ranking = ranked(base, fit_candidates(base, allowed.values(), instrument, tell=tell))
+    best = ranking[0] if ranking and significant(base, ranking[0], base) else base
+    if kept := _rest(best, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
-    adequate = explained(base) and not doubtful(base)
-    if adequate or not ranking or not significant(base, ranking[0]):
+    if best is base or _is_enough(base):
         return concluded(base, ranking, [])
-    near = [fit for fit in ranking if fit.cost < BEHIND * ranking[0].cost]
-    leading = [fit for fit in near if _leads(base, fit)]
-    paths = begun([fit for fit in near if significant(base, fit)])
-    effort, curtailed = Effort(measurements), False
-    further = Further(base, instrument, library, [added(fit).name for fit in leading], effort)
-    best = paths[0]
-    # Where none leads, no two effects are accepted.
-    while leading and (not explained(best[-1]) or doubtful(best[-1])) and _is_worth(base, best):
-        progress(f"further effects are sought beside {', '.join(_names(best[-1], base))}")
-        with effort.counted():
-            longer = longest(further, paths, ranking, leading)
-            curtailed |= further.is_spent()
-            if not longer or not _removes(best[-1], longer[-1]):
-                break
-            longer = tuple(exchanged(longer, ranking, further))
-            if not further.is_spent(longer[-1]):
-                longer = beside_each(longer, ranking, leading, further)
-        if not any(_leads(base, fit) for fit in _alone(longer[-1], ranking)):
-            break
-        best, paths = longer, [longer]
-    if kept := _rest(best[-1], rounds):
+    leading = [fit for fit in ranking if _leads(base, fit)]
+    moves = Moves(base, instrument, library, [added(fit).name for fit in leading])
+    queue = queued(base, moves, ranking, Effort(measurements))
+    steps = _steps(queue, best, leading, progress)
+    if kept := _rest(steps[-1], rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
-    steps = _needed(best, further)
-    if len(steps) < len(best):  # beside what is no more there another form may have been the better
-        steps = exchanged(steps, ranking, further)
-    if len(steps) == 1:
-        ranking = _bettered(ranking, steps[0])
-    ladder = concluded(base, ranking, steps, list(further.tried.values()))
+    ranking = ranked(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
+    ladder = concluded(base, ranking, steps, list(queue.known.values()))
     if not explained(ladder.final):
-        return replace(ladder, curtailed=curtailed)
+        return replace(ladder, curtailed=queue.curtailed)
     harmonic = better_harmonic(base, ladder.final, instrument) if ladder.steps else None
     return ladder if harmonic is None else replace(ladder, harmonic=harmonic, verdict="unexplained")
 
 
-def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
-    """Return the names of the effects that a model has beside the base."""
-    return fit.composition.names[len(base.composition.names) :]
+def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) -> list[Fit]:
+    """Return the models that are accepted one after the other, each of one effect more.
+
+    Where none leads, no two effects are accepted; and no third one is sought for a residual that is
+    hardly more than noise.
+    """
+    steps, sources = [single], ranked(queue.base, leading)
+    for count in range(2, MOST + 1):
+        if _is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
+            break
+        names = steps[-1].composition.names[len(queue.base.composition.names) :]
+        progress(f"further effects are sought beside {', '.join(names)}")
+        queue.seek(sources, count)
+        best = queue.best(count)
+        if best is None or not (
+            significant(steps[-1], best, queue.base) and removes(steps[-1], best)
+        ):
+            break
+        steps, sources = [*steps, best], [best]
+    return steps
+
+
+def _is_step(fewer: Fit, more: Fit, base: Fit) -> bool:
+    """Whether a further effect is worth it: by what it explains, and by how probable it is."""
+    return significant(fewer, more, base) and removes(fewer, more)
+
+
+def _is_enough(fit: Fit) -> bool:
+    """Whether a model leaves noise only, beyond what an encoder's rounding may hide."""
+    return explained(fit) and not doubtful(fit)
 
 
 def _rest(fit: Fit, rounds: int) -> list[Measurement] | None:
@@ -164,70 +161,13 @@ def climb_by(
         steps += found
     if kept := _rest([base, *steps][-1], rounds):
         return climb_by(composition, kept, instrument, wanted, begin_at, rounds - 1)
-    verdict: Verdict = "missing" if significant(base, steps[-1]) else "adequate"
+    verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
     every = tuple(steps)
     return Ladder(base, every[:1], every, every, posterior(base, every), verdict, asked=True)
 
 
-def _bettered(ranking: Sequence[Fit], found: Fit) -> list[Fit]:
-    """Put a fit in the place of a worse one with the same effect: a longer path led to it."""
-    others = [fit for fit in ranking if added(fit).name != added(found).name]
-    known = [fit for fit in ranking if added(fit).name == added(found).name]
-    return ranked([min([found, *known], key=lambda fit: fit.cost), *others])
-
-
-def _is_worth(base: Fit, path: Sequence[Fit]) -> bool:
-    """Whether one more effect is sought: no third one for a rest that is no more than noise."""
-    if len(path) == 1:
-        return True
-    return len(path) < MOST and excess_of(path[-1]) > 1.0 and _leads(base, path[0])
-
-
 def _leads(base: Fit, alone: Fit) -> bool:
     """Whether an effect alone removes a good part of what exceeds the noise."""
     return base.ratio**2 - alone.ratio**2 > LEADING * (base.ratio**2 - 1.0)
-
-
-def _alone(fit: Fit, ranking: Sequence[Fit]) -> list[Fit]:
-    """Return what was found of each of a model's effects alone, and of what they contain."""
-    contained = {name for effect in fit.composition.effects for name in effect.simpler}
-    names = contained.union(fit.composition.names)
-    return [alone for alone in ranking if added(alone).name in names]
-
-
-def _removes(fit: Fit, better: Fit) -> bool:
-    """Whether a further effect removes most of what exceeds the noise, or leaves only noise.
-
-    How much noise there is, is estimated: less may be left of what is no noise than it seems.
-    """
-    excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
-    enough = left < (1.0 - SHARE) * excess or (beyond_doubt(better) and not explained(fit))
-    return significant(fit, better) and enough
-
-
-def _needed(path: Sequence[Fit], further: Further) -> list[Fit]:
-    """Drop what became superfluous: an effect that the last model does without.
-
-    Without an earlier one the others may have been found badly; they are searched once more. And
-    the last may only have led the others to where they explain as much without it.
-    """
-    steps = list(path)
-    for fit in path[:-1]:
-        without = _without(steps[-1], added(fit), further)
-        if without is not None and fit is not path[0]:
-            without = anew((path[0], without), further)[-1]
-        if without is not None and not significant(without, steps[-1]):
-            steps = [step for step in steps[:-1] if step is not fit]
-            steps = [*steps, without]
-    if len(steps) > 1:
-        without = _without(steps[-1], added(steps[-1]), further)
-        if without is not None and not significant(without, steps[-1]):
-            steps = [*steps[:-2], without]
-    return steps
-
-
-def _without(fit: Fit, effect: Effect, further: Further) -> Fit | None:
-    """Fit a model without one of its effects, from where it is."""
-    return refit(fit, fit.composition.without(effect.name), further.instrument)

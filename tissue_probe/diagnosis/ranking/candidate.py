@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
-from tissue_probe.diagnosis.ranking import rules
-from tissue_probe.diagnosis.ranking.rules import explained
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
     begin_states,
@@ -78,7 +78,7 @@ def is_settled(fit: Fit, lowest: float) -> bool:
 
     How much noise there is, is estimated: what leaves clearly more than the lowest does not.
     """
-    close = fit.ratio < CLOSE and fit.cost < lowest + rules.TIE
+    close = fit.ratio < CLOSE and fit.cost < lowest + 2.0 * RIVAL
     return fit.cost > ASTRAY * lowest or (explained(fit) and close)
 
 

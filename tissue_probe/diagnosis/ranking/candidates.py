@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.first_guess import first_guesses
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import Bar, search
-from tissue_probe.diagnosis.ranking import rules
 from tissue_probe.diagnosis.ranking.candidate import (
     ASTRAY,
     BETTER,
@@ -27,7 +28,7 @@ from tissue_probe.diagnosis.ranking.candidate import (
     best_of,
     is_settled,
 )
-from tissue_probe.diagnosis.ranking.rules import added, explained
+from tissue_probe.diagnosis.ranking.rules import added, in_limit
 from tissue_probe.diagnosis.ranking.starts import begin_states, pressed_in, start_values
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.errors import MeasurementError
@@ -177,7 +178,7 @@ def fit_candidates(
     candidates.sort(key=lambda candidate: candidate.begun.promise)
     asked = np.isfinite(needed)
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
-    counts = (1.0 - rules.LEAST_SHARE) ** 2 * base.cost if explained(base) else np.inf
+    counts = base.cost - 2.0 * RIVAL if explained(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
     enough = min(ENOUGH * base.floor, needed) if asked else 0.0
     searches = [(each, _told(each.fits(bar, enough), tell)) for each in candidates]
@@ -283,5 +284,5 @@ def _is_also(effect: Effect, fit: Fit) -> bool:
     """Whether what was added is the effect, in some form, or contained in it, or ended as it."""
     own = added(fit)
     return own.name in (effect.name, *effect.simpler) or (
-        effect.name in own.simpler and rules.in_limit(fit)
+        effect.name in own.simpler and in_limit(fit)
     )

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.diagnosis.evidence.line import FREQUENCY, sine_of
+from tissue_probe.diagnosis.evidence.posterior import LINE, evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise, search
-from tissue_probe.diagnosis.ranking.rules import TIE
 from tissue_probe.diagnosis.ranking.starts import begin_states
 from tissue_probe.signals import FloatArray
 
@@ -79,7 +79,9 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     begun = {each: _begun(base, each, instrument) for each in multiples}
     frequency = min(begun, key=lambda each: promise(*begun[each]))
     line = search(*begun[frequency])
-    return frequency if line is not None and line.bic < final.bic - TIE else None
+    if line is None:
+        return None
+    return frequency if -0.5 * line.bic - LINE > evidence(final, base) else None
 
 
 def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:

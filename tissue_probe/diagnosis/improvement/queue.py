@@ -1,0 +1,250 @@
+"""Several effects at once: a queue of moves, the one that promises most first.
+
+What belongs here: which move is made next, and when no more is. What does not: the moves
+(``moves``), what is said of the models that they lead to (``evidence``).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from tissue_probe.diagnosis.evidence.adequacy import doubtful, explained
+from tissue_probe.diagnosis.evidence.posterior import RIVAL, evidence
+from tissue_probe.diagnosis.fitting.effort import Effort
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.improvement.moves import (
+    Kind,
+    Move,
+    Moves,
+    better,
+    families,
+    is_elsewhere,
+)
+
+#: Moves that are made at once: each process makes two.
+AT_ONCE = 4
+#: Models to which one more effect is sought at once: the moves of all of them are compared.
+WIDTH = 8
+#: Responses after which no further move is made: on a record of 2 s they take some five seconds.
+BUDGET = 10_000
+
+#: Moves whose promise is worth little get this share of the effort of those whose promise holds.
+UNRELIABLE = 0.5
+#: A further effect must remove this share of what exceeds the noise, or leave noise only: of models
+#: that are all wrong the most probable one has too many effects.
+SHARE = 0.65
+
+Names = frozenset[str]
+
+
+@dataclass
+class Queue:
+    """Models of so many effects, sought from those with one effect less.
+
+    Attributes
+    ----------
+    base : Fit
+        The model without any effect.
+    moves : Moves
+        What may be done.
+    known : dict
+        The best fit of each set of effects that was tried, by their names.
+    effort : Effort
+        What was done.
+    curtailed : bool
+        Whether the budget ended a search before the promises did.
+    """
+
+    base: Fit
+    moves: Moves
+    known: dict[Names, Fit]
+    effort: Effort
+    curtailed: bool = False
+    _waiting: list[Move] = field(default_factory=list)
+    _extended: list[Fit] = field(default_factory=list)
+    _spent: dict[bool, float] = field(default_factory=lambda: {True: 0.0, False: 0.0})
+    _tried: Counter[Kind] = field(default_factory=Counter)
+
+    def note(self, fits: Iterable[Fit]) -> None:
+        """Keep fits that are the best of their sets of effects."""
+        for fit in fits:
+            names = frozenset(fit.composition.names)
+            if better(fit, self.known.get(names), self.base):
+                self.known[names] = fit
+
+    def best(self, count: int) -> Fit | None:
+        """Return the most probable model of so many effects beside the base."""
+        whole = count + len(self.base.composition.names)
+        fits = [fit for names, fit in self.known.items() if len(names) == whole]
+        return max(fits, key=lambda fit: evidence(fit, self.base), default=None)
+
+    def seek(self, sources: Sequence[Fit], count: int) -> None:
+        """Make moves from models until no promise can change the answer, or the budget is spent.
+
+        Parameters
+        ----------
+        sources : sequence of Fit
+            Models of one effect less, the most probable first.
+        count : int
+            Effects beside the base of the models that are sought.
+        """
+        self._waiting, self._extended, self._tried = [], [], Counter()
+        self._spent = {True: 0.0, False: 0.0}
+        sources = list(sources)
+        with self.effort.counted():
+            while not self._is_spent():
+                few = self._next(count)
+                if few:
+                    self._make(few, count)
+                elif _is_enough(best := self.best(count)):
+                    break
+                elif best is not None and self._turned(best):
+                    continue
+                elif sources:
+                    self._extend(sources[:WIDTH])
+                    sources = sources[WIDTH:]
+                else:
+                    break
+            self.curtailed |= self._is_spent()
+
+    def _is_spent(self) -> bool:
+        return self.effort.done > BUDGET
+
+    def _next(self, count: int) -> list[Move]:
+        """Return the moves that are made next: those of one kind that promise most.
+
+        Kin of what was tried comes after all that is of other families: it takes its place in the
+        best model at once, see ``_neighbours``.
+        """
+        best = self.best(count)
+        self._waiting = [move for move in self._waiting if self._is_open(move)]
+        few: dict[Names, Move] = {}
+        for move in sorted(self._waiting, key=lambda move: -move.promised):
+            if self._is_worth(move, best):
+                few.setdefault(move.names, move)
+        reliable = [move for move in few.values() if move.reliable]
+        others = [move for move in few.values() if not move.reliable]
+        owed = self._spent[False] < UNRELIABLE * self._spent[True]
+        chosen = self._various(others if not reliable or (others and owed) else reliable)
+        self._waiting = [move for move in self._waiting if move not in chosen]
+        self._tried.update(move.kind for move in chosen)
+        return chosen
+
+    def _various(self, moves: Sequence[Move]) -> list[Move]:
+        """Return the first of moves, those of families first that were tried less often."""
+        tried, order = self._tried.copy(), []
+        for place, move in enumerate(moves):
+            order.append((tried[move.kind], place))
+            tried[move.kind] += 1
+        return [moves[place] for _, place in sorted(order)[:AT_ONCE]]
+
+    def _is_open(self, move: Move) -> bool:
+        """Whether a move promises more than its effects reached from other sides, and than none.
+
+        Where no promise is worth much, each side is tried; and what promises most in any case: a
+        search may find more than was promised.
+        """
+        if not (move.reliable and self._tried):
+            return True
+        known = [
+            self.known.get(names) for names in (move.names, frozenset(move.fit.composition.names))
+        ]
+        reached = max(evidence(fit, self.base) for fit in known if fit is not None)
+        return move.promised > reached
+
+    def _is_worth(self, move: Move, best: Fit | None) -> bool:
+        """Whether a move may change the answer.
+
+        Where none explains the measurements, a promise that is worth little is no reason against.
+        """
+        enough = _is_enough(best)
+        if not (enough or (move.reliable and self._tried)):
+            return True
+        reached = max(evidence(fit, self.base) for fit in self.known.values())
+        return move.promised > reached - (RIVAL if enough else 0.0)
+
+    def _make(self, few: Sequence[Move], count: int) -> None:
+        """Make moves; the neighbours of what is better than all before are tried at once."""
+        fewer, done = self.best(count - 1) or self.base, self.effort.done
+        before = self.best(count) or fewer
+        found = self.moves.made(few, self._needed(fewer))
+        while True:
+            self.note(found)
+            better = [
+                fit
+                for fit in found
+                if self.known.get(frozenset(fit.composition.names)) is fit
+                and evidence(fit, self.base) > evidence(before, self.base)
+                and removes(fewer, fit)
+            ]
+            if not better:
+                break
+            before = self.best(count) or before
+            found = [each for fit in better for each in self._neighbours(fit, self._needed(fewer))]
+        self._spent[few[0].reliable] += self.effort.done - done
+
+    def _neighbours(self, fit: Fit, needed: float) -> list[Fit]:
+        """Fit models that have another effect of the same family, or a nested one, in one's place.
+
+        What is left of a model without one of its effects is extended by others later, too.
+        """
+        new = self._turned(fit)
+        kin = [
+            move
+            for move in self._waiting
+            if move.fit in new
+            and move.families == families(fit)
+            and (self._is_open(move) if move.reliable else move.names not in self.known)
+        ]
+        self._waiting = [move for move in self._waiting if move not in kin]
+        return [*self.moves.nested(fit), *self.moves.made(kin, needed)]
+
+    def _turned(self, fit: Fit) -> list[Fit]:
+        """Extend a model without each of its effects; return those that are new.
+
+        An effect that was found badly alone is found well beside another one, and leads further
+        from there.
+        """
+        rest = self.moves.remainders(fit)
+        new = [each for each in rest if self._is_new(each)]
+        self.note(rest)
+        self._extend(new)
+        return new
+
+    def _needed(self, fewer: Fit) -> float:
+        """Return the cost that is asked of a model, given the best one of an effect less."""
+        enough = fewer.floor * (1.0 + (1.0 - SHARE) * (fewer.ratio**2 - 1.0))
+        return min(enough, *(fit.cost for fit in self.known.values()))
+
+    def _is_new(self, fit: Fit) -> bool:
+        """Whether no model like this one was extended yet."""
+        names = frozenset(fit.composition.names)
+        own = [each for each in self._extended if frozenset(each.composition.names) == names]
+        return all(is_elsewhere(fit, each) for each in own)
+
+    def _extend(self, fits: Sequence[Fit]) -> None:
+        """Let one more effect be added to models."""
+        new = [fit for fit in fits if self._is_new(fit)]
+        self._extended += new
+        self._waiting += self.moves.longer(new)
+
+
+def removes(fit: Fit, better: Fit) -> bool:
+    """Whether a further effect removes most of what exceeds the noise, or leaves only noise."""
+    excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
+    return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
+
+
+def _is_enough(best: Fit | None) -> bool:
+    """Whether a model leaves noise only, beyond what an encoder's rounding may hide."""
+    return best is not None and explained(best) and not doubtful(best)
+
+
+def queued(base: Fit, moves: Moves, singles: Sequence[Fit], effort: Effort) -> Queue:
+    """Return a queue that knows the base, and it with each effect alone."""
+    known: Mapping[Names, Fit] = {}
+    queue = Queue(base, moves, dict(known), effort)
+    queue.note([base, *singles])
+    return queue
