@@ -27,6 +27,7 @@ from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.sizing import library_of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
@@ -120,9 +121,11 @@ class ComparisonResult:
         check_wanted(asked, [effect])
         fit = None if begin is None else refit(begin, begin.composition, self.instrument)
         if fit is None:
+            composition = self.fit.composition
+            library = library_of_size(asked.library, composition.scale, [effect])
             fit = climb_by(
-                self.fit.composition, self.fit.measurements, self.instrument,
-                [asked.library[effect]], self.fit.named(),
+                composition, self.fit.measurements, self.instrument, [library[effect]],
+                self.fit.named(),
             ).final  # fmt: skip
         told = [each.sentence for each in check_fit(fit, fit)]
         notes = tuple(dict.fromkeys((*self.notes, *told)))
@@ -220,14 +223,15 @@ def compare(
     fitted = measurements_of(measured)
     found = segments(fitted, starts, site, lowpass, course)
     taken = [each.measurement(asked.composition.output) for each in found]
-    clean, findings = cleaned(taken, asked.composition.rig)
-    clean, instrument, touched = from_touch(clean, asked.instrument)
-    clean, told = with_input(asked.composition, clean, instrument, asked.model.values)
-    touched += told
+    composition, of_size, instrument = sized(asked.composition, taken, asked.instrument)
+    clean, findings = cleaned(of_size, composition.rig)
+    clean, instrument, touched = from_touch(clean, instrument)
+    clean, held_by = with_input(composition, clean, instrument, asked.model.values)
+    touched += held_by + told_of_size(composition.scale)
     if model is not None:
         fit = held(asked.model, clean)
     else:
-        fit = fit_base(asked.composition, clean, instrument)
+        fit = fit_base(composition, clean, instrument)
     notes = [*asked.notes, *(note for each in found for note in each.notes)]
     notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"

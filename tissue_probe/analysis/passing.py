@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe import quantities
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import Quantity
 
 if TYPE_CHECKING:
@@ -68,14 +69,15 @@ class _Writer(pickle.Pickler):
             return ("quantity", obj.name)
         if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
             # As a whole, or in one of its forms: `plain` is not what the library holds.
-            return ("effect", obj.name, None if obj.forms else _written(obj))
+            return ("effect", *self._named(obj))
         if isinstance(obj, Composition):
-            return ("model", obj.rig, obj.tissue, tuple(map(self._named, obj.effects)))
+            return ("model", obj.rig, obj.tissue, tuple(map(self._named, obj.effects)), obj.scale)
         return None
 
     @staticmethod
-    def _named(effect: Effect) -> tuple[str, str | None]:
-        return effect.name, None if effect.forms else _written(effect)
+    def _named(effect: Effect) -> tuple[str, str | None, Scale]:
+        as_written = effect.origin or effect
+        return effect.name, None if effect.forms else _written(as_written), effect.scale
 
 
 class _Reader(pickle.Unpickler):
@@ -90,13 +92,17 @@ class _Reader(pickle.Unpickler):
             return {q.name: q for q in (quantities.FORCE, quantities.POSITION)}[named[0]]
         if kind == "effect":
             return self._effect(*named)
-        rig, tissue, effects = named
-        found = Composition(rig, tissue)
+        rig, tissue, effects, scale = named
+        found = Composition(rig, tissue, scale=scale)
         for each in effects:
             found = found.plus(self._effect(*each))
         return found
 
-    def _effect(self, name: str, written: str | None) -> Effect:
+    def _effect(self, name: str, written: str | None, scale: Scale) -> Effect:
+        if not scale.is_usual:
+            from tissue_probe.physics.resized import sized
+
+            return sized(self._effect(name, written, USUAL), scale)
         known = _library(self._files)[name]
         if written is None:
             return known

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES, RigName, TissueName
-from tissue_probe.diagnosis.fitting.measurement import KNOWN, Instrument
+from tissue_probe.diagnosis.fitting.measurement import FLICKER, KNOWN, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
-#: Known of a rig beside its constants: rms of the 1/f noise over a recording [N].
-FLICKER = "flicker_noise"
 
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
@@ -180,11 +178,16 @@ def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
                 f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
             )
         (entry,) = Composition(rig).entries([name])
-        if not entry.lower <= value <= entry.upper:
+        # How large it may be depends on the record; which sign it has, does not.
+        right = value > 0.0 if entry.lower > 0.0 else value >= 0.0 or entry.lower < 0.0
+        if not (right and math.isfinite(value)):
+            least = "more than 0" if entry.lower > 0.0 else "0 or more"
+            wanted = least if entry.lower >= 0.0 else "any number"
             raise ParameterError(
-                f"`constant` {name}={value:g}: {name} of {rig} lies from {entry.lower:g} to "
-                f"{entry.upper:g} {entry.unit}; give one that does"
+                f"`constant` {name}={value:g}: {name} of {rig} is {wanted} [{entry.unit}]; give "
+                "one that is"
             )
         values[name] = (value, deviation)
-    chosen = Instrument(rig, values, flicker_noise)
+    supposed = frozenset(values).difference(constants)
+    chosen = Instrument(rig, values, flicker_noise, supposed)
     return chosen.exact() if known else chosen

@@ -82,7 +82,12 @@ def from_touch(
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
-    found = inspect(measurement.position, measurement.force, measurement.sample_period).findings
+    found = inspect(
+        measurement.position,
+        measurement.force,
+        measurement.sample_period,
+        times=measurement.scale.time,
+    ).findings
     if measurement.is_commanded:  # it rests where it is told to
         found = tuple(f for f in found if (f.name, f.channel) not in RESTING)
     told = f"{measurement.source}: " if measurement.source else ""
@@ -98,7 +103,8 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     spoilt = [name for name in (*SPOILT, *DISTURBED) if name not in driven]
     used = _outside(findings, spoilt, measurement.force.size)
     if not measurement.at_rest:
-        used[: round(LONGEST_DELAY / measurement.sample_period)] = False
+        latest = LONGEST_DELAY * measurement.scale.time
+        used[: round(latest / measurement.sample_period)] = False
     steady = _outside(findings, driven, used.size)
     if steady.all() and used.all():
         return measurement
@@ -138,7 +144,7 @@ def _finely_read(measurement: Measurement, differentiated: bool) -> Measurement:
         told = motion(measurement.position, noise)
         return replace(measurement, position=told.position, motion=told)
     step = measurement.extent.step
-    if measurement.at_rest or not 0.0 < step <= COARSE:
+    if measurement.at_rest or not 0.0 < step <= COARSE * measurement.scale.length:
         return measurement
     read = smoothed(measurement.position, step, fine=True)
     return replace(measurement, position=read.course, misread=read.error)

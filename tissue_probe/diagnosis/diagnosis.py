@@ -34,6 +34,7 @@ from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candid
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
+from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
@@ -186,11 +187,15 @@ def diagnose(
         wanted effect acts on; says why and what to do.
     """
     begun = time.perf_counter()
+    composition, measurements, instrument = sized(composition, measurements, instrument)
+    library = library_of_size(library, composition.scale, wanted)
     admitted = _admitted(composition, library)
     clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
     _refuse(composition.rig, [library[name] for name in wanted])
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    findings = [*_as_read([*measurements, *validation]), *findings]
+    read = _as_read([*measurements, *validation])
+    findings = [*read, *told_of_size(composition.scale), *findings]
+    validation = [of_size(each, composition.scale) for each in validation]
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
     validation = [replace(each, held=clean[0].held) for each in validation]
@@ -247,7 +252,7 @@ def diagnose(
     return Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
-        suggestion and driver_command(suggestion, _coil_gain(clean)),
+        _command(suggestion, clean),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
 
@@ -294,11 +299,13 @@ def promises(
     findings : list of Finding
         Of reading and of the inspection.
     """
+    composition, measurements, instrument = sized(composition, measurements, instrument)
+    library = library_of_size(library, composition.scale)
     clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
     base = fit_base(composition, clean, instrument, begin_at)
     allowed = addable(composition, _admitted(composition, library)).values()
     (ranking,) = screened([(base, allowed)], composition, instrument)
-    return base, ranking, [*_as_read(measurements), *findings]
+    return base, ranking, [*_as_read(measurements), *told_of_size(composition.scale), *findings]
 
 
 def _admitted(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
@@ -351,6 +358,15 @@ def _noise(measurements: Sequence[Measurement]) -> float:
     """Return the white noise over all measurements, as `Fit.noise` does; NaN without any."""
     squares = np.concatenate([np.full(np.sum(m.used), m.noise**2) for m in measurements] or [[]])
     return math.sqrt(np.mean(squares)) if squares.size else math.nan
+
+
+def _command(
+    suggestion: Suggestion | None, measurements: Sequence[Measurement]
+) -> DriverCommand | None:
+    """Return what runs an experiment on the suite's own driver, which is of the usual size."""
+    if suggestion is None or not measurements[0].scale.is_usual:
+        return None
+    return driver_command(suggestion, _coil_gain(measurements))
 
 
 def _coil_gain(measurements: Sequence[Measurement]) -> float:

@@ -91,8 +91,9 @@ def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
 def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:
     """Return the model with a delay between its channels, if that can be fitted."""
     from tissue_probe.physics.effects import EFFECTS
+    from tissue_probe.physics.resized import sized
 
-    return fit_candidates(fit, [EFFECTS[DELAY]], instrument)
+    return fit_candidates(fit, [sized(EFFECTS[DELAY], fit.composition.scale)], instrument)
 
 
 def _jumps(measurement: Measurement) -> bool:

@@ -9,13 +9,16 @@ What does not: values (``diagnosis``), equations (``rigs``, ``tissues``, ``effec
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.kinds import SIGNALS, TISSUE_EFFECTS
+from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import FORCE, Quantity
 
 if TYPE_CHECKING:
@@ -63,12 +66,16 @@ class Composition:
     rig, tissue : str
         Names in ``RIGS`` and ``TISSUES``.
     effects : tuple of Effect
-        Further physics, in the order in which it is applied.
+        Further physics, in the order in which it is applied; those of the library of this scale.
+    scale : Scale
+        Of what size the records are that it is for: bounds, typical values and the constants of
+        laws are as many times larger. All numbers are in SI units whatever it is.
     """
 
     rig: str = "compliant_probe"
     tissue: str = "kelvin_voigt"
     effects: tuple[Effect, ...] = ()
+    scale: Scale = USUAL
 
     @property
     def all_effects(self) -> tuple[Effect, ...]:
@@ -78,7 +85,11 @@ class Composition:
             return self.effects
         from tissue_probe.physics.effects import EFFECTS
 
-        return (*(EFFECTS[name] for name in own), *self.effects)
+        if self.scale.is_usual:
+            return (*(EFFECTS[name] for name in own), *self.effects)
+        from tissue_probe.physics.resized import sized
+
+        return (*(sized(EFFECTS[name], self.scale) for name in own), *self.effects)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -97,17 +108,17 @@ class Composition:
 
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
-        return _composed(self.rig, self.tissue, (*self.effects, effect))
+        return _composed(self.rig, self.tissue, (*self.effects, effect), self.scale)
 
     def without(self, name: str) -> Composition:
         """Return the model with one effect less."""
         kept = tuple(effect for effect in self.effects if effect.name != name)
-        return _composed(self.rig, self.tissue, kept)
+        return _composed(self.rig, self.tissue, kept, self.scale)
 
     def having(self, form: Effect) -> Composition:
         """Return the model with the effect of the same name in this form."""
         effects = (form if each.name == form.name else each for each in self.effects)
-        return _composed(self.rig, self.tissue, tuple(effects))
+        return _composed(self.rig, self.tissue, tuple(effects), self.scale)
 
     @cached_property
     def model(self) -> Model:
@@ -120,12 +131,37 @@ class Composition:
 
     @cached_property
     def kernel(self) -> Kernel:
-        """The compiled code, made where no earlier process has."""
+        """The compiled code, made where no earlier process has.
+
+        It is the same for records of every size: numbers are turned before and after.
+        """
+        if not self.scale.is_usual:
+            return self._turned_kernel()
         from tissue_probe.physics.response import Kernel
 
         said = "\n".join((self.rig, self.tissue, *map(_declared, self.all_effects)))
         digest = hashlib.sha256(said.encode()).hexdigest()[:16]
         return Kernel.load(f"response_{digest}", self._text, SOURCES)
+
+    def _turned_kernel(self) -> Kernel:
+        from tissue_probe.physics.resized import over
+        from tissue_probe.physics.response import Turned
+
+        own = ((each.origin or over(each, self.scale)).plain for each in self.effects)
+        kernel = _composed(self.rig, self.tissue, tuple(own)).kernel
+        entries = self.entries(kernel.values)
+        units = {entry.name: entry.unit for entry in entries}
+        states = [state_unit(spread, units, self.output.unit) for spread in kernel.spreads]
+        return replace(
+            kernel,
+            turned=Turned(
+                values=np.array([self.scale.of(entry.unit) for entry in entries]),
+                states=np.array([self.scale.of(unit) for unit in states]),
+                input=self.scale.of(self.input.unit),
+                output=self.scale.of(self.output.unit),
+                scale=self.scale,
+            ),
+        )
 
     def _text(self) -> Text:
         from tissue_probe.physics.response_code import text
@@ -142,14 +178,34 @@ class Composition:
         known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
         if self.input is FORCE:
             known["tip_mass"] = replace(known["tip_mass"], lower=LIGHTEST)
+        if not self.scale.is_usual:
+            known = {name: entry.times(self.scale) for name, entry in known.items()}
         own = {each.name: each.entry for effect in self.all_effects for each in effect.parameters}
         return tuple((known | own)[name] for name in names)
 
 
+def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
+    """Return the unit of a state by what its start is scaled by (``State.spread``).
+
+    Parameters
+    ----------
+    spread : str
+        Of the state.
+    units : mapping of str to str
+        Of the model's values, by name.
+    output : str
+        Of what the model predicts.
+    """
+    kinds = {**dict.fromkeys(("length", "branch", "free"), "m"), "speed": "m/s", "none": output}
+    return kinds.get(spread) or units[spread]
+
+
 @cache
-def _composed(rig: str, tissue: str, effects: tuple[Effect, ...]) -> Composition:
+def _composed(
+    rig: str, tissue: str, effects: tuple[Effect, ...], scale: Scale = USUAL
+) -> Composition:
     """Return the same model for the same parts: a diagnosis composes each many times over."""
-    return Composition(rig, tissue, effects)
+    return Composition(rig, tissue, effects, scale)
 
 
 @cache

@@ -5,7 +5,9 @@ What belongs here: that alone. What does not: symbols (``effects``, ``rigs``), v
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from tissue_probe.physics.scale import Scale
 
 
 @dataclass(frozen=True)
@@ -20,3 +22,9 @@ class Entry:
     default: float
     lower: float
     upper: float
+
+    def times(self, scale: Scale) -> Entry:
+        """Return the same for a record that is by so much larger than usual."""
+        factor = scale.of(self.unit)
+        default, lower, upper = (factor * each for each in (self.default, self.lower, self.upper))
+        return replace(self, default=default, lower=lower, upper=upper)

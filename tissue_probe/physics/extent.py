@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tissue_probe.physics.scale import Scale
+
 
 @dataclass(frozen=True)
 class Extent:
@@ -32,3 +34,16 @@ class Extent:
     def frequency(self) -> float:
         """Angular frequency of the motion [rad/s]: of the sine as fast and as wide."""
         return self.speed / self.indentation
+
+    def over(self, scale: Scale) -> Extent:
+        """Return the same in units of which a scale says how large they are."""
+        return Extent(
+            duration=self.duration / scale.time,
+            indentation=self.indentation / scale.length,
+            depth=self.depth / scale.length,
+            speed=self.speed / scale.of("m/s"),
+            force=self.force / scale.force,
+            pull=self.pull / scale.force,
+            step=self.step / scale.length,
+            tensions=tuple(each / scale.force for each in self.tensions),
+        )

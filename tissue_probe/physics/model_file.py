@@ -10,6 +10,7 @@ import datetime
 import hashlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,11 +19,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tissue_probe import bounded_yaml
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
+from tissue_probe.physics.resized import sized
 from tissue_probe.physics.rigs import RIGS
+from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError, rule, setting
 
@@ -130,12 +133,21 @@ class Data(_Entry):
         )
 
 
+class Size(_Entry):
+    """How many times larger than usual the records are that the model is for (``Scale``)."""
+
+    length: float = setting(1.0, "", "of lengths", gt=0.0)
+    force: float = setting(1.0, "", "of forces", gt=0.0)
+    time: float = setting(1.0, "", "of times", gt=0.0)
+
+
 class ModelFile(_Entry):
     """The file, field by field."""
 
     version: Literal[1] = setting(..., "", "of this layout")
     rig: Literal[tuple(RIGS)] = setting(..., "", "how the instrument couples to the tissue")
     tissue: Literal[tuple(TISSUES)] = setting(..., "", "what the tip presses on")
+    size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
     constants: dict[str, Quantity] = setting(..., "", "the rig's")
     parameters: dict[str, Quantity] = setting(..., "", "the tissue's and the effects'")
@@ -193,6 +205,8 @@ def save(
         "constants": {name: q for name, q in quantities.items() if name in constants},
         "parameters": {name: q for name, q in quantities.items() if name not in constants},
     }
+    if not composition.scale.is_usual:
+        content["size"] = asdict(composition.scale)
     if data is not None:
         content["data"] = data.model_dump(mode="json")
     _validated(path, content)
@@ -228,8 +242,9 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         library = effects(own_files)
     except EffectError as error:
         raise ModelFileError(f"{path}: {error}") from None
-    chosen = tuple(_effect(path, entry, library) for entry in file.effects)
-    composition = Composition(file.rig, file.tissue, chosen)
+    scale = Scale(file.size.length, file.size.force, file.size.time)
+    chosen = tuple(_effect(path, entry, library, scale) for entry in file.effects)
+    composition = Composition(file.rig, file.tissue, chosen, scale)
     _consistent(path, file, composition)
     quantities = file.constants | file.parameters
     return FittedModel(
@@ -289,11 +304,11 @@ def _entry(effect: Effect, path: Path, effect_files: Sequence[str | Path]) -> di
 def _form_of(effect: Effect, known: Effect) -> int | None:
     # By what is written down: functions of a file that was loaded twice are not the same ones.
     forms = [repr(form.plain) for form in known.every_form]
-    said = repr(effect.plain)
+    said = repr((effect.origin or effect).plain)
     return forms.index(said) if said in forms else None
 
 
-def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Effect:
+def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect], scale: Scale) -> Effect:
     if entry.name not in library and entry.file:
         raise UnnamedEffectError(path, entry.name, str(path.parent / entry.file))
     if entry.name not in library:
@@ -306,7 +321,8 @@ def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect]) -> Ef
         raise ModelFileError(
             f"{path}: effect {entry.name} has no form {entry.form}: give 0 to {len(forms) - 1}"
         )
-    return forms[entry.form]
+    form, ours = forms[entry.form], effect is EFFECTS.get(entry.name)
+    return sized(form, scale) if ours and not form.absolute else form
 
 
 def _consistent(path: Path, file: ModelFile, composition: Composition) -> None:
@@ -364,6 +380,7 @@ def _first_complaint(error: ValidationError) -> str:
 
 _WANTED = {
     "effects": "a list of effects, each with a name",
+    "size": "a mapping of length, force and time",
     "files": "a list of files, each with name and sha256",
     "date": "a day such as 2026-11-20",
     "converged": "true or false",
@@ -377,6 +394,8 @@ def _model_at(place: tuple[int | str, ...]) -> type[BaseModel]:
     depth = len(place)
     if place[0] in ("constants", "parameters") and depth > 1:
         return Quantity
+    if place[0] == "size" and depth > 1:
+        return Size
     if place[0] == "effects" and depth > 1:
         return EffectEntry
     if place[0] == "data" and depth > 1:

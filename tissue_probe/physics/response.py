@@ -22,6 +22,7 @@ from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import cubics, later, steps, with_acceleration
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
+from tissue_probe.physics.scale import Scale
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +36,20 @@ _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 RANGES = 18
 #: Bytes of a line of the processor's cache.
 LINE = 64
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Units in which a kernel's numbers are, where they are not SI: how large each is.
+
+    ``values`` and ``states`` have one for each; ``scale`` is what they follow from.
+    """
+
+    values: FloatArray
+    states: FloatArray
+    input: float
+    output: float
+    scale: Scale
 
 
 @dataclass(frozen=True)
@@ -68,6 +83,10 @@ class Kernel:
         How many numbers are computed from the values beforehand.
     width : int
         How many columns derivatives have, those beyond start and values being zero.
+    turned : Turned, optional
+        Units of the machine code's own numbers, where the record is not of the usual size. All
+        that ``begin``, ``relaxation_rates``, ``course`` and ``respond`` are given and return is SI;
+        a ``Course`` is in the code's units.
     """
 
     code: MachineCode
@@ -85,6 +104,7 @@ class Kernel:
     rounded: int
     prepared: int
     width: int
+    turned: Turned | None = None
 
     @classmethod
     def load(cls, name: str, write: Callable[[], Text], sources: tuple[str, ...]) -> Kernel:
@@ -99,11 +119,17 @@ class Kernel:
 
     def begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
         """Return where the states start, for a measured position and force at the first sample."""
-        return self._begin(values, position, force)[0]
+        if self.turned is None:
+            return self._begin(values, position, force)[0]
+        own, scale = self.turned, self.turned.scale
+        z = self._begin(values / own.values, position / scale.length, force / scale.force)[0]
+        return z * own.states
 
     def relaxation_rates(self, values: FloatArray) -> FloatArray:
         """Return how fast each state forgets [1/s]: those of branches; 0 for all others."""
-        return self._begin(values, 0.0, 0.0)[1]
+        if self.turned is None:
+            return self._begin(values, 0.0, 0.0)[1]
+        return self._begin(values / self.turned.values, 0.0, 0.0)[1] / self.turned.scale.time
 
     def _begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
         z, p = np.zeros((2, len(self.states))), np.ascontiguousarray(values, dtype=np.float64)
@@ -199,6 +225,10 @@ def course(
         Whether what drives stays as each sample has it until the next, as a converter puts it out.
     """
     kind = _HELD if held else _SMOOTH if kernel.states else _FELT
+    if kernel.turned is not None:
+        own, time = kernel.turned, kernel.turned.scale.time
+        measured, values = measured / own.input, values / own.values
+        period, begins = period / time, begins / time
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
@@ -273,6 +303,16 @@ def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course)
     ValueError
         If there are more values or states than the model has, or fewer.
     """
+    if kernel.turned is None:
+        return _response(kernel, values, start, coil)
+    own = kernel.turned
+    found = _response(kernel, values / own.values, start / own.states, coil)
+    by = own.output / np.concatenate([own.states, own.values])
+    return Response(found.output * own.output, found.sensitivity * by)
+
+
+def _response(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:
+    """Simulate in the units of the machine code."""
     n, count, columns = len(kernel.states), len(kernel.values), kernel.width
     if start.shape != (n,) or values.shape != (count,):
         raise ValueError(

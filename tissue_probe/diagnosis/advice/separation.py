@@ -26,6 +26,7 @@ from tissue_probe.quantities import FORCE
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.scale import Scale
 
 #: Experiments that a probe can make, from the shortest on: excitation, preload [m], duration [s].
 EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
@@ -37,6 +38,8 @@ EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
     ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
 )
 AMPLITUDE = 1e-3
+#: Of an excitation what is so much a second.
+RATES = {"frequency", "start", "stop", "spacing"}
 #: Of models that explain equally well, so many are held to be the right one, in their order.
 COMPARED = 3
 #: Residual over noise of the wrong models from which an experiment tells them from the right one,
@@ -185,11 +188,21 @@ def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Ma
 
 def _experiments(right: Fit) -> Iterator[_Made]:
     """Simulate the experiments that a recorder can follow, with a fitted model."""
+    scale = right.composition.scale
     for excitation, preload, duration in EXPERIMENTS:
-        if _is_sampled(excitation, right.measurements[0].sample_period):
+        if _is_sampled(excitation, right.measurements[0].sample_period / scale.time):
             measurement = _made(right, excitation, preload, duration)
             if measurement is not None:
-                yield {**excitation, "amplitude": AMPLITUDE}, preload, duration, measurement
+                told = {**_slowed(excitation, scale), "amplitude": AMPLITUDE * scale.length}
+                yield told, preload * scale.length, duration * scale.time, measurement
+
+
+def _slowed(excitation: Mapping[str, object], scale: Scale) -> dict[str, object]:
+    """Return an excitation for a record of a size."""
+    slowed = {name: float(str(excitation[name])) / scale.time for name in RATES & {*excitation}}
+    if "duration" in excitation:
+        slowed["duration"] = float(str(excitation["duration"])) * scale.time
+    return {**excitation, **slowed}
 
 
 def _is_sampled(excitation: Mapping[str, object], period: float) -> bool:
@@ -204,10 +217,11 @@ def _made(
     """Simulate an experiment with a fitted model, from rest, with the noise it was fitted to."""
     from tissue_probe.excitation import parse_excitation
 
-    first = fit.measurements[0]
-    count = round(duration / first.sample_period)
-    times = np.arange(count) * first.sample_period
+    first, scale = fit.measurements[0], fit.composition.scale
+    period = first.sample_period / scale.time
+    times = np.arange(round(duration / period)) * period
     position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
+    position *= scale.length
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
     values = problem.runs.values_in(0, fit.values)
     start = problem.kernel.begin(values, position[0], _static(fit, position[0]))
@@ -215,8 +229,8 @@ def _made(
     force = respond(problem.kernel, values, start, coil).output
     if not np.isfinite(force).all():
         return None
-    noisy = force + first.noise * np.random.default_rng(0).standard_normal(count)
-    return Measurement(position, noisy, first.sample_period, True, first.noise)
+    noisy = force + first.noise * np.random.default_rng(0).standard_normal(times.size)
+    return Measurement(position, noisy, first.sample_period, True, first.noise, scale=scale)
 
 
 def _static(fit: Fit, position: float) -> float:

@@ -29,7 +29,8 @@ def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]
     itself is regressed first, on derivatives of the measured position.
     """
     if measurements[0].input is not FORCE:
-        return [{"stiffness": stiffness} for stiffness in STIFFNESSES]
+        times = measurements[0].scale.of("N/m")
+        return [{"stiffness": times * stiffness} for stiffness in STIFFNESSES]
     longest = max(measurements, key=lambda each: each.position.size)
     windows = [window for window in WINDOWS if 2 * window < longest.position.size]
     return [_regressed(longest, window) for window in windows]

@@ -23,7 +23,9 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
     noise_floor,
     shared_roughness,
 )
+from tissue_probe.physics.composition import CONSTANTS
 from tissue_probe.physics.extent import Extent
+from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
 
@@ -47,6 +49,10 @@ FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
 #: What is known of each rig where nothing is said.
 KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
 
+#: The rms of a load cell's 1/f noise, by name, and units of what may be known of a rig.
+FLICKER = "flicker_noise"
+UNITS = {**{entry.name: entry.unit for entry in CONSTANTS}, FLICKER: "N"}
+
 #: Finer steps of the position are digits of its text, not an encoder's [m].
 FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
@@ -57,6 +63,12 @@ BAND = 200
 DIGITS = 1e-4
 #: Samples at the start from which the velocity there is told.
 FEW = 8
+#: Noise of a channel that has none [its unit]: so little changes nothing, and can be divided by.
+LEAST = 1e-12
+#: Time for which a tip must have been in the tissue [s]: about as long as it rings.
+SETTLING = 15e-3
+#: The least length, speed and force of a record [m, m/s, N]: to be divided by.
+SMALLEST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -65,17 +77,33 @@ class Instrument:
 
     A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
     ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]; where it is not
-    given, that of the paper's on the paper's rig, and none on others.
+    given, that of the paper's on the paper's rig, and none on others. ``supposed`` names constants
+    that nobody gave.
     """
 
     rig: str = "compliant_probe"
     constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
     flicker_noise: float | None = None
+    supposed: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         if self.flicker_noise is None:
             paper = self.rig == "compliant_probe"
             object.__setattr__(self, "flicker_noise", FLICKER_NOISE if paper else 0.0)
+            object.__setattr__(self, "supposed", self.supposed | {FLICKER})
+
+    def of_size(self, scale: Scale) -> Instrument:
+        """Return the instrument of a record of a size: what nobody gave is as many times larger."""
+        factors = {
+            name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in UNITS.items()
+        }
+        constants = {
+            name: (factors.get(name, 1.0) * value, factors.get(name, 1.0) * deviation)
+            for name, (value, deviation) in self.constants.items()
+        }
+        return replace(
+            self, constants=constants, flicker_noise=factors[FLICKER] * self.flicker_noise
+        )
 
     def exact(self) -> Instrument:
         """Return the same instrument, its constants taken as known but those that nobody gave.
@@ -83,7 +111,7 @@ class Instrument:
         Its noise is white.
         """
         held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
-        return Instrument(self.rig, held, flicker_noise=0.0)
+        return Instrument(self.rig, held, flicker_noise=0.0, supposed=self.supposed)
 
 
 @dataclass(frozen=True)
@@ -131,6 +159,8 @@ class Measurement:
         converter; else its course is smooth. None where that is not known, and smooth then.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
+    scale : Scale
+        Of what size the record is that it belongs to.
     """
 
     position: FloatArray
@@ -152,6 +182,7 @@ class Measurement:
     resampled: FloatArray | None = None
     held: bool | None = None
     time_doubt: float = 0.0
+    scale: Scale = USUAL
 
     def __post_init__(self) -> None:
         if self.used is None:
@@ -159,7 +190,8 @@ class Measurement:
         if not self.noise > 0:
             output, drive = self.output_values[self.used], self.input_values[self.used]
             floor = noise_floor(output, drive, np.flatnonzero(self.used))
-            object.__setattr__(self, "noise", max(floor / self._left, 1e-12))
+            least = LEAST * self.scale.of(self.output.unit)
+            object.__setattr__(self, "noise", max(floor / self._left, least))
 
     @property
     def position_noise(self) -> float:
@@ -242,7 +274,7 @@ class Measurement:
 
         What a filter makes white needs all samples.
         """
-        times = int(OFTEN / self.sample_period + 1e-6)
+        times = int(OFTEN * self.scale.time / self.sample_period + 1e-6)
         if times < 2 or self.whitening is not None or self.shaken is not None:
             return self
         few = self._only(slice(None, None, times))
@@ -279,7 +311,7 @@ class Measurement:
         """
         indentation = self.position - self.force / stiffness
         inside = indentation > 0.1 * self.extent.indentation
-        settling = max(1, round(15e-3 / self.sample_period))
+        settling = max(1, round(SETTLING * self.scale.time / self.sample_period))
         outside = np.convolve(~inside, np.ones(settling))[: inside.size] > 0.5
         return self.used & ~outside
 
@@ -294,25 +326,26 @@ class Measurement:
     def extent(self) -> Extent:
         """How far position, speed and force reach."""
         rate = np.abs(np.diff(self.position)) / self.sample_period
+        scale = self.scale
         return Extent(
             duration=self.position.size * self.sample_period,
-            indentation=float(np.ptp(self.position)) / 2 + 1e-9,
+            indentation=float(np.ptp(self.position)) / 2 + SMALLEST * scale.length,
             depth=float(np.max(self.position)),
-            speed=float(np.quantile(rate, 0.99)) + 1e-9,
-            force=float(np.std(self.force)) + 1e-9,
+            speed=float(np.quantile(rate, 0.99)) + SMALLEST * scale.of("m/s"),
+            force=float(np.std(self.force)) + SMALLEST * scale.force,
             pull=max(-float(np.min(self.force)), 0.0),
-            step=_step(self.position[self.used]),
+            step=_step(self.position[self.used], FINEST * scale.length),
         )
 
 
-def _step(position: FloatArray) -> float:
+def _step(position: FloatArray, finest: float) -> float:
     """Return the step of which all differences of position are multiples [m]; 0 if there is none.
 
     Found as Euclid finds a common divisor: what is left over by the smallest is the next smallest.
     """
     moves = np.unique(np.abs(np.diff(position)))
-    step = np.min(moves[moves > FINEST], initial=np.inf)
-    while FINEST < step < np.inf:
+    step = np.min(moves[moves > finest], initial=np.inf)
+    while finest < step < np.inf:
         off = np.abs(moves - step * np.rint(moves / step))
         left = off[off > 0.05 * step]
         if not left.size:

@@ -86,7 +86,8 @@ def _rounding(problem: Problem, point: Point) -> float:
     """
     kernel, values = problem.kernel, point.values.copy()
     smooths = kernel.rounded >= 0 and values[kernel.rounded] > 0
-    fine = all(measurement.extent.step <= COARSE for measurement in problem.measurements)
+    coarse = COARSE * problem.composition.scale.length
+    fine = all(measurement.extent.step <= coarse for measurement in problem.measurements)
     if not smooths and not (kernel.moves_position and fine):
         return 0.0
     step = values[kernel.rounded] if smooths else 0.0

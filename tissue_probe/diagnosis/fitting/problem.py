@@ -28,6 +28,8 @@ FARTHEST = 4.0
 LOGARITHMIC = 50.0
 #: How far a state may be off at the start at least [m]: at rest without load, or soon forgotten.
 SHORTEST = 1e-8
+#: How fast a probe at rest may be [m/s].
+RESTING = 1e-4
 
 
 class Begin(NamedTuple):
@@ -116,6 +118,9 @@ class Problem:
         reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
         self.lower = np.where(tolerated, np.maximum(self.lower, self.nominal - reach), self.lower)
         self.upper = np.where(tolerated, np.minimum(self.upper, self.nominal + reach), self.upper)
+        # What is stated of a rig holds, however large or small it is.
+        self.lower = np.where(own, self.lower, np.minimum(self.lower, self.nominal))
+        self.upper = np.where(own, self.upper, np.maximum(self.upper, self.nominal))
         self.logarithmic = own & (self.lower > 0)
         self.logarithmic &= self.upper > LOGARITHMIC * np.where(self.lower > 0, self.lower, 1.0)
         self.free = self.deviation > 0
@@ -147,18 +152,20 @@ class Problem:
             still = measurement.at_rest
             if not still:  # all that moves goes with the coil
                 z[[spread == "speed" for spread in self.kernel.spreads]] = measurement.first_speed
-            length = loaded + SHORTEST if still else depth
+            scale = self.composition.scale
+            shortest = SHORTEST * scale.length
+            length = loaded + shortest if still else depth
             spreads = {
                 **dict(zip(self.kernel.values, map(float, own), strict=True)),
                 "free": depth,
                 "length": length,
                 "branch": length,
-                "speed": 1e-4 if still else 2 * extent.speed,
+                "speed": RESTING * scale.of("m/s") if still else 2 * extent.speed,
                 "none": 2 * measurement.noise,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
             if not still:  # a branch holds what was felt since: its memory times the speed
-                felt = np.maximum(extent.speed / rates[forgetting], SHORTEST)
+                felt = np.maximum(extent.speed / rates[forgetting], shortest)
                 deviation[forgetting] = np.minimum(deviation[forgetting], felt)
             begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
         return begins

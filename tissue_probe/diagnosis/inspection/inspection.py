@@ -61,7 +61,11 @@ class Inspection:
 
 
 def inspect(
-    position: FloatArray, force: FloatArray, sample_period: float, time: FloatArray | None = None
+    position: FloatArray,
+    force: FloatArray,
+    sample_period: float,
+    time: FloatArray | None = None,
+    times: float = 1.0,
 ) -> Inspection:
     """Check samples before a model is fitted to them.
 
@@ -80,6 +84,8 @@ def inspect(
         Time between two samples [s].
     time : array, shape (n,), optional
         When each sample was taken [s], where that is known.
+    times : float
+        How many times slower than usual the record is (``Scale.time``).
 
     Raises
     ------
@@ -107,7 +113,7 @@ def inspect(
     findings += check_sampling(u, f, sample_period)
     if not any(finding.name.startswith(("constant", "no_motion")) for finding in findings):
         findings += check_values(u, f, known)
-        findings += check_response(u, f, sample_period)
+        findings += check_response(u, f, sample_period, times)
     findings.sort(key=lambda finding: not finding.fatal)
     return Inspection(tuple(findings), u.step or None, f.step or None)
 

@@ -55,10 +55,13 @@ def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
             )
 
 
-def check_response(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
+def check_response(
+    position: Channel, force: Channel, sample_period: float, times: float = 1.0
+) -> Iterator[Finding]:
     """Yield what is wrong between the channels.
 
-    ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``.
+    ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``. The record is
+    ``times`` slower than usual.
     """
     yield from _check_units(position, force)
     if np.std(force.values) < 1.3 * force.noise:
@@ -72,7 +75,7 @@ def check_response(position: Channel, force: Channel, sample_period: float) -> I
         return
     both = regressors(position.values / position.span, force.values / force.span, sample_period)
     found = coarse_response(both)
-    lag = _lag(both, found, force, sample_period)
+    lag = _lag(both, found, force, sample_period / times)
     if lag:
         yield Finding(
             "unsynchronised",

@@ -105,8 +105,9 @@ def _relaxed(
     if not names:
         return []
     from tissue_probe.physics.effects import EFFECTS
+    from tissue_probe.physics.resized import sized
 
-    own = [EFFECTS[name] for name in names]
+    own = [sized(EFFECTS[name], composition.scale) for name in names]
     solid = fit_base(replace(composition, tissue="kelvin_voigt"), measurements, instrument)
     return [fit.named() for fit in fit_candidates(solid, own, instrument)]
 

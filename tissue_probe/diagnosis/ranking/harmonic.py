@@ -23,6 +23,7 @@ from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.scale import Scale
 
 #: The highest multiple of the drive's frequency that is tried.
 HIGHEST = 5
@@ -34,16 +35,17 @@ HUM, SINE, COSINE = "mains_hum", "hum_sine", "hum_cosine"
 
 
 @cache
-def _line() -> Effect:
+def _line(scale: Scale) -> Effect:
     """Return an effect with the equations of hum, at any frequency."""
     from tissue_probe.physics.effects import EFFECTS
+    from tissue_probe.physics.resized import sized
 
     hum = EFFECTS[HUM]
     parameters = (
         replace(each, lower=0.0, upper=1e6) if each.name == FREQUENCY else each
         for each in hum.parameters
     )
-    return replace(hum, name="harmonic", parameters=tuple(parameters))
+    return sized(replace(hum, name="harmonic", parameters=tuple(parameters)), scale)
 
 
 def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | None:
@@ -69,7 +71,8 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     """
     from tissue_probe.physics.rigs import admits
 
-    taken = HUM in base.composition.names or not admits(base.composition.rig, _line())
+    line = _line(base.composition.scale)
+    taken = HUM in base.composition.names or not admits(base.composition.rig, line)
     if taken or len(base.measurements) > 1:
         return None
     sine = sine_of(base.measurements[0])
@@ -78,16 +81,17 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     multiples = [order * sine for order in range(2, HIGHEST + 1)]
     begun = {each: _begun(base, each, instrument) for each in multiples}
     frequency = min(begun, key=lambda each: promise(*begun[each]))
-    line = search(*begun[frequency])
-    if line is None:
+    fit = search(*begun[frequency])
+    if fit is None:
         return None
-    return frequency if -0.5 * line.bic - LINE > evidence(final, base) else None
+    return frequency if -0.5 * fit.bic - LINE > evidence(final, base) else None
 
 
 def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
     """Put a line of no height beside a fitted model."""
     held = {FREQUENCY: frequency}
-    problem = Problem(base.composition.plus(_line()), base.measurements, instrument, held)
+    composition = base.composition.plus(_line(base.composition.scale))
+    problem = Problem(composition, base.measurements, instrument, held)
     known = base.named() | {SINE: 0.0, COSINE: 0.0} | held
     values = np.array([known[name] for name in problem.runs.names])
     return problem, values, begin_states(problem, base, values)

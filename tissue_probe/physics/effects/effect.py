@@ -13,6 +13,7 @@ import sympy as sp
 
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.extent import Extent
+from tissue_probe.physics.scale import USUAL, Scale
 
 TIME = sp.Symbol("time", real=True)
 POSITION, POSITION_RATE = sp.symbols("position position_rate", real=True)
@@ -162,6 +163,12 @@ class Effect:
         of which the second would only bend the first.
     of_run : tuple of str
         Parameters that belong to a run and not to specimen or instrument, such as a phase.
+    absolute : bool
+        Whether it is of the world about, as the mains' frequency is: it is not sought in a record
+        that is far slower or faster than usual, whose times are in other units.
+    scale, origin
+        Of a copy for a record of another size, see ``resized``: which, and the effect that it is
+        a copy of.
     assumptions, reference : str
         Where it holds, and where it comes from.
     """
@@ -200,6 +207,9 @@ class Effect:
     of_run: tuple[str, ...] = ()
     assumptions: str = ""
     reference: str = ""
+    absolute: bool = field(default=False, repr=False)
+    scale: Scale = field(default=USUAL, repr=False, compare=False)
+    origin: Effect | None = field(default=None, repr=False, compare=False)
 
     @property
     def plain(self) -> Effect:

@@ -27,6 +27,7 @@ MAINS_HUM = Effect(
     strengths=2,
     of_run=("hum_sine", "hum_cosine"),
     starts=starts,
+    absolute=True,
     assumptions="The fundamental only, its amplitude constant",
     reference="Horowitz and Hill, The Art of Electronics (2015), section 8.13",
 )

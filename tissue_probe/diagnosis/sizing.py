@@ -1,0 +1,118 @@
+"""Of what size a record is, and the question put in that size: the one door of every comparison.
+
+What belongs here: telling the size, and turning model, instrument and library by it. What does not:
+what a size is (``physics.scale``), how a law is turned (``physics.resized``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tissue_probe.diagnosis.fitting.measurement import LEAST, Instrument, Measurement
+from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.errors import ParameterError
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.scale import USUAL, Scale, UnitError, nearest
+from tissue_probe.signals import FloatArray
+
+if TYPE_CHECKING:
+    from tissue_probe.physics.effects import Effect
+
+#: Travel [m], range of the force [N], and time [s], of which records of laboratories that press on
+#: tissue, and of robots, are at most some thirty times more or less. The time is the geometric mean
+#: of the record's and of that between two samples.
+TRAVEL, RANGE, TIME = 1e-2, 3.0, 0.2
+#: What changes with a record's size, and what to know of it.
+TOLD = (
+    "The record is of another size than is usual: bounds and typical values are taken {} times "
+    "larger, and so is what nobody gave of the rig. A law that refers to 1 mm refers to {:g} m, "
+    "and one that refers to 1 s to {:g} s."
+)
+#: Share of the samples at either end of a range that may be disturbed.
+APART = 0.005
+
+
+def size_of(measurements: Sequence[Measurement]) -> Scale:
+    """Return of what size the largest of some measurements is, in whole prefixes of units."""
+    travel = max(_range(each.position) for each in measurements)
+    force = max(_range(each.force) for each in measurements)
+    longest = max(measurements, key=lambda each: each.sample_period * each.force.size)
+    time = longest.sample_period * np.sqrt(longest.force.size)
+    return Scale(nearest(travel, TRAVEL), nearest(force, RANGE), nearest(time, TIME))
+
+
+def sized(
+    composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
+) -> tuple[Composition, list[Measurement], Instrument]:
+    """Return a question about measurements in their own size.
+
+    A model with effects of its own keeps its size: what its values mean depends on it.
+    """
+    own = bool(composition.effects) or not composition.scale.is_usual
+    scale = composition.scale if own else size_of(measurements)
+    if scale.is_usual:
+        return composition, list(measurements), instrument
+    taken = [of_size(each, scale) for each in measurements]
+    return replace(composition, scale=scale), taken, instrument.of_size(scale)
+
+
+def of_size(measurement: Measurement, scale: Scale) -> Measurement:
+    """Return a measurement of a record of a size."""
+    if measurement.scale == scale:
+        return measurement
+    noise = measurement.noise
+    # Where there is none, there is none of this size either.
+    noise = 0.0 if noise <= LEAST * measurement.scale.of(measurement.output.unit) else noise
+    return replace(measurement, scale=scale, noise=noise)
+
+
+def told_of_size(scale: Scale) -> list[Finding]:
+    """Say what a record's size changes; nothing where it is usual."""
+    if scale.is_usual:
+        return []
+    factors = ((name, getattr(scale, name)) for name in ("length", "force", "time"))
+    larger = " and ".join(f"in {name} {each:g}" for name, each in factors if each != 1.0)
+    return [Finding("size", TOLD.format(larger, 1e-3 * scale.length, scale.time))]
+
+
+def library_of_size(
+    library: Mapping[str, Effect], scale: Scale, wanted: Sequence[str] = ()
+) -> Mapping[str, Effect]:
+    """Return the effects that may be missing in a record of a size.
+
+    An effect of the user's own is as it was written: its bounds are meant for this record. What is
+    of the world about is none of a record with other times, unless it is ``wanted``.
+
+    Raises
+    ------
+    ParameterError
+        If the unit of a parameter of the user's own says nothing.
+    """
+    if scale.is_usual:
+        return library
+    from tissue_probe.physics.effects import EFFECTS
+    from tissue_probe.physics.resized import over, sized
+
+    found = {}
+    for name, effect in library.items():
+        if effect.absolute and scale.time != USUAL.time:
+            if name in wanted:
+                found[name] = effect
+        elif effect is EFFECTS.get(name):
+            found[name] = sized(effect, scale)
+        else:
+            try:
+                over(effect, scale)
+            except UnitError as error:
+                raise ParameterError(f"`effects` {name}: {error}") from None
+            found[name] = effect
+    return found
+
+
+def _range(values: FloatArray) -> float:
+    low, high = np.quantile(values, [APART, 1.0 - APART])
+    return float(high - low) or float(np.ptp(values))

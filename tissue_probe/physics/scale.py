@@ -1,0 +1,101 @@
+"""Of what size a record is: the units in which a model's constants are of the usual size.
+
+What belongs here: how many times larger than usual lengths, forces and times are, and what that
+makes of a number by its unit. What does not: which numbers are turned (``effects``,
+``composition``, ``diagnosis``).
+
+Bounds, typical values and starts of a search are numbers for a probe that moves by millimetres and
+feels newtons. For a cantilever of an atomic force microscope, or a press, the same numbers hold in
+other units.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+#: Powers of these are what sizes are told by: so steps of a prefix (um, mm, m; mN, N, kN) change
+#: nothing but the units.
+STEP = 1000.0
+#: Exponents of length, force and time in the units of which those of parameters are made.
+UNITS: dict[str, tuple[int, int, int]] = {
+    "m": (1, 0, 0),
+    "N": (0, 1, 0),
+    "s": (0, 0, 1),
+    "kg": (-1, 1, 2),
+    "Hz": (0, 0, -1),
+    "Pa": (-2, 1, 0),
+    "rad": (0, 0, 0),
+}
+#: Of seconds to a power that is itself a parameter. A law says of which time that is a multiple,
+#: and its constant is as large whatever that time.
+TIME_TO_A_POWER = "s^a"
+
+
+class UnitError(ValueError):
+    """A unit that is not made of those known."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How many times larger than usual the lengths, forces and times of a record are."""
+
+    length: float = 1.0
+    force: float = 1.0
+    time: float = 1.0
+
+    @property
+    def is_usual(self) -> bool:
+        """Whether the record is of the usual size."""
+        return self == USUAL
+
+    @property
+    def inverse(self) -> Scale:
+        """The scale that turns numbers back."""
+        return Scale(1.0 / self.length, 1.0 / self.force, 1.0 / self.time)
+
+    def of(self, unit: str) -> float:
+        """Return how many times larger than usual numbers of a unit are.
+
+        Parameters
+        ----------
+        unit : str
+            A product of ``UNITS`` and their powers, such as "N s/m" or "N/m^3": what follows a
+            stroke divides. "1" and nothing are units, too.
+
+        Raises
+        ------
+        UnitError
+            If there is something else in it.
+        """
+        length, force, time = _exponents(unit)
+        return self.length**length * self.force**force * self.time**time
+
+
+USUAL = Scale()
+
+
+def nearest(size: float, usual: float) -> float:
+    """Return the power of ``STEP`` by which a size is nearest to the usual; 1 where there is none.
+
+    As a power of ten in whole digits, so that a record in other units gives the same numbers.
+    """
+    if not 0.0 < size < math.inf:
+        return 1.0
+    return float(f"1e{3 * math.floor(math.log(size / usual, STEP) + 0.5)}")
+
+
+@lru_cache(maxsize=256)
+def _exponents(unit: str) -> tuple[int, int, int]:
+    found = [0, 0, 0]
+    for factor in unit.replace("*", " ").replace("/", " /").split():
+        if factor in ("1", TIME_TO_A_POWER):
+            continue
+        name, _, power = factor.removeprefix("/").partition("^")
+        sign = -1 if factor.startswith("/") else 1
+        if name not in UNITS or not (power or "1").lstrip("-").isdigit():
+            raise UnitError(f"the unit {unit!r} is not made of {', '.join(UNITS)}")
+        for place, exponent in enumerate(UNITS[name]):
+            found[place] += sign * int(power or 1) * exponent
+    return found[0], found[1], found[2]
