@@ -5,9 +5,9 @@ does not: the motion (``motion``), noise of a force that drives (``coloured``).
 
 An error of the position is a chain: each value follows from the three before and something new
 (``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white
-noise; where the tip moves by itself, it rings with what it felt before. Kalman's filter then tells of each sample what the earlier ones let expect; the rest, over
-its deviation, is white and of variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section
-5.3).
+noise; where the tip moves by itself, it rings with what it felt before. Kalman's filter then tells
+of each sample what the earlier ones let expect; the rest, over its deviation, is white and of
+variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
 """
 
 from __future__ import annotations
