@@ -237,3 +237,29 @@ def test_clean_records_of_uneven_times_are_explained(jitter):
             inside += abs(fit.named()[name] - true) <= 1.96 * fit.deviations()[name]
     assert right >= count - 1
     assert inside >= 2 * count - 4
+
+
+def out_of_the_air(seed, damping=2000.0, period=1e-2):
+    """Return cycles out of the air into tissue that is mostly damping, and where it is touched."""
+    random, lasts, fine = np.random.default_rng(seed), 3.0, 50
+    time = np.arange(0.0, 3.0 * lasts, period / fine)
+    phase = np.mod(time - 0.5, lasts)
+    away = np.minimum(np.abs(phase - 0.5 * lasts), np.minimum(phase, lasts - phase))
+    speed = np.sin(0.5 * np.pi * np.minimum(away / 0.05, 1.0))
+    speed *= np.where(phase < 0.5 * lasts, 3.5e-3, -3.5e-3) * (time > 0.5)
+    course = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1])) * period / fine])
+    u, v, place = course[::fine], speed[::fine], 2.5e-3 + random.uniform(0.0, 1e-4)
+    force = np.where(u > place, 1200.0 * (u - place) + damping * v, 0.0)
+    force += 4e-3 * random.standard_normal(u.size)
+    return Measurement(u, force, period, at_rest=True), place
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_touch_is_found_where_the_tissue_resists_by_damping_at_once(seed):
+    measurement, place = out_of_the_air(seed)
+    (clean,), _ = cleaned([measurement], "rigid_probe")
+    (pressed,), instrument, _ = from_touch([clean], STILL)
+    base = fit_base(RIGID_PROBE, [pressed], instrument)
+    (found,) = fit_candidates(base, [EFFECTS["contact_loss"]], instrument)
+    assert found.ratio == pytest.approx(1.0, abs=0.12)
+    assert found.named()["contact_position"] == pytest.approx(place, abs=2e-6)

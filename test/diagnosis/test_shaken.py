@@ -8,6 +8,7 @@ import pytest
 from hidden import first_of
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from specimen import Specimen, multisine
 
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -27,8 +28,14 @@ def covariance_of(calmness, noise):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.integers(30, 60), st.floats(-2.0, 6.0), st.integers(0, 2**31), st.booleans())
-def test_what_is_new_in_each_sample_is_white_and_of_variance_1(samples, level, seed, gaps):
+@given(
+    st.integers(30, 60),
+    st.floats(-2.0, 6.0),
+    st.integers(0, 2**31),
+    st.booleans(),
+    st.sampled_from([(), (0.8,), (1.5, -0.7)]),
+)
+def test_what_is_new_in_each_sample_is_white_and_of_variance_1(samples, level, seed, gaps, memory):
     random = np.random.default_rng(seed)
     calmness = np.exp(random.normal(level, 1.0, samples - 3))
     errors = covariance_of(calmness, 0.7)
@@ -36,9 +43,13 @@ def test_what_is_new_in_each_sample_is_white_and_of_variance_1(samples, level, s
     felt = sum(
         tap * np.eye(samples, k=NEAR - place) for place, tap in enumerate(taps)
     )  # the latest neighbour first
-    every = felt @ errors @ felt.T + (0.3**2 + 0.1**2) * np.eye(samples)
+    felt_now = felt @ errors @ felt.T + 0.1**2 * np.eye(samples)
+    rings = np.eye(samples) - sum(m * np.eye(samples, k=-1 - lag) for lag, m in enumerate(memory))
+    rung = np.linalg.inv(rings)
+    every = rung @ felt_now @ rung.T + 0.3**2 * np.eye(samples)
     used = random.uniform(size=samples) > (0.2 if gaps else 0.0)
-    shaken = Shaken(Motion(np.zeros(samples), 0.7, calmness).chain(), taps, 0.1)
+    chain = Motion(np.zeros(samples), 0.7, calmness).chain()
+    shaken = Shaken(chain, taps, 0.1, np.array(memory))
     white = shaken.white(np.eye(samples), *shaken.innovations(0.3, used))
     used[:NEAR] = used[-NEAR:] = False
     whitened = white @ every @ white.T
@@ -76,3 +87,27 @@ def test_a_noisy_position_is_no_effect_even_where_corners_hide_in_its_noise(damp
     named = found.ladder.final.named()
     assert named["damping"] == pytest.approx(damping, abs=2.0)
     assert named["stiffness"] == pytest.approx(1000.0, rel=2e-3)
+
+
+def on_a_load_cell(seed, **of_specimen):
+    """Return a motion of the paper's probe, whose encoder makes more noise than its load cell."""
+    specimen = Specimen(noise=3e-3, **of_specimen)
+    position, _, _, force = specimen.measure(multisine(range(2, 40)), duration=1.0, seed=seed)
+    noise = 2e-6 * np.random.default_rng(seed + 100).standard_normal(position.size)
+    return Measurement(position + noise, force, specimen.sample_period, at_rest=True)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_noisy_position_is_no_effect_on_a_tip_that_a_load_cell_carries(seed):
+    found = diagnose(Composition(), [on_a_load_cell(seed)], Instrument(), EFFECTS)
+    assert found.verdict == "adequate"
+    named, deviations = found.ladder.final.named(), found.ladder.final.deviations()
+    for name, truth in (("stiffness", 800.0), ("damping", 4.0)):
+        assert abs(named[name] - truth) < 3.0 * deviations[name]
+        assert deviations[name] < 0.03 * truth
+
+
+def test_an_effect_is_found_beside_the_noise_of_a_position_on_a_load_cell():
+    found = diagnose(Composition(), [on_a_load_cell(3, cubic=4e8)], Instrument(), EFFECTS)
+    assert (found.verdict, found.effects) == ("missing", ("cubic_stiffening",))
+    assert found.ladder.final.named()["cubic_stiffness"] == pytest.approx(4e8, rel=0.1)

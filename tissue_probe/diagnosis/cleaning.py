@@ -42,7 +42,7 @@ def cleaned(
 ) -> tuple[list[Measurement], list[Finding]]:
     """Inspect measurements, leave spoilt samples out of the fit, and smooth the position.
 
-    By its noise where the rig differentiates it; else by the steps of a fine encoder.
+    By its noise, or by the steps of a fine encoder.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def cleaned(
     if fatal:
         raise MeasurementError(fatal.sentence)
     sound = map(_without_spoilt, measurements, inspected)
-    return [_finely_read(each, rig == "rigid_probe") for each in sound], findings
+    return [_finely_read(each) for each in sound], findings
 
 
 def from_touch(
@@ -131,7 +131,7 @@ def _outside(findings: Sequence[Finding], names: Sequence[str], size: int) -> Bo
     return outside
 
 
-def _finely_read(measurement: Measurement, differentiated: bool) -> Measurement:
+def _finely_read(measurement: Measurement) -> Measurement:
     """Take the noise, or the rounding of a fine encoder, out of a position that drives.
 
     A record that begins at rest stays as it was read: there the errors differ from period to
@@ -140,7 +140,7 @@ def _finely_read(measurement: Measurement, differentiated: bool) -> Measurement:
     """
     if measurement.input is FORCE:
         return measurement
-    if differentiated and (noise := measurement.position_noise):
+    if noise := measurement.position_noise:
         told = motion(measurement.position, noise)
         return replace(measurement, position=told.position, motion=told)
     step = measurement.extent.step

@@ -20,7 +20,8 @@ MOSTLY = 0.95
 def covariance(problem: Problem, point: Point) -> FloatArray:
     """Return the covariance of values and starts as they are searched, of those that are free.
 
-    In the order of ``free``; residuals over the noise count as of variance 1.
+    In the order of ``free``; residuals over the noise count as of variance 1. How far noise in
+    the positions draws them aside counts as an error, too.
     """
     chosen = free(problem, point)
     if not chosen.size:  # all is held, as where a model without states is carried over
@@ -28,11 +29,14 @@ def covariance(problem: Problem, point: Point) -> FloatArray:
     place = np.ix_(chosen, chosen)
     root = np.sqrt(np.diag(point.normal)[chosen])
     scale = np.outer(root, root)
-    noise = _by_noise(problem, point)
-    if noise is None:
+    found = _by_noise(problem, point)
+    if found is None:
         inverse = np.linalg.pinv(point.normal[place] / scale, rcond=1e-12, hermitian=True)
     else:
+        noise, pull = found
         inverse = _without(point.normal[place] / scale, noise[place] / scale)
+        aside = inverse @ (pull[chosen] / root)
+        inverse = inverse + np.outer(aside, aside)
     return inverse / scale
 
 
@@ -59,20 +63,31 @@ def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     return (basis * ((1.0 + shares) / (1.0 - shares) ** 2)) @ basis.T
 
 
-def _by_noise(problem: Problem, point: Point) -> FloatArray | None:
-    """Return the part of the normal matrix that noise left in the positions makes; None without."""
+def _by_noise(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray] | None:
+    """Return the parts of normal matrix and gradient that noise left in the positions makes.
+
+    The output that noise makes and its derivatives go together: values are drawn to where the model
+    answers less to the noise (W. Fuller, as above, section 1.1). None without such noise.
+    """
     if all(measurement.motion is None for measurement in problem.measurements):
         return None
     random, n, q = np.random.default_rng(0), problem.states, problem.count
     normal, scale = np.zeros_like(point.normal), np.ones(len(point.normal))
+    pull = np.zeros(len(point.normal))
     scale[:q] = scale_of(problem, point.values)
     for index, measurement in enumerate(problem.measurements):
         if measurement.motion is None:
             continue
         noisy = measurement.position + measurement.motion.noise_left(random)
         wrong = problem.response(index, noisy, point.values, point.starts[index])
-        changed = problem.runs.spread(index, wrong.sensitivity) - point.simulated[index][1]
+        right = point.simulated[index][1]
+        changed = problem.runs.spread(index, wrong.sensitivity) - right
+        if not np.isfinite(changed).all():  # a tip that the noise makes fly away tells nothing
+            changed = right
         J = problem.weighed(index, changed)
+        moved = wrong.output - (measurement.output_values - point.simulated[index][0])
+        shaken = problem.weighed(index, np.where(np.isfinite(moved), moved, 0.0))
         place = np.concatenate([q + index * n + np.arange(n), np.arange(q)])
         normal[place[:, None], place] += (J.T @ J) * np.outer(scale[place], scale[place])
-    return normal
+        pull[place] += (J.T @ shaken) * scale[place]
+    return normal, pull

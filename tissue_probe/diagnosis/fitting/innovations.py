@@ -1,6 +1,9 @@
-"""Kalman's filter for samples that feel a few neighbours of a chain of errors, compiled.
+"""Kalman's filter for samples that feel a chain of errors, and remember what they felt, compiled.
 
 What belongs here: two loops over the samples. What does not: the chain and the taps (``shaken``).
+
+The state is the errors from some samples ahead to as many behind, then what the last few samples
+felt of them, the latest first.
 """
 
 from __future__ import annotations
@@ -10,62 +13,105 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def gains(chain, taps, variance, used):  # type: ignore[no-untyped-def]
+def gains(chain, taps, memory, variance, beside, used):  # type: ignore[no-untyped-def]
     """Return Kalman's gains and the deviations of what is new, of samples that feel a chain.
 
-    The state is the errors from some samples ahead to as many behind. See ``Shaken``.
+    The last of each row of gains is that of what the sample itself felt. See ``Shaken``.
     """
-    n, size = chain.shape[0], taps.size
-    near = size // 2
-    covariance = np.zeros((size, size))
-    gains, deviations = np.zeros((n, size)), np.full(n, np.inf)
+    n, size, kept = chain.shape[0], taps.size, memory.size
+    near, whole = size // 2, size + kept
+    felt = np.concatenate((taps, memory))
+    covariance = np.zeros((whole, whole))
+    gains, deviations = np.zeros((n, whole + 1)), np.full(n, np.inf)
     for t in range(-near, n):
-        covariance = _onward(covariance, chain, t + near)
-        if t < 0 or not used[t]:
+        covariance = _onward(covariance, chain, t + near, size)
+        if t < 0:
             continue
-        seen = covariance @ taps
-        spread = taps @ seen + variance
-        gains[t] = seen / spread
-        deviations[t] = np.sqrt(spread)
-        covariance -= np.outer(gains[t], seen)
+        seen = covariance @ felt
+        own = felt @ seen + beside
+        left = 1.0
+        if used[t]:
+            spread = own + variance
+            gains[t, :whole] = seen / spread
+            gains[t, whole] = own / spread
+            deviations[t] = np.sqrt(spread)
+            left = variance / spread
+            covariance -= np.outer(gains[t, :whole], seen)
+        if kept:
+            covariance = _remembered(covariance, seen * left, own * left, size)
     return gains, deviations
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _onward(covariance, chain, to):  # type: ignore[no-untyped-def]
+def _onward(covariance, chain, to, size):  # type: ignore[no-untyped-def]
     """Return the covariance one sample later; behind the last sample nothing new is known."""
-    size = covariance.shape[0]
-    moved = np.zeros((size, size))
-    moved[1:, 1:] = covariance[:-1, :-1]
+    moved = covariance.copy()
+    moved[1:size, 1:size] = covariance[: size - 1, : size - 1]
+    moved[1:size, size:] = covariance[: size - 1, size:]
+    moved[size:, 1:size] = covariance[size:, : size - 1]
+    moved[0, :] = 0.0
+    moved[:, 0] = 0.0
     if to < chain.shape[0]:
-        weights = np.zeros(size)
+        weights = np.zeros(covariance.shape[0])
         weights[:3] = chain[to, :3]
         with_before = covariance @ weights
-        moved[0, 1:] = with_before[:-1]
-        moved[1:, 0] = with_before[:-1]
+        moved[0, 1:size] = with_before[: size - 1]
+        moved[1:size, 0] = with_before[: size - 1]
+        moved[0, size:] = with_before[size:]
+        moved[size:, 0] = with_before[size:]
         moved[0, 0] = weights @ with_before + chain[to, 3] ** 2
     return moved
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def white(chain, taps, gains, deviations, columns):  # type: ignore[no-untyped-def]
+def _remembered(covariance, with_felt, felt, size):  # type: ignore[no-untyped-def]
+    """Return the covariance with what a sample felt as the latest that is remembered."""
+    moved = covariance.copy()
+    moved[size + 1 :, size + 1 :] = covariance[size:-1, size:-1]
+    moved[:size, size + 1 :] = covariance[:size, size:-1]
+    moved[size + 1 :, :size] = covariance[size:-1, :size]
+    moved[size, :size] = with_felt[:size]
+    moved[:size, size] = with_felt[:size]
+    moved[size, size + 1 :] = with_felt[size:-1]
+    moved[size + 1 :, size] = with_felt[size:-1]
+    moved[size, size] = felt
+    return moved
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def white(chain, taps, memory, gains, deviations, columns):  # type: ignore[no-untyped-def]
     """Return what each sample of each column has beside what those before tell."""
-    n, size = gains.shape
-    near = size // 2
+    n, size, kept = chain.shape[0], taps.size, memory.size
+    near, whole = size // 2, size + kept
     new = np.zeros_like(columns)
+    state = np.zeros(whole)
+    # Loops over numbers: slices of arrays would be made anew for each sample of each column.
     for column in range(columns.shape[1]):
-        state = np.zeros(size)
+        state[:] = 0.0
         for t in range(-near, n):
-            state[1:] = state[:-1].copy()
+            for i in range(size - 1, 0, -1):
+                state[i] = state[i - 1]
             to = t + near
             state[0] = 0.0
             if to < n:
                 state[0] = (
                     chain[to, 0] * state[1] + chain[to, 1] * state[2] + chain[to, 2] * state[3]
                 )
-            if t < 0 or not np.isfinite(deviations[t]):
+            if t < 0:
                 continue
-            rest = columns[t, column] - taps @ state
-            new[t, column] = rest / deviations[t]
-            state += gains[t] * rest
+            felt = 0.0
+            for i in range(size):
+                felt += taps[i] * state[i]
+            for i in range(kept):
+                felt += memory[i] * state[size + i]
+            if np.isfinite(deviations[t]):
+                rest = columns[t, column] - felt
+                new[t, column] = rest / deviations[t]
+                for i in range(whole):
+                    state[i] += gains[t, i] * rest
+                felt += gains[t, whole] * rest
+            if kept:
+                for i in range(whole - 1, size, -1):
+                    state[i] = state[i - 1]
+                state[size] = felt
     return new

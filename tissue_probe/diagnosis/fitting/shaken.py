@@ -5,14 +5,14 @@ does not: the motion (``motion``), noise of a force that drives (``coloured``).
 
 An error of the position is a chain: each value follows from the three before and something new
 (``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white
-noise. Kalman's filter then tells of each sample what the earlier ones let expect; the rest, over
-its deviation, is white and of variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section
-5.3).
+noise; where the tip moves by itself, it rings with what it felt before. Kalman's filter then tells
+of each sample what the earlier ones let expect; the rest, over its deviation, is white and of
+variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from tissue_probe.signals import BoolArray, FloatArray
 #: one by a factor of 3.7, and the derivative that it has there by the slope of a straight line of
 #: so many to 3 %.
 NEAR = 4
+#: How many of the samples before a tip that moves by itself remembers: a resonance has two, and
+#: what relaxes beside it one each.
+REMEMBERED = 2
 #: What is fainter than this share of the output's own noise is left aside.
 FAINT = 0.1
 #: Errors drawn to tell the taps: of some hundred samples each then tells them to a twentieth.
@@ -45,14 +48,17 @@ class Shaken:
         What the error of each neighbour does to the output, the latest first [unit / m].
     beside : float
         Deviation of what the taps do not tell [unit of the output].
+    memory : array, shape (k,)
+        What a sample has of what each of the k before felt, the latest first [-].
     """
 
     chain: FloatArray
     taps: FloatArray
     beside: float
+    memory: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def innovations(self, noise: float, used: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """Return gains, shape (n, taps), and deviations, shape (n,), of Kalman's filter.
+        """Return gains, shape (n, taps + k + 1), and deviations, shape (n,), of Kalman's filter.
 
         Parameters
         ----------
@@ -66,24 +72,25 @@ class Shaken:
 
         inside = used.copy()
         inside[:NEAR] = inside[-NEAR:] = False
-        return gains(self.chain, self.taps, noise**2 + self.beside**2, inside)
+        return gains(self.chain, self.taps, self.memory, noise**2, self.beside**2, inside)
 
     def white(self, columns: FloatArray, gains: FloatArray, deviations: FloatArray) -> FloatArray:
         """Return what each sample of columns, shape (n, m), has beside what those before tell."""
         from tissue_probe.diagnosis.fitting.innovations import white
 
-        return white(self.chain, self.taps, gains, deviations, np.ascontiguousarray(columns))
+        columns = np.ascontiguousarray(columns)
+        return white(self.chain, self.taps, self.memory, gains, deviations, columns)
 
 
 def felt(fit: Fit) -> list[Measurement]:
     """Return the measurements of a fit, their motions told by what the output shows of them, too.
 
     Of a channel that is more precise than the position: where a corner of the motion is hidden in
-    its noise, the output shows it.
+    its noise, the output shows it. Not where that rings: what it shows of a corner comes late.
     """
     return [
         each
-        if each.motion is None or each.shaken is None
+        if each.motion is None or each.shaken is None or each.shaken.memory.size
         else _felt(each, each.motion, each.shaken, fit.residuals[index])
         for index, each in enumerate(fit.measurements)
     ]
@@ -123,12 +130,26 @@ def _shaken(problem: Problem, fit: Fit, index: int, motion: Motion) -> Shaken | 
         problem.response(index, position + error, values, start).output - right for error in errors
     ]
     inside = slice(NEAR, -NEAR)
-    felt = np.concatenate([_neighbours(error)[inside] for error in errors])
     change = np.concatenate([each[inside] for each in changes])
     if not np.sqrt(np.mean(change**2)) > FAINT * fit.measurements[index].noise:
         return None
-    taps = np.linalg.lstsq(felt, change, rcond=None)[0]
-    return Shaken(motion.chain(), taps, float(np.std(change - felt @ taps)))
+    rings = REMEMBERED if "free" in problem.kernel.spreads else 0
+    felt = np.concatenate(
+        [
+            np.column_stack([_neighbours(error), _before(own, rings)])[inside]
+            for error, own in zip(errors, changes, strict=True)
+        ]
+    )
+    size = np.sqrt(np.mean(felt**2, axis=0))
+    told = np.linalg.lstsq(felt / size, change, rcond=None)[0] / size
+    taps, memory = np.split(told, [2 * NEAR + 1])
+    return Shaken(motion.chain(), taps, float(np.std(change - felt @ told)), memory)
+
+
+def _before(change: FloatArray, count: int) -> FloatArray:
+    """Return of each sample so many before it, the latest first, shape (n, count)."""
+    before = [np.concatenate([np.zeros(lag), change[:-lag]]) for lag in range(1, count + 1)]
+    return np.stack(before, axis=1) if before else np.zeros((change.size, 0))
 
 
 def _neighbours(error: FloatArray) -> FloatArray:

@@ -26,6 +26,7 @@ from tissue_probe.diagnosis.ranking.starts import (
     instants,
     proposed,
     start_values,
+    touches,
     with_instant,
 )
 from tissue_probe.diagnosis.sharing import mapped
@@ -229,7 +230,7 @@ class Candidate:
 
     def may_gain(self, best: Fit, most: float, lowest: float) -> bool:
         """Whether there is more to be searched near the best that was found."""
-        near = bool(self.effect.near) and not is_settled(best, lowest)
+        near = self._has_near and not is_settled(best, lowest)
         return near or _runs_on(best, most, lowest)
 
     def settled(self, found: Sequence[Fit], bar: Bar, lowest: float) -> Iterator[Fit]:
@@ -239,7 +240,7 @@ class Candidate:
         """
         found = list(found)
         rounds = ROUNDS * (self.problem.runs.count if instants(self.effect) else 1)
-        for _ in range(rounds if self.effect.near else 0):
+        for _ in range(rounds if self._has_near else 0):
             best = best_of(found)
             if is_settled(best, lowest):
                 break
@@ -249,6 +250,13 @@ class Candidate:
             if best_of(found).cost > BETTER * best.cost:
                 break
         yield from self._onward(best_of(found), bar, lowest)
+
+    @property
+    def _has_near(self) -> bool:
+        return bool(self.effect.near) or bool(self._touches(self.base))
+
+    def _touches(self, fit: Fit) -> list[Values]:
+        return touches(self.problem, fit) if self.effect.changes_contact else []
 
     def _onward(self, best: Fit, bar: Bar, lowest: float) -> Iterator[Fit]:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
@@ -268,8 +276,11 @@ class Candidate:
         known = [
             named | runs.told_in(number, other)
             for number in range(runs.count if instants(self.effect) else 1)
-            for other in self.effect.near(reach, runs.named_in(number, named))
+            for other in (
+                self.effect.near(reach, runs.named_in(number, named)) if self.effect.near else ()
+            )
         ]
+        known += [named | other for other in self._touches(best)]
         lower, upper = self.problem.lower, self.problem.upper
         near = [np.clip(list(named.values()), lower, upper) for named in known]
         gained = best.cost < (1.0 - LEAST_SHARE) * self.base.cost or not bar.noise

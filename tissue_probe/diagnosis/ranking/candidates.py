@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.ranking.candidate import (
     is_settled,
 )
 from tissue_probe.diagnosis.ranking.rules import added, in_limit
-from tissue_probe.diagnosis.ranking.starts import begin_states, pressed_in, start_values
+from tissue_probe.diagnosis.ranking.starts import begin_states, from_touch, pressed_in, start_values
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -171,7 +171,7 @@ def fit_candidates(
     all_forms = forms(base.composition, effects)
     look, values = Look.at(base, instrument), [base.named()]
     if any(form.changes_contact for form in all_forms):
-        values += pressed_in(base, instrument)
+        values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
     candidates = [Candidate(base, form, instrument, look, values) for form in all_forms]
     for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
         candidate.begun = begun

@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
 from tissue_probe.diagnosis.transforms import peaks
 from tissue_probe.physics.extent import Extent
+from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -26,6 +27,13 @@ if TYPE_CHECKING:
 Values = Mapping[str, float]
 #: Points to a sample at which the tension of the tissue is looked at.
 FINER = 4
+#: Share of the samples that must be in contact to tell the tissue there.
+LEAST_PRESSED = 0.05
+#: The place of the first touch, by name.
+CONTACT = "contact_position"
+#: How many samples about a touch tell how far apart they are; how many steps of the motion to
+#: either side others are tried; and at how many places at the most.
+ABOUT, SIDE, MOST = 9, 3.0, 24
 
 
 def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
@@ -35,10 +43,28 @@ def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
     """
     stiffness = base.named().get("load_cell_stiffness", np.inf)
     inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
-    if min(np.mean(m.used) for m in inside) < 0.05:
+    if min(np.mean(m.used) for m in inside) < LEAST_PRESSED:
         return []
     problem = Problem(base.composition, inside, instrument)
     fit = search(problem, base.values, base.starts)
+    return [] if fit is None else [fit.named()]
+
+
+def from_touch(base: Fit, instrument: Instrument) -> list[Values]:
+    """Return the values of a fit to what comes after a touch that was seen, with the touch there.
+
+    A model that never lets go is fitted best by a touch that is far from it, and the way back leads
+    over a jump of the cost at every sample.
+    """
+    place, deviation = instrument.constants.get(CONTACT, (0.0, 0.0))
+    if np.isfinite(deviation) or base.composition.input is FORCE:
+        return []
+    inside = [replace(m, used=m.used & (m.position > place)) for m in base.measurements]
+    if min(np.mean(m.used) for m in inside) < LEAST_PRESSED:
+        return []
+    problem = Problem(base.composition, inside, instrument, {CONTACT: place})
+    values = start_values(problem, base.named(), None, {})
+    fit = search(problem, values, [begun.mean for begun in problem.begin(values)])
     return [] if fit is None else [fit.named()]
 
 
@@ -96,6 +122,28 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
     tensions = np.sort(pull[peaks(pull, 0.0)])[::-1]
     return replace(reach, tensions=tuple(map(float, tensions)))
+
+
+def touches(problem: Problem, fit: Fit) -> list[Values]:
+    """Propose to touch between other samples than those between which a fit does.
+
+    Where damping is felt at once, each sample that comes to lie in the air, or in the tissue, is a
+    jump of the cost: no search steps over it. Only where nothing is known of the touch.
+    """
+    names = problem.runs.names
+    known = CONTACT not in names or np.isfinite(problem.deviation[names.index(CONTACT)])
+    if known or problem.composition.input is FORCE:
+        return []
+    places = np.concatenate([each.position for each in problem.measurements])
+    steps = np.concatenate([np.abs(np.diff(each.position)) for each in problem.measurements])
+    off = np.abs(places - fit.named()[CONTACT])
+    nearest = np.argsort(off)[:ABOUT]
+    # A step of a motion that passes there: at a rest there are none.
+    reach = SIDE * float(np.median(steps[np.minimum(nearest, steps.size - 1)]))
+    about = np.unique(places[off < reach])
+    between = 0.5 * (about[1:] + about[:-1])
+    few = between[:: 1 + between.size // MOST]
+    return [{CONTACT: float(place)} for place in few]
 
 
 def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
