@@ -67,7 +67,7 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [0.04, 0.0, 0.0], [0.0, 0.03, 0.0], [0.04, 
         (CORNERS[:3], CORNERS[[0, 1, 0]], "lie on a line in the other frame"),
         (CORNERS, CORNERS[[1, 0, 2, 3]], "no rigid motion fits the pairs"),
         (CORNERS, 1000.0 * CORNERS, "look at their order, units"),
-        (CORNERS, CORNERS + [0.0, np.nan, 0.0], "pair 1 has no place in the other frame"),
+        (CORNERS, CORNERS + np.array([0.0, np.nan, 0.0]), "pair 1 has no place in the other frame"),
         (CORNERS[:, :2], CORNERS[:, 1::-1], "mirror images"),
     ],
 )
@@ -80,5 +80,5 @@ def test_pairs_that_tell_no_motion_are_refused_in_one_sentence(places, others, t
 def test_the_pair_that_fits_worst_is_named():
     others = CORNERS + 0.0
     others[2, 2] += 0.05
-    with pytest.raises(ParameterError, match="pair [123] most"):
+    with pytest.raises(ParameterError, match=r"pair [123] most"):
         register(CORNERS, others)

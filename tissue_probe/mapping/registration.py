@@ -11,8 +11,8 @@ wrong by FLE, alike in all directions:
     <FRE^2>    = (1 - (K + 1) / (2 N)) FLE^2                            (1 - 2 / N in space)
     <TRE(r)^2> = FLE^2 (1 / N + 1/K sum_i sum_{j != i} r_i^2 / (L_i^2 + L_j^2))
 
-where r is a place, from the middle of the pairs and along their principal axes, and L_i the singular
-values of the pairs' offsets from their middle.
+where r is a place, from the middle of the pairs and along their principal axes, and L_i are the
+singular values of the pairs' offsets from their middle.
 """
 
 from __future__ import annotations
