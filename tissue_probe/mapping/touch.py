@@ -36,6 +36,8 @@ class Touch:
         Of the steady force over the latest period, against that in free air [N].
     most : float
         Largest force of any sample since then, less the steady one in free air [N].
+    reached : int
+        Time that the samples have reached [ns since the epoch].
     """
 
     def __init__(self, force: float) -> None:
@@ -46,6 +48,7 @@ class Touch:
         self.period = math.nan
         self.change = 0.0
         self.most = 0.0
+        self.reached = 0
 
     @property
     def knows_free_air(self) -> bool:
@@ -59,6 +62,7 @@ class Touch:
 
     def add_samples(self, block: SampleBlock) -> None:
         """Take the next samples; those whose force is no number are left out."""
+        self.reached = block.end
         known = np.isfinite(block.force) & np.isfinite(block.position)
         position, force = block.position[known], block.force[known]
         self._position = np.concatenate([self._position, position])

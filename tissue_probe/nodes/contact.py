@@ -15,7 +15,7 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.mapping.touch import Touch
 from tissue_probe.nodes.robot import INTERVAL, Robot
 from tissue_probe.settings import setting
-from tissue_probe.signals import FloatArray, Leaving
+from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving
 
 #: Longest wait for a period of the motion in free air [s]: two of the slowest excitation, 0.1 Hz.
 FREE_AIR = 20.0
@@ -66,6 +66,7 @@ def lower_to_contact(
     normal: FloatArray,
     settings: ContactSettings,
     check: Callable[[], None],
+    now: Callable[[], int],
 ) -> FloatArray:
     """Go down along the normal until contact is felt; return where the tissue's surface is [m].
 
@@ -81,6 +82,8 @@ def lower_to_contact(
         How far down, how fast, and up to which force.
     check : callable
         As in ``Robot.move``.
+    now : callable
+        Returns the time as the samples' stamps tell it [ns since the epoch].
 
     Raises
     ------
@@ -111,8 +114,9 @@ def lower_to_contact(
 
     def stay() -> None:
         """Let a whole period of the samples be of the tip at rest here."""
-        end = time.monotonic() + touch.period + 2.0 * INTERVAL
-        robot.hold(lambda: time.monotonic() > end, careful)
+        # By the samples' own time: they may come late.
+        end = now() + round((touch.period + INTERVAL) * NANOSECONDS)
+        robot.hold(lambda: touch.reached >= end, careful)
 
     depth = settings.contact_search
     above = min(depth, robot.height(surface, normal))

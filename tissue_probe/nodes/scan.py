@@ -338,7 +338,7 @@ class Scan(Node):
         self._touch = Touch(self._settings.contact_force)
         try:
             return lower_to_contact(
-                self._robot, self._touch, surface, normal, self._settings, check
+                self._robot, self._touch, surface, normal, self._settings, check, self._now
             )
         finally:
             self._touch = None
