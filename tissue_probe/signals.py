@@ -251,12 +251,19 @@ UP = (0.0, 0.0, 1.0)
 
 
 class Leaving(IntEnum):
-    """Why a dwell ended (the constants of ``PalpationSite.msg``)."""
+    """Why a dwell ended, or there was none (the constants of ``PalpationSite.msg``)."""
 
     UNTOLD = 0
     TOLD_ENOUGH = 1
     LONGEST = 2
     STOPPED = 3
+    NO_CONTACT = 4
+    IN_CONTACT = 5
+    FORCE_LIMIT = 6
+
+
+#: Why there was no dwell: contact was searched by force, and no surface was found.
+NOT_TOUCHED = (Leaving.NO_CONTACT, Leaving.IN_CONTACT, Leaving.FORCE_LIMIT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,6 +282,13 @@ class PalpationSite:
     phase: Phase
     leaving: Leaving = Leaving.UNTOLD
     normal: tuple[float, float, float] = UP
+
+    @property
+    def is_visit(self) -> bool:
+        """Whether a dwell begins, or there is none since no surface was found."""
+        return self.phase == Phase.DWELL or (
+            self.phase == Phase.LIFTED and self.leaving in NOT_TOUCHED
+        )
 
 
 @dataclass(frozen=True)

@@ -166,3 +166,78 @@ def test_areas_that_make_no_question_are_refused_in_a_sentence(
     outcome = run("map", path, *within, *arguments)
     assert outcome.status != 0
     assert message in " ".join(outcome.err.split())
+
+
+def turned_by_a_quarter(x, y, z=0.0):
+    """Another frame, turned about z and set off."""
+    return 0.1 - np.asarray(y), 0.2 + np.asarray(x), 0.3 + np.asarray(z)
+
+
+def pairs(**changed):
+    x, y, z = np.array([0.0, 0.04, 0.0, 0.04]), np.array([0.0, 0.0, 0.04, 0.04]), np.full(4, 0.005)
+    off = 0.0001 * np.array([1.0, -1.0, -1.0, 1.0])  # what no rigid motion makes
+    there = dict(zip("XYZ", turned_by_a_quarter(x, y, z + off), strict=True))
+    return {"x": x, "y": y, "z": z, **there, **changed}
+
+
+def test_point_pairs_give_the_results_in_another_frame_with_their_error(run, tmp_path):
+    path = write(tmp_path / "sites.csv", table(z=np.full(49, 0.005)))
+    register = write(tmp_path / "pairs.csv", pairs())
+    files = ("--json", "out.json", "--csv", "out.csv", "--ply", "out.ply", "--raster", "2")
+    outcome = run("map", path, "--register", register, *files)
+    assert outcome.status == 0, outcome.err
+    assert "registered by 4 pairs, which stay 0.1 mm apart (rms)" in " ".join(outcome.out.split())
+    found = json.loads((tmp_path / "out.json").read_text())
+    there = found["registered"]
+    assert there["fiducial_error"] == pytest.approx(0.0001, rel=1e-3)
+    for one, moved in zip(found["inclusions"], there["inclusions"], strict=True):
+        expected = turned_by_a_quarter(one["x"], one["y"], 0.005)
+        assert [moved[each] for each in "xyz"] == pytest.approx(expected, abs=1e-6)
+        # A quarter turn swaps the axes of the middle's covariance.
+        assert moved["covariance"][0][0] == pytest.approx(one["covariance"][1][1], rel=1e-4)
+        # In the middle of four pairs it is half of what each is wrong by, and more beside it.
+        assert moved["target_error"] > 0.5 * 0.0001
+        ring = np.array(one["boundary_95"])
+        expected = np.column_stack(turned_by_a_quarter(*ring.T, np.full(len(ring), 0.005)))
+        np.testing.assert_allclose(moved["boundary_95"], expected, atol=1e-6)
+    surface = found["surface"]
+    x, y = np.meshgrid(surface["x"], surface["y"])
+    expected = turned_by_a_quarter(x, y, np.full(x.shape, 0.005))
+    for axis, layer in zip("xyz", expected, strict=True):
+        np.testing.assert_allclose(there["surface"][axis], layer, atol=1e-6)
+    with (tmp_path / "out.csv").open() as file:
+        row = {name: float(value or "nan") for name, value in next(csv.DictReader(file)).items()}
+    expected = turned_by_a_quarter(row["x"], row["y"], 0.005)
+    assert [row[each] for each in "XYZ"] == pytest.approx(expected, abs=1e-6)
+    data = (tmp_path / "out.ply").read_bytes().split(b"end_header\n")[1]
+    assert np.frombuffer(data, "<f8").reshape(-1, 6)[:, 2] == pytest.approx(0.305, abs=1e-6)
+    assert tp.map(path, register=pairs(), raster=0.002).to_dict()["registered"] == there
+
+
+def test_pairs_without_heights_are_taken_in_the_plane_and_with_z_there_on_the_surface():
+    sites = table(z=np.full(49, 0.005))
+    in_plane = {name: each for name, each in pairs().items() if name not in "zZ"}
+    flat = tp.map(sites, register=in_plane, raster=0.01).to_dict()["registered"]
+    assert np.array(flat["surface"]["z"]) == pytest.approx(0.005)
+    with_height = {name: each for name, each in pairs().items() if name != "z"}
+    high = tp.map(sites, register=with_height, raster=0.01).to_dict()["registered"]
+    assert np.array(high["surface"]["z"]) == pytest.approx(0.305, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"X": ["a", "b", "c", "d"]}, "line 2: column X is 'a'; give a number"),
+        ({"X": [0.1, 0.2, 0.05, 0.1]}, "no rigid motion fits the pairs"),
+        ({"Z": None}, "has a column z, but no Z"),
+        ({"Y": None}, "no column Y"),
+    ],
+)
+def test_pairs_that_are_none_are_refused_and_the_option_named(run, tmp_path, changed, told):
+    path = write(tmp_path / "sites.csv", table(3))
+    given = {name: each for name, each in pairs(**changed).items() if each is not None}
+    outcome = run("map", path, "--register", write(tmp_path / "pairs.csv", given))
+    assert outcome.status == 1
+    assert "--register" in outcome.err
+    assert told in outcome.err
+    assert len(outcome.err.strip().splitlines()) == 1

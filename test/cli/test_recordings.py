@@ -157,6 +157,13 @@ def test_map_holds_what_it_finds_against_the_recorded_phantom(run, bag):
     assert "1 of 2 nodules found, 0 inclusions where there is no nodule\n" in outcome.out
 
 
+def test_map_tells_the_truth_of_a_phantom_from_a_table_where_it_found_something(run, bag):
+    table = {"x": [0.0, 0.02, 0.0], "y": [0.0, 0.0, 0.02], "k": [700.0, 700.0, 700.0]}
+    outcome = run("map", bag(metadata=described(table)), "-e", "ekf", "-e", "ukf")
+    assert outcome.status == 0
+    assert rows(outcome.out)[0][-1] == "700.0"
+
+
 @pytest.mark.parametrize(
     "description", ["a: b: c", "5", "'phantom: {}'", "", "'phantom: {nodules: soft}'"]
 )

@@ -329,3 +329,17 @@ def test_a_phantom_that_is_not_there_is_named(tmp_path):
     missing = tmp_path / "none.yaml"
     with pytest.raises(OSError, match=r"none\.yaml"):
         SimulatedProbe(SimulatedProbeSettings(phantom=str(missing)))
+
+
+def test_a_table_made_elsewhere_is_felt_at_the_height_that_it_has(tmp_path):
+    table = tmp_path / "felt.csv"
+    table.write_text("x,y,z,k\n0,0,0.001,300\n0.04,0,0.001,700\n0,0.04,0.001,300\n")
+    felt = SimulatedProbe(SimulatedProbeSettings(phantom=str(table), force_noise=0.0))
+    for x, stiffness in [(0.01, 400.0), (0.02, 500.0)]:
+        felt.place(x, 0.005, 0.001)  # on the surface: the tip takes hold
+        felt.start(SILENCE)
+        pressed = steady_force_at(felt, x, 0.005, 0.0)  # 1 mm below it
+        assert pressed == pytest.approx(static_force(0.001, stiffness), rel=1e-3)
+    felt.place(0.01, 0.005, 0.0015)
+    felt.start(SILENCE)
+    assert abs(felt.read(500).force).max() < 1e-9  # half a millimetre above it: nothing

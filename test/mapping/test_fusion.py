@@ -407,3 +407,28 @@ def test_one_live_estimate_costs_little():
         lambda: builder.add_one("ekf", Status.CONVERGED, estimate(next(stamps))), number=2000
     )
     assert seconds / 2000 < 50e-6  # ten times what it takes, for a loaded machine
+
+
+@pytest.mark.parametrize("why", [Leaving.NO_CONTACT, Leaving.IN_CONTACT, Leaving.FORCE_LIMIT])
+def test_a_site_where_no_surface_was_found_is_a_visit_without_value(why):
+    builder = over_the_grid()
+    builder.announce(replace(announcement(5, 1, Phase.LIFTED), leaving=why))
+    builder.add_one("ekf", Status.CONVERGED, estimate(5))
+    (one,) = builder.results(under_way=False)
+    assert (one.site, one.verdict, one.leaving) == (1, Verdict.CONTACT_NOT_FOUND, why)
+    assert math.isnan(one.stiffness)
+    found = builder.map()
+    assert found.verdict[0, 1] == Verdict.CONTACT_NOT_FOUND
+    assert not found.measured.any()
+
+
+def test_a_place_whose_surface_was_not_found_again_keeps_the_value_before():
+    builder = dwelling(site=1)
+    builder.add_one("ekf", Status.CONVERGED, estimate(1))
+    builder.announce(announcement(10, 1, Phase.LIFTED))
+    builder.announce(replace(announcement(20, 1, Phase.LIFTED), leaving=Leaving.NO_CONTACT))
+    assert builder.map().stiffness[0, 1] == 450.0
+    assert [one.verdict for one in builder.results()] == [
+        Verdict.MEASURED,
+        Verdict.CONTACT_NOT_FOUND,
+    ]

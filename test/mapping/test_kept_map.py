@@ -184,3 +184,26 @@ def test_the_map_does_not_depend_on_when_the_estimates_come(events):
             live.add_one("ekf", status, one)
             off_line.add_one("ekf", status, one)
     assert_same(live.map(), off_line.map())
+
+
+def test_results_of_visits_are_those_before_the_restart(file):
+    before = fresh(file)
+    palpate(before, [0, 1, 2])
+    after = fresh(file)
+    hear_again(after, [0, 1, 2])
+    assert after.results(under_way=False) == before.results(under_way=False)
+    assert [one.stiffness for one in after.results()] == [100.0, 200.0, 300.0]
+
+
+def test_a_site_without_a_surface_is_one_after_the_restart_too(file):
+    approach, _, lifted = announcements(0)
+    left = replace(lifted, leaving=Leaving.NO_CONTACT)
+    before, after = fresh(file), fresh(file)
+    for kept in (before, after):
+        kept.announce(approach, approach.stamp + LATER)
+        kept.announce(left, left.stamp + LATER)
+        (palpate if kept is before else hear_again)(kept, [1])
+    # Values that are not numbers are unequal to themselves: texts are compared.
+    assert repr(after.results(under_way=False)) == repr(before.results(under_way=False))
+    assert [one.leaving for one in after.results()] == [Leaving.NO_CONTACT, Leaving.UNTOLD]
+    assert after.results()[1].stiffness == 200.0

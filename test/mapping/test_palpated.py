@@ -97,3 +97,15 @@ def test_sites_on_no_square_grid_are_refused():
 def test_without_any_site_there_is_no_grid():
     with pytest.raises(ValueError, match="no positions"):
         PalpatedSites().cells()
+
+
+def test_a_surface_measured_beside_the_given_one_is_the_same_site_of_the_same_scan():
+    sites = PalpatedSites()
+    for number, x in enumerate([0.0, 0.01]):
+        sites.add(PalpationSite(0, number, (x, 0.0, 0.0), Phase.APPROACH))
+        for phase in (Phase.DWELL, Phase.LIFTED):  # half a millimetre lower along a tilted normal
+            sites.add(PalpationSite(0, number, (x + 0.0003, 0.0, -0.0004), phase))
+    grid, cells = sites.cells()
+    assert set(cells) == {(0.0003, 0.0), (0.0103, 0.0)}
+    assert grid.origin == pytest.approx((0.0003, 0.0, -0.0004))
+    assert sites.count >= 2

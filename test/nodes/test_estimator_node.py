@@ -86,6 +86,27 @@ def test_every_estimator_finds_the_tissue_and_publishes_an_estimate_for_each_blo
             assert values[name, value][count - 1].data == getattr(last, value)
 
 
+def test_tissue_of_a_table_made_elsewhere_is_found_live(session, tmp_path):
+    table = tmp_path / "felt.csv"
+    table.write_text("x,y,k,beta\n0,0,300,2\n0.04,0,900,10\n0,0.04,300,2\n")
+    running = session(
+        driver(simulated__phantom=str(table)), stage_on_tissue(0.02, 0.01), estimator("ekf")
+    )
+    blocks = collect(running.node, ProbeSamples, "/probe/samples")
+    estimates = collect(running.node, TissueEstimate, "/probe/ekf/estimate")
+    sites = site_publisher(running.node)
+    running.activate({"/probe/driver": 2, "/probe/ekf": 1})
+    running.wait_until(lambda: len(blocks) > 100, "samples, and the stage to have been heard")
+    begin = samples_from_message(blocks[-1]).end + NANOSECONDS // 2
+    dwell = PalpationSite(begin, 0, (0.02, 0.01, 0.0), Phase.DWELL)
+    sites.publish(site_to_message(dwell, "stage"))
+    end = begin + NANOSECONDS
+    running.wait_until(lambda: from_time(estimates[-1].header.stamp) > end, "a dwell")
+    assert estimates[-1].status == TissueEstimate.CONVERGED
+    assert estimates[-1].stiffness == pytest.approx(600.0, rel=0.02)
+    assert estimates[-1].damping == pytest.approx(6.0, rel=0.05)
+
+
 def test_an_unknown_filter_is_refused_with_the_names_of_those_there_are():
     said = fails_with(NodeProcess("estimator", "magic", parameters={"estimator": "magic"}))
     for name in ESTIMATORS:

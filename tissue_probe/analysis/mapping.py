@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from tissue_probe.analysis.choices import FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
 from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
+from tissue_probe.analysis.registered import RegisteredMap, registration_of
 from tissue_probe.analysis.result_table import Column, ResultTable, number
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
@@ -24,9 +25,11 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
 from tissue_probe.mapping.posterior.results import PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
+from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.open_columns import open_columns
@@ -35,12 +38,15 @@ from tissue_probe.recording.corners import read_corners
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.open_bag import is_bag
 from tissue_probe.recording.ply import write_ply
+from tissue_probe.recording.point_pairs import read_pairs
 from tissue_probe.recording.reader import read_estimates
 from tissue_probe.recording.site_table import is_site_table, read_sites
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
+
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,7 +61,7 @@ class MapResult:
         The dwells of a scan; none for a table.
     map : PosteriorMap
         Inclusions, surface, what could hide, background, check.
-    phantom : Phantom or None
+    phantom : Phantom or FeltTable or None
         The tissue of a simulated run, where it is recorded.
     notes : tuple of str
         How the samples were read, in sentences.
@@ -63,15 +69,18 @@ class MapResult:
         The sites that tell most, in their order, where they were asked for.
     answer : Answer or None
         What is known of inclusions in the area, where one is given.
+    registered : RegisteredMap or None
+        The results in another frame, where point pairs are given.
     """
 
     sites: Sites
     results: tuple[SiteResult, ...]
     map: PosteriorMap
-    phantom: Phantom | None
+    phantom: Phantom | FeltTable | None
     notes: tuple[str, ...]
     next: tuple[NextSite, ...] = ()
     answer: Answer | None = None
+    registered: RegisteredMap | None = None
 
     @property
     def inclusions(self) -> ResultTable:
@@ -106,6 +115,8 @@ class MapResult:
         told += [f"{count} {word}" for word, count in self.unusual.items()]
         told.append(f"background {background.stiffness:.1f} ± {background.stiffness_sd:.1f} N/m")
         lines = ["; ".join(told), *check.notes]
+        if self.registered is not None:
+            lines.append(self.registered.text)
         if self.answer is not None:
             lines += [self.answer.text, *(f"open: {each}" for each in self.answer.open)]
         return "\n".join(lines)
@@ -117,7 +128,10 @@ class MapResult:
         return f"<p>{self.text}</p>{self.inclusions._repr_html_()}"
 
     def surface(self) -> ResultTable:
-        """Return a row a place of the raster, in m and N/m; None where nothing is known."""
+        """Return a row a place of the raster, in m and N/m; None where nothing is known.
+
+        Where registered, X, Y, Z are the place in the other frame.
+        """
         felt = self.map.surface
         names = ("mean", "sd", "probability")
         columns = (
@@ -130,6 +144,11 @@ class MapResult:
             for i, y in enumerate(felt.y)
             for j, x in enumerate(felt.x)
         )
+        if self.registered is not None:
+            columns += tuple(Column(n, f"{n} [m]", number(4), right=True) for n in "XYZ")
+            x, y = (each.ravel() for each in np.meshgrid(felt.x, felt.y))
+            places = self.registered.places(x, y).tolist()
+            rows = tuple((*row, *place) for row, place in zip(rows, places, strict=True))
         return ResultTable("Surface", columns, rows)
 
     def to_frame(self) -> pd.DataFrame:
@@ -144,6 +163,8 @@ class MapResult:
             asked["next"] = [asdict(one) for one in self.next]
         if self.answer is not None:
             asked["answer"] = asdict(self.answer)
+        if self.registered is not None:
+            asked["registered"] = self.registered.to_dict()
         return {
             **asked,
             "inclusions": [
@@ -209,7 +230,10 @@ class MapResult:
         Path(path).write_text(render_map(page), encoding="utf-8")
 
     def save_csv(self, path: str | Path) -> None:
-        """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability."""
+        """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability.
+
+        Where registered, X, Y, Z [m] follow: the place in the other frame.
+        """
         table = self.surface()
         with Path(path).open("w", newline="") as file:
             writer = csv.writer(file)
@@ -217,17 +241,21 @@ class MapResult:
             writer.writerows(table.rows)
 
     def save_ply(self, path: str | Path) -> None:
-        """Write the surface as a point cloud, where it is known, at the height of the sites [m]."""
+        """Write the surface as a point cloud, where it is known, at the height of the sites [m].
+
+        Where registered, it is in the other frame.
+        """
         felt = self.map.surface
         known = np.isfinite(felt.mean)
         x, y = (layer[known] for layer in np.meshgrid(felt.x, felt.y))
         layers = [felt.mean[known], felt.sd[known], felt.probability[known]]
+        places = np.column_stack([x, y, height_at(self.sites, x, y)])
+        if self.registered is not None:
+            places = self.registered.places(x, y)
         write_ply(
             path,
             {
-                "x": x,
-                "y": y,
-                "z": height_at(self.sites, x, y),
+                **dict(zip("xyz", places.T, strict=True)),
                 **dict(zip(("stiffness", "stiffness_sd", "probability"), layers, strict=True)),
             },
         )
@@ -253,6 +281,7 @@ def map_sites(
     no_go: Sequence[Source] = (),
     next: int = 0,
     sought: Sought | None = None,
+    register: Source | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
@@ -281,6 +310,9 @@ def map_sites(
     sought : Sought, optional
         Which inclusions matter, and how surely the question is to be answered; by default of 4 mm
         or more at the contrast, with a probability of 0.95.
+    register : path or table in memory, optional
+        Point pairs: columns x, y and perhaps z [m] in the map's frame, X, Y and perhaps Z [m] in
+        another one, in which the results are given, too.
 
     Raises
     ------
@@ -290,6 +322,7 @@ def map_sites(
     """
     area = _polygon(within, "within") if within is not None else None
     zones = [_polygon(zone, "no_go") for zone in no_go]
+    pairs = _read("register", register, read_pairs, "point pairs") if register is not None else None
     for name, given in (("next", next), ("no_go", zones), ("sought", sought)):
         if given and area is None:
             raise ParameterError(f"`{name}` is of an area: give `within`")
@@ -297,18 +330,21 @@ def map_sites(
     def asked(
         sites: Sites,
         results: tuple[SiteResult, ...],
-        phantom: Phantom | None,
+        phantom: Phantom | FeltTable | None,
         notes: tuple[str, ...],
     ) -> MapResult:
+        registration = _registration(pairs, sites) if pairs is not None else None
         sampled = Sampled.of(sites, area)
         found = read_out(sampled, sites, raster=raster, contrast=contrast)
+        elsewhere = RegisteredMap(registration, sites, found) if registration is not None else None
+        result = MapResult(sites, results, found, phantom, notes, registered=elsewhere)
         if area is None:
-            return MapResult(sites, results, found, phantom, notes)
+            return result
         last = len(sites.x) - 1 if sites.t is None else int(sites.t.argmax())
         start = float(sites.x[last]), float(sites.y[last])
         chosen = next_sites(sampled, next, area, no_go=zones, start=start) if next else []
         told = answer(sampled, sought or Sought(contrast=contrast))
-        return MapResult(sites, results, found, phantom, notes, tuple(chosen), told)
+        return replace(result, next=tuple(chosen), answer=told)
 
     table = _site_table(measured)
     if table is not None:
@@ -344,10 +380,22 @@ def map_sites(
 
 def _polygon(corners: Source, parameter: str) -> Polygon:
     """Return a polygon that is given by a table of its corners; errors name the parameter."""
+    return _read(parameter, corners, lambda table: Polygon(read_corners(table)), "its corners")
+
+
+def _registration(pairs: dict[str, np.ndarray], sites: Sites) -> Registration:
     try:
-        if isinstance(corners, Measurements):
-            raise ParameterError("samples are given; give a table with x, y of its corners")
-        return Polygon(read_corners(_table(corners)))
+        return registration_of(pairs, sites)
+    except TissueProbeError as error:
+        raise ParameterError(f"`register`: {error}") from None
+
+
+def _read(parameter: str, given: Source, read: Callable[[Columns], Read], what: str) -> Read:
+    """Return what a table holds; errors name the parameter."""
+    try:
+        if isinstance(given, Measurements):
+            raise ParameterError(f"samples are given; give a table of {what}")
+        return read(_table(given))
     except TissueProbeError as error:
         raise ParameterError(f"`{parameter}`: {error}") from None
 

@@ -14,6 +14,7 @@ from tissue_probe import bounded_yaml
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
+from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import Recording, TissueEstimates
@@ -116,11 +117,12 @@ def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapB
     return builder
 
 
-def recorded_phantom(recording: Recording) -> Phantom | None:
+def recorded_phantom(recording: Recording) -> Phantom | FeltTable | None:
     """Return the phantom of a simulated run; None where none is recorded that can be read."""
     for parameters in recording.metadata.values():
         description = metadata_value(metadata_value(parameters.get("device_description")))
         if isinstance(description, dict) and "phantom" in description:
-            with suppress(ValidationError):
-                return Phantom.model_validate(description["phantom"])
+            for kind in (Phantom, FeltTable):
+                with suppress(ValidationError):
+                    return kind.model_validate(description["phantom"])
     return None

@@ -42,7 +42,8 @@ def demo(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="YAML file of the phantom.  [default: three nodules in soft tissue]",
+            help="YAML file of the phantom, or table (.csv) of stiffness felt: x, y [m], k [N/m].  "
+            "[default: three nodules in soft tissue]",
         ),
     ] = None,
 ) -> None:

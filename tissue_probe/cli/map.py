@@ -71,6 +71,13 @@ def map_command(
         int,
         typer.Option("--next", metavar="N", min=0, help="Further sites to choose in the area."),
     ] = 0,
+    register: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Point pairs, x, y, z [m] here and X, Y, Z [m] in another frame: results there.",
+        ),
+    ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="The map for programs.")
     ] = None,
@@ -110,6 +117,7 @@ def map_command(
         within=within,
         no_go=no_go or [],
         next=next_count,
+        register=register,
     )
     result.plot().savefig(output, dpi=100)
     if json_file is not None:
@@ -131,16 +139,19 @@ def summarize(result: MapResult) -> None:
     from rich.table import Column, Table
 
     from tissue_probe.mapping.matching import match
+    from tissue_probe.physics.phantom import Phantom
 
     console = Console(highlight=False, markup=False)
     console.print(result.text)
     found = [one for one in result.map.inclusions if one.probability >= TOLD]
     phantom = result.phantom
-    if phantom is None:
-        table = Table("inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background")
+    if not isinstance(phantom, Phantom):
+        titles = ["inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background"]
+        table = Table(*titles, *(["truth there"] if phantom else []))
         for number, one in enumerate(found, 1):
+            true = [f"{phantom.stiffness(one.x, one.y):.1f}"] if phantom else []
             ratio = f"{one.contrast:.2f}"
-            table.add_row(str(number), _place(one), _sure(one), _stiffness(one), ratio)
+            table.add_row(str(number), _place(one), _sure(one), _stiffness(one), ratio, *true)
         console.print(table)
         return
     titles = (

@@ -33,7 +33,7 @@ from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.simulated_settings import SimulatedProbeSettings
 from tissue_probe.excitation import Excitation
 from tissue_probe.pacing import Pacer
-from tissue_probe.physics.phantom import Phantom
+from tissue_probe.physics.phantom import load_phantom
 from tissue_probe.signals import NANOSECONDS, FloatArray
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class SimulatedProbe:
         self.sample_period = round(NANOSECONDS / settings.sample_rate) / NANOSECONDS
         self.commanded_voltage = 0.0
         self._settings = settings
-        self._phantom = Phantom.load(Path(settings.phantom or stock_configuration("phantom.yaml")))
+        self._phantom = load_phantom(Path(settings.phantom or stock_configuration("phantom.yaml")))
         self._pacer = Pacer(self.sample_period)
         self._excitation: Excitation | None = None
         self._where: tuple[float, float, float] | None = None
@@ -98,12 +98,13 @@ class SimulatedProbe:
         )
 
     def place(self, x: float, y: float, z: float) -> None:
-        """Tell where the stage holds the probe [m]; the tip touches the phantom where z = 0."""
+        """Tell where the stage holds the probe [m]; the tip touches at the phantom's surface."""
         if (x, y, z) == self._where:
             return  # a stage that stands still says so a hundred times a second
         self._where = (x, y, z)
         stiffness, damping = self._phantom.stiffness(x, y), self._phantom.damping(x, y)
-        self._tissue = (float(stiffness), float(damping), -float(z))
+        depth = float(self._phantom.height(x, y)) - float(z)
+        self._tissue = (float(stiffness), float(damping), depth)
 
     def start(self, excitation: Excitation) -> None:
         """Begin to sample at rest, with the excitation [V] on the coil."""
@@ -184,7 +185,7 @@ class SimulatedProbe:
         from tissue_probe.devices.composed import ComposedProbe
 
         coil = self._constants()[:6]
-        stiffest = self._stiffest()
+        stiffest = self._phantom.stiffest
         return ComposedProbe(
             self._settings.model, coil, STAGE_TIME_CONSTANT, SUCTION_REACH, self.sample_period,
             stiffest, self._settings.effects,
@@ -196,7 +197,8 @@ class SimulatedProbe:
         told: dict[str, object] = {"phantom": self._phantom.model_dump(mode="json")}
         if self._settings.model:
             told["model"] = bounded_yaml.read(self._settings.model)
-        return yaml.safe_dump(told)
+        # Lists on one line: a table of thousands stays within what a reader of YAML takes.
+        return yaml.safe_dump(told, default_flow_style=None, width=math.inf)
 
     @property
     def worst_lateness(self) -> float:
@@ -231,7 +233,7 @@ class SimulatedProbe:
 
     def _needed_substeps(self) -> int:
         """Return the Runge-Kutta steps in a sample that resolve the fastest motion anywhere."""
-        relative = self._stiffest()
+        relative = self._phantom.stiffest
         stiffest = (
             relative * self._phantom.background_stiffness,
             relative * self._phantom.background_damping,
@@ -250,11 +252,6 @@ class SimulatedProbe:
                 f"or resistance, so that it is {1.0 / (STEP_OF_TIME_CONSTANT * MOST_STEPS):.1g} s"
             )
         return math.ceil(self.sample_period / step * (1.0 - 1e-9))
-
-    def _stiffest(self) -> float:
-        """Return the largest stiffness anywhere, over the background's."""
-        nodules = self._phantom.nodules
-        return 1.0 + sum(float(nodule.excess(nodule.x, nodule.y)) for nodule in nodules)
 
     def _constants(self, tissue: tuple[float, float, float] | None = None) -> tuple[float, ...]:
         s = self._settings

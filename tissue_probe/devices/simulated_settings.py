@@ -42,7 +42,12 @@ class SimulatedProbeSettings(BaseModel):
         0.0, "N", "what the load cell shows without load", ge=-10.0, le=10.0
     )
     seed: int = setting(0, "", "seed of the noise", ge=0)
-    phantom: str = setting("", "", "YAML file of the phantom; empty for the stock one")
+    phantom: str = setting(
+        "",
+        "",
+        "YAML file of the phantom, or table (.csv) of the stiffness felt at points x, y [m]: "
+        "k [N/m], perhaps the surface's height z [m] and beta [N s/m]; empty for the stock one",
+    )
     model: str = setting(
         "",
         "",

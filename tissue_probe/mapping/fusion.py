@@ -22,7 +22,14 @@ from tissue_probe.mapping.palpated import PalpatedSites, Place, place_of
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
-from tissue_probe.signals import FloatArray, Leaving, PalpationSite, Phase, TissueEstimates
+from tissue_probe.signals import (
+    NOT_TOUCHED,
+    FloatArray,
+    Leaving,
+    PalpationSite,
+    Phase,
+    TissueEstimates,
+)
 
 _OPEN_END = int(np.iinfo(np.int64).max)
 #: Estimates of each estimator that are kept while a dwell's end may yet be moved back: as many as
@@ -152,6 +159,8 @@ class Dwell:
 
     def verdict(self) -> Verdict:
         """Return why the dwell gives a value, or none."""
+        if self.leaving in NOT_TOUCHED:
+            return Verdict.CONTACT_NOT_FOUND
         return verdict_of(judged.status for judged in self.last().values())
 
 
@@ -183,6 +192,8 @@ class MapBuilder:
     def announce(self, site: PalpationSite) -> Dwell | None:
         """Note where the probe is, and return the dwell that begins, if one does.
 
+        A site where no surface was found has a dwell without time, and no value.
+
         Raises
         ------
         ValueError
@@ -201,11 +212,12 @@ class MapBuilder:
             if site.phase == Phase.LIFTED and not last.ended:
                 last.leaving = site.leaving
             last.end_at(site.stamp)
-        if site.phase != Phase.DWELL:
+        if not site.is_visit:
             return None
         if self._timeline:
             self._timeline[-1].close()
-        dwell = Dwell(site)
+        # Where no surface was found there is a visit, and no time in it.
+        dwell = Dwell(site) if site.phase == Phase.DWELL else Dwell(site, site.stamp, site.leaving)
         self._timeline.append(dwell)
         self._visits.setdefault(place, []).append(dwell)
         return dwell

@@ -15,7 +15,7 @@ from tissue_probe.mapping.fusion import Dwell, Estimate, MapBuilder
 from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.site_results import SiteResults
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.signals import PalpationSite, Phase
+from tissue_probe.signals import PalpationSite
 
 
 class KeptMap:
@@ -35,6 +35,8 @@ class KeptMap:
         self._sent: dict[Dwell, int] = {}
         self._under_way: Dwell | None = None
         self._keeps = False
+        self._has_looked = False
+        self._known_until = -1  # sent no later than this: what is taken up tells it
 
     @property
     def revision(self) -> int:
@@ -57,8 +59,11 @@ class KeptMap:
         ValueError
             If that is no place.
         """
-        if site.phase == Phase.DWELL and not self._sent:
+        if site.is_visit and not self._has_looked:
+            self._has_looked = True
             self._try(lambda: self._take_up(sent))
+        if sent <= self._known_until:
+            return  # announced anew, it would take the place of the dwell with its values
         begun = self._builder.announce(site)
         if self._under_way is not None and self._under_way.ended:
             self._keep(self._under_way)
@@ -79,6 +84,7 @@ class KeptMap:
             stored = {}
         for dwell in stored.values():
             self._builder.take_up(dwell)
+        self._known_until = max(stored, default=-1)
         self._results.begin(stored)
         self._keeps = True
 

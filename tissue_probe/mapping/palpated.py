@@ -15,7 +15,7 @@ import numpy as np
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.signals import PalpationSite
+from tissue_probe.signals import PalpationSite, Phase
 
 #: x and y of a site on the tissue [m], as a whole number of nanometres tells them.
 Place = tuple[float, float]
@@ -48,11 +48,19 @@ class PalpatedSites:
         self.count = 0
         self._scans: list[_Heights] = []
         self._last = -1
+        self._awaited: Place | None = None
         self._cells: tuple[int, Grid, dict[Place, tuple[int, int]]] | None = None
 
     def add(self, site: PalpationSite) -> None:
         """Note an announcement of any phase; ValueError if its position is not finite."""
         place = place_of(site)
+        if site.phase != Phase.APPROACH and site.site == self._last and self._awaited is not None:
+            # Where contact was searched, the surface is known from the dwell on.
+            height = self._scans[-1].pop(self._awaited)
+            self._scans[-1][place] = site.position[2]
+            self.count += (place, site.position[2]) != (self._awaited, height)
+            self._awaited = None
+            return
         here = bool(self._scans) and place in self._scans[-1]
         if site.site < self._last or (site.site == self._last and not here) or not self._scans:
             self._scans.append({})
@@ -61,6 +69,7 @@ class PalpatedSites:
         if not here:
             self._scans[-1][place] = site.position[2]
             self.count += 1
+        self._awaited = place if site.phase == Phase.APPROACH and not here else None
 
     def cells(self) -> tuple[Grid, dict[Place, tuple[int, int]]]:
         """Return the grid of the map, and row and column of each site on it.

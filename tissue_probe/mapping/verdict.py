@@ -21,6 +21,7 @@ class Verdict(IntEnum):
     NO_CONTACT = 4
     MODEL_REJECTED = 5
     DISTURBED = 6
+    CONTACT_NOT_FOUND = 7
 
 
 #: Which reason is told where estimators of one dwell differ and none is usable: the gravest first.

@@ -131,6 +131,10 @@ class ExploredSites(Source):
         self._decision = None
         return self._missed_in_a_row < MISSED_IN_A_ROW
 
+    def not_touched(self, site: Site) -> bool:
+        """Note that no surface was found: another site is chosen, as where none is reached."""
+        return self.not_reached(site)
+
     def is_judged(self) -> bool:
         """Whether the mapper has told of each visit, or nobody maps."""
         return self._outcomes.have_all(self.begins)

@@ -115,7 +115,23 @@ class Robot:
             return f"the robot {self.name} is not homed"
         return ""
 
-    def move(self, target: FloatArray, check: Callable[[], None]) -> None:
+    def height(self, surface: FloatArray, normal: FloatArray) -> float:
+        """Return how far the probe is above a plane [m], by the latest pose.
+
+        Parameters
+        ----------
+        surface, normal : array, shape (3,)
+            A place on the plane [m], and its normal of length 1.
+        """
+        return float((self._position - surface) @ normal)
+
+    def move(
+        self,
+        target: FloatArray,
+        check: Callable[[], None],
+        speed: float | None = None,
+        is_enough: Callable[[], bool] = lambda: False,
+    ) -> bool:
         """Go straight to ``target`` [m], but first up to its height, and wait until it is reached.
 
         Parameters
@@ -124,6 +140,15 @@ class Robot:
             Where to [m].
         check : callable
             Called before each setpoint; empties the inbox, and raises if the motion is to end.
+        speed : float, optional
+            Of the setpoints [m/s]; by default that of the settings.
+        is_enough : callable
+            Asked before each setpoint whether the motion ends there, short of the target.
+
+        Returns
+        -------
+        bool
+            Whether it was enough.
 
         Raises
         ------
@@ -132,9 +157,12 @@ class Robot:
         """
         start = self._position if self._setpoint is None else self._setpoint
         pacer, step = Pacer(INTERVAL), 0
-        for step, position in enumerate(self._way(start, target), start=1):
+        speed = speed or self.settings.speed
+        for step, position in enumerate(self._way(start, target, speed), start=1):
             pacer.wait_for(step)
             check()
+            if is_enough():
+                return True
             self._command(position)
         deadline = time.monotonic() + self.settings.motion_timeout
         while np.linalg.norm(self._position - target) > self.settings.tolerance:
@@ -146,7 +174,10 @@ class Robot:
             step += 1
             pacer.wait_for(step)
             check()
+            if is_enough():
+                return True
             self._command(target)
+        return False
 
     def hold(self, is_over: Callable[[], bool], check: Callable[[], None]) -> None:
         """Stay at the latest setpoint until ``is_over``; ``check`` as in ``move``."""
@@ -181,7 +212,8 @@ class Robot:
         lower_by = height - (self._setpoint - surface) @ normal
         above = self._setpoint + max(lower_by, 0.0) * normal
         pacer, step = Pacer(INTERVAL), 0
-        for step, position in enumerate(self._line(self._setpoint, above), start=1):
+        speed = self.settings.speed
+        for step, position in enumerate(self._line(self._setpoint, above, speed), start=1):
             self._command(position)
             pacer.wait_for(step)
         deadline = time.monotonic() + self.settings.motion_timeout
@@ -206,21 +238,21 @@ class Robot:
             and (self._position - surface) @ normal >= height - self.settings.tolerance
         )
 
-    def _way(self, start: FloatArray, target: FloatArray) -> Iterator[FloatArray]:
-        """Yield the setpoints from ``start`` to ``target`` at the speed, at least one.
+    def _way(self, start: FloatArray, target: FloatArray, speed: float) -> Iterator[FloatArray]:
+        """Yield the setpoints from ``start`` to ``target`` at the speed [m/s], at least one.
 
         A probe that stands lower than its target goes up first: it may be in the tissue, and is not
         drawn through it.
         """
         if start[2] < target[2]:
             corner = np.array([*start[:2], target[2]])
-            yield from self._line(start, corner)
+            yield from self._line(start, corner, speed)
             start = corner
-        yield from self._line(start, target)
+        yield from self._line(start, target, speed)
 
-    def _line(self, start: FloatArray, end: FloatArray) -> Iterator[FloatArray]:
+    def _line(self, start: FloatArray, end: FloatArray, speed: float) -> Iterator[FloatArray]:
         distance = np.linalg.norm(end - start)
-        count = max(1, int(np.ceil(distance / (self.settings.speed * INTERVAL))))
+        count = max(1, int(np.ceil(distance / (speed * INTERVAL))))
         for step in range(1, count + 1):
             yield start + (end - start) * (step / count)
 

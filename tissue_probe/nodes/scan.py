@@ -23,7 +23,9 @@ from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.estimation.layout import TEST_TIME
 from tissue_probe.mapping.leaving import Told
+from tissue_probe.mapping.touch import Touch
 from tissue_probe.nodes.cdr import estimate_from_cdr, samples_from_cdr
+from tissue_probe.nodes.contact import ContactSettings, NotTouched, lower_to_contact
 from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.exploration import ExploredSites
@@ -51,7 +53,7 @@ SIGNS = 10
 SOURCES: tuple[type[Source], ...] = (GridSites, GivenSites, ExploredSites)
 
 
-class ScanSettings(RobotSettings, FusedEstimators):
+class ScanSettings(ContactSettings, RobotSettings, FusedEstimators):
     """How the probe is moved, and how long is waited for whom."""
 
     lift_height: float = setting(
@@ -79,7 +81,7 @@ class ScanCancelled(Exception):
 
 
 #: What a scan can be stopped by; anything else is a fault of ours.
-FORESEEN = (ScanStopped, ScanCancelled, NotMoved, TissueProbeError)
+FORESEEN = (ScanStopped, ScanCancelled, NotMoved, NotTouched, TissueProbeError)
 
 
 class Scan(Node):
@@ -110,6 +112,7 @@ class Scan(Node):
         self._sample_time = 0
         self._paused = threading.Event()
         self._told: Told | None = None
+        self._touch: Touch | None = None
         self._malformed = 0
         self._busy = threading.Lock()
         self._told_to_end = threading.Event()
@@ -170,6 +173,8 @@ class Scan(Node):
         self._sample_time = block.end
         if self._told is not None:
             self._told.add_samples(block)
+        if self._touch is not None:
+            self._touch.add_samples(block)
 
     def _on_estimate(self, message: bytes, info: dict) -> None:
         if self._told is None:
@@ -240,9 +245,13 @@ class Scan(Node):
         return result
 
     def _visit(self, goal_handle: ServerGoalHandle, source: Source, site: Site) -> None:
-        """Palpate a site; one that the robot does not reach may be left out."""
+        """Palpate a site; one without a surface, or that is not reached, may be left out."""
         try:
             self._palpate(goal_handle, source, site)
+        except NotTouched as reason:
+            self.get_logger().warning(f"site {site.number} is left: {reason}")
+            if not source.not_touched(site):
+                raise
         except NotMoved:
             if not source.not_reached(site):
                 raise
@@ -282,7 +291,10 @@ class Scan(Node):
             time.sleep(INTERVAL)
 
     def _palpate(self, goal_handle: ServerGoalHandle, source: Source, site: Site) -> None:
-        """Approach one site, dwell, and lift; lift too if anything stops the scan in between."""
+        """Approach one site, dwell, and lift; lift too if anything ends it in between.
+
+        Where contact is searched, the site's position is the measured one from the dwell on.
+        """
         surface, normal = np.array(site.position), np.array(site.normal)
         above = surface + self._settings.lift_height * normal
         check = partial(self._check, goal_handle)
@@ -297,7 +309,8 @@ class Scan(Node):
         try:
             announce(Phase.APPROACH, self._now())
             self._robot.move(above, check)
-            self._robot.move(surface, check)
+            surface = self._lower(surface, normal, check)
+            site = site._replace(position=tuple(map(float, surface)))
             begin = self._now() + round(self._settings.settle_time * NANOSECONDS)
             self._told = Told(begin, TEST_TIME)
             announce(Phase.DWELL, begin)
@@ -307,12 +320,28 @@ class Scan(Node):
             self._told = None
             end = self._now()
             self._lift(surface, normal, reason)
-            announce(Phase.LIFTED, end, Leaving.STOPPED)
+            why = reason.leaving if isinstance(reason, NotTouched) else Leaving.STOPPED
+            announce(Phase.LIFTED, end, why)
             raise
         self._told = None
         self._lift(surface, normal)
         source.palpated(site)
         announce(Phase.LIFTED, end, why)
+
+    def _lower(
+        self, surface: FloatArray, normal: FloatArray, check: Callable[[], None]
+    ) -> FloatArray:
+        """Go down to the surface, as given or as felt; return where it is [m]."""
+        if not self._settings.contact_search:
+            self._robot.move(surface, check)
+            return surface
+        self._touch = Touch(self._settings.contact_force)
+        try:
+            return lower_to_contact(
+                self._robot, self._touch, surface, normal, self._settings, check, self._now
+            )
+        finally:
+            self._touch = None
 
     def _dwell(self, end: int, check: Callable[[], None]) -> tuple[int, Leaving]:
         """Stay until enough is told, or the samples have reached the time ``end`` [ns].

@@ -54,6 +54,8 @@ class Source(ABC):
         Longest stay at a site [s].
     visited : list of Site
         Those that were palpated, in their order.
+    untouched : list of Site
+        Those where no surface was found.
     begins : list of int
         When each dwell began [ns since the epoch].
     """
@@ -66,6 +68,7 @@ class Source(ABC):
             raise ValueError(f"dwell_time is {dwell_time} s; give a time up to {LONGEST_DWELL:g} s")
         self.dwell_time = dwell_time
         self.visited: list[Site] = []
+        self.untouched: list[Site] = []
         self.begins: list[int] = []
 
     @abstractmethod
@@ -87,6 +90,11 @@ class Source(ABC):
     def not_reached(self, site: Site) -> bool:
         """Note that the robot did not reach a site; return whether there is another instead."""
         return False
+
+    def not_touched(self, site: Site) -> bool:
+        """Note that no surface was found at a site; return whether the scan goes on."""
+        self.untouched.append(site)
+        return True
 
     @abstractmethod
     def is_judged(self) -> bool:
@@ -124,12 +132,16 @@ class ListedSites(Source):
         return self._left.pop(0) if self._left else None
 
     def ended(self) -> str:
-        """Say that all are palpated."""
+        """Say that all are palpated, or where no surface was found."""
+        if self.untouched:
+            places = listed([site.number for site in self.untouched])
+            count = len(self.visited)
+            return f"{count} of {self._total} sites are palpated; no contact was found at {places}"
         return f"all {self._total} sites are palpated"
 
     def so_far(self) -> str:
         """Say how many are palpated."""
-        if len(self.visited) == self._total:
+        if len(self.visited) + len(self.untouched) == self._total:
             return ""
         return f"{len(self.visited)} of {self._total} sites are palpated"
 
@@ -157,7 +169,7 @@ class ListedSites(Source):
         return self.ACTION.Result(
             sites_visited=count,
             sites_estimated=count - len(without),
-            sites_without_estimate=without,
+            sites_without_estimate=sorted([*without, *(site.number for site in self.untouched)]),
             message=how + told,
         )
 

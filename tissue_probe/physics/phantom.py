@@ -1,6 +1,7 @@
 """A simulated phantom: the stiffness and damping that the tip feels at each place.
 
-What belongs here: the tissue as a function of place. What does not: how the probe moves in it.
+What belongs here: the tissue as a function of place. What does not: how the probe moves in it, and
+tissue that was computed or measured elsewhere (``felt_table``).
 
 This is an *effective-stiffness* phantom, not a finite-element one. Each nodule adds a smooth bump
 to what the tip feels of the background, weaker and broader the deeper it lies:
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tissue_probe import bounded_yaml
+from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.settings import rule, setting
 from tissue_probe.signals import FloatArray
 
@@ -93,9 +95,29 @@ class Phantom(BaseModel):
         """Return the damping beta felt at (x, y) [m], in N s/m and of their common shape."""
         return self.background_damping * self._relative(x, y)
 
+    def height(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+        """Return the surface's z at (x, y) [m], in m and of their common shape: it is flat."""
+        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
+
+    @property
+    def stiffest(self) -> float:
+        """No less than the largest stiffness anywhere, over the background's [-]."""
+        return 1.0 + sum(float(nodule.excess(nodule.x, nodule.y)) for nodule in self.nodules)
+
     def _relative(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
         shape = np.broadcast_shapes(np.shape(x), np.shape(y))
         return np.ones(shape) + sum(nodule.excess(x, y) for nodule in self.nodules)
+
+
+def load_phantom(path: Path) -> Phantom | FeltTable:
+    """Read a phantom: of nodules from YAML, of felt stiffness from a table (.csv).
+
+    Raises
+    ------
+    OSError, ValueError
+        As ``Phantom.load`` and ``FeltTable.load``.
+    """
+    return FeltTable.load(path) if path.suffix.lower() == ".csv" else Phantom.load(path)
 
 
 def _first_complaint(error: ValidationError) -> str:
