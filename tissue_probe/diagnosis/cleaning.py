@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import motion
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.errors import MeasurementError
@@ -142,7 +143,9 @@ def _finely_read(measurement: Measurement) -> Measurement:
         return measurement
     if noise := measurement.position_noise:
         told = motion(measurement.position, noise)
-        return replace(measurement, position=told.position, motion=told)
+        same = repeats(measurement.position, told.position, measurement.scale.length)
+        if same < REPEATS:  # an error of the encoder's is for an effect to explain
+            return replace(measurement, position=told.position, motion=told)
     step = measurement.extent.step
     if measurement.at_rest or not 0.0 < step <= COARSE * measurement.scale.length:
         return measurement

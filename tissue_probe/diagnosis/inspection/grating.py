@@ -1,0 +1,53 @@
+"""Whether what is rough in a position repeats with the place: an encoder's error, and no noise.
+
+What belongs here: that alone. What does not: the error's size (the effect
+``encoder_interpolation``), noise (``residuals.noise_floor``).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tissue_probe.signals import FloatArray
+
+#: Periods of gratings [m], from and to; and travel of more than so many of the longest is not
+#: looked at: the periods that can be told apart are too many.
+FINE, WIDE, MANY = 4e-6, 2e-4, 100
+#: Samples in a row that tell it.
+ENOUGH = 2000
+#: Differences of this order leave noise, and nothing of a motion that is sampled well.
+ORDER = 6
+#: What exceeds the median by this factor is no noise, and no error of a grating.
+CORNER = 8.0
+#: Share of the roughness from which it is the encoder's: of noise hardly any repeats.
+REPEATS = 0.5
+
+
+def repeats(position: FloatArray, place: FloatArray, scale: float = 1.0) -> float:
+    """Return the share of a position's roughness that one sine of the place explains, 0 to 1.
+
+    Parameters
+    ----------
+    position, place : array, shape (n,)
+        As it was read, and the smooth course in it [m]: the noise itself tells no place.
+    scale : float
+        How many times larger than usual lengths are.
+    """
+    position, place = position[:ENOUGH] / scale, place[:ENOUGH] / scale
+    travel = float(np.ptp(place))
+    rough = np.diff(position, ORDER)
+    # A corner of the motion stands out, and is passed at one place.
+    usual = np.abs(rough) <= CORNER * np.median(np.abs(rough))
+    rough = rough[usual]
+    whole = float(rough @ rough)
+    if not (WIDE < travel < MANY * WIDE and whole > 0.0):
+        return 0.0
+    # Waves to a travel: half of one more is another wave.
+    waves = np.arange(travel / WIDE, travel / FINE, 0.5)
+    most = 0.0
+    for angle in 2.0 * np.pi * waves / travel:
+        sines = np.stack([np.sin(angle * place), np.cos(angle * place)])
+        sines = np.diff(sines, ORDER, axis=1)[:, usual]
+        told = sines @ rough
+        most = max(most, float(told @ np.linalg.lstsq(sines @ sines.T, told, rcond=None)[0]))
+    return most / whole
