@@ -11,7 +11,7 @@ from hidden import EXACT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.evidence.posterior import LIBRARY, SECOND, evidence, posterior
+from tissue_probe.diagnosis.evidence.posterior import FORM, LIBRARY, SECOND, evidence, posterior
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.ranking.rules import added, in_limit, ranked, significant
 from tissue_probe.physics.composition import Composition
@@ -128,8 +128,14 @@ def test_an_effect_is_the_one_that_it_contains_where_it_ended_in_that_limit():
     assert in_limit(replace(found, values=at_once))
     told = posterior(lacking, [replace(found, values=at_once), simple])
     assert told.likely == (simple,)
-    # Where that was found badly the larger one remains.
-    bad = fit("coulomb_friction", 100.0)
+    # Hertz's law of an exponent that is one but for the error of a form is mere loss of contact.
+    hertz, lost = fit("hertz_contact", 0.0), fit("contact_loss", 20.0)
+    hertz.values[-1] = 1.0 + 0.5 * FORM
+    assert names(posterior(lacking, [hertz, lost]).likely) == ["contact_loss"]
+    hertz.values[-1] = 1.0 + 2.0 * FORM
+    assert names(posterior(lacking, [hertz, lost]).likely) == ["hertz_contact"]
+    # Where the simpler one was found badly the larger one remains.
+    bad = fit("coulomb_friction", 100.0, 1.2)
     assert names(posterior(lacking, [replace(found, values=at_once), bad]).likely) == [
         "bouc_wen_hysteresis"
     ]

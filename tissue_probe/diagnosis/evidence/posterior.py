@@ -213,7 +213,10 @@ def _best_of_each(fits: Iterable[Fit]) -> dict[frozenset[str], Fit]:
 
 
 def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool:
-    """Whether an effect ended in the limit where it is a simpler one, which does as well there."""
+    """Whether an effect ended in the limit where it is a simpler one, which does as well there.
+
+    That is: the simpler one leaves noise only, or is no rival that a set of models leaves out.
+    """
     names, named = frozenset(fit.composition.names), fit.named()
     others = [
         best[each]
@@ -222,13 +225,17 @@ def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool
         for simpler in effect.simpler
         if (each := names - {effect.name} | {simpler}) in best
     ]
-    return any(evidence(other, base) > evidence(fit, base) - RIVAL for other in others)
+    least = evidence(fit, base) - RIVAL
+    return any(explained(other) or evidence(other, base) > least for other in others)
 
 
 def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
-    """Whether an effect that contains a simpler one ended in the limit where it is that."""
+    """Whether an effect that contains a simpler one ended in the limit where it is that.
+
+    Within ``FORM``: no law's form is righter than that.
+    """
     limits = [each for each in effect.parameters if each.name == effect.limit]
-    return any(named[each.name] <= each.lower for each in limits)
+    return any(named[each.name] <= (1.0 + FORM) * each.lower for each in limits)
 
 
 def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
