@@ -433,14 +433,23 @@ def test_a_tip_that_touches_nothing_is_told_with_the_answer_for_programs(run, tm
 
 def test_a_force_that_no_model_follows_is_told(run, tmp_path):
     quick = 1e-3 * np.sin(2 * np.pi * (1.0 + 7.0 * TIME) * TIME)
-    (tmp_path / "kilo.csv").write_text(table(quick, 1e-3 * (450.0 * quick + NOISE)))
-    outcome = run("compare", "kilo.csv")
+    (tmp_path / "other.csv").write_text(table(quick, np.sin(2 * np.pi * 33.3 * TIME) + NOISE))
+    outcome = run("compare", "other.csv")
     assert outcome.status == 0, outcome.err
-    notes = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
-    units, followed = notes
-    assert "which hardly any tissue has" in units
+    (followed,) = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
     assert "cannot follow the force at all" in followed
     assert "--force-unit" in followed
+
+
+def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_is_taken_for(
+    run, tmp_path
+):
+    (tmp_path / "kilo.csv").write_text(table(WAVE, 1e-3 * FORCE))
+    outcome = run("compare", "kilo.csv")
+    assert outcome.status == 0, outcome.err
+    units, size = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
+    assert "which hardly any tissue has" in units
+    assert "in force 0.001 times larger" in size
 
 
 @pytest.mark.parametrize(
