@@ -1,7 +1,7 @@
 """Adding effect after effect until the residual is noise.
 
 What belongs here: the ladder from the base model to the one that is left, and its verdict.
-What does not: which models are tried on the way (``paths``), comparing models (``ranking``).
+What does not: which models are tried on the way (``queue``), comparing models (``ranking``).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.adequacy import doubtful, excess_of, explained
+from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
-from tissue_probe.diagnosis.improvement.queue import Queue, queued, removes
+from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued, removes
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
@@ -82,7 +82,7 @@ def climb(
     if kept := _rest(best, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
-    if best is base or _is_enough(base):
+    if best is base or is_enough(base):
         return concluded(base, ranking, [])
     leading = [fit for fit in ranking if _leads(base, fit)]
     moves = Moves(base, instrument, library, [added(fit).name for fit in leading])
@@ -106,7 +106,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     """
     steps, sources = [single], ranked(queue.base, leading)
     for count in range(2, MOST + 1):
-        if _is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
+        if is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
             break
         names = steps[-1].composition.names[len(queue.base.composition.names) :]
         progress(f"further effects are sought beside {', '.join(names)}")
@@ -123,11 +123,6 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
 def _is_step(fewer: Fit, more: Fit, base: Fit) -> bool:
     """Whether a further effect is worth it: by what it explains, and by how probable it is."""
     return significant(fewer, more, base) and removes(fewer, more)
-
-
-def _is_enough(fit: Fit) -> bool:
-    """Whether a model leaves noise only, beyond what an encoder's rounding may hide."""
-    return explained(fit) and not doubtful(fit)
 
 
 def _rest(fit: Fit, rounds: int) -> list[Measurement] | None:

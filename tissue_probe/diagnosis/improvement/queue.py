@@ -7,7 +7,7 @@ What belongs here: which move is made next, and when no more is. What does not: 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from tissue_probe.diagnosis.evidence.adequacy import doubtful, explained
@@ -98,7 +98,7 @@ class Queue:
                 few = self._next(count)
                 if few:
                     self._make(few, count)
-                elif _is_enough(best := self.best(count)):
+                elif is_enough(best := self.best(count)):
                     break
                 elif best is not None and self._turned(best):
                     continue
@@ -159,7 +159,7 @@ class Queue:
 
         Where none explains the measurements, a promise that is worth little is no reason against.
         """
-        enough = _is_enough(best)
+        enough = is_enough(best)
         if not (enough or (move.reliable and self._tried)):
             return True
         reached = max(evidence(fit, self.base) for fit in self.known.values())
@@ -237,14 +237,13 @@ def removes(fit: Fit, better: Fit) -> bool:
     return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
 
 
-def _is_enough(best: Fit | None) -> bool:
+def is_enough(best: Fit | None) -> bool:
     """Whether a model leaves noise only, beyond what an encoder's rounding may hide."""
     return best is not None and explained(best) and not doubtful(best)
 
 
 def queued(base: Fit, moves: Moves, singles: Sequence[Fit], effort: Effort) -> Queue:
     """Return a queue that knows the base, and it with each effect alone."""
-    known: Mapping[Names, Fit] = {}
-    queue = Queue(base, moves, dict(known), effort)
+    queue = Queue(base, moves, {}, effort)
     queue.note([base, *singles])
     return queue
