@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
+import tissue_probe as tp
 from tissue_probe.diagnosis.fitting.measurement import PAPER_RIG, Measurement
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem, history
 from tissue_probe.diagnosis.fitting.search import Bar
@@ -48,6 +49,19 @@ def test_a_constant_that_ends_at_its_tolerances_limit_is_named():
     off = fitted(taken, "cubic_stiffening", instrument=replace(TOLERANT, constants=constants))
     assert "tip_mass" in off.exhausted
     assert fitted(taken, "cubic_stiffening", instrument=TOLERANT).exhausted == ()
+
+
+def test_a_value_that_ends_at_its_bound_is_named():
+    """The force runs ahead of the position: no damping does that but a negative one."""
+    time = np.arange(2000) / 2000.0
+    position = 1e-3 * np.sin(20.0 * np.pi * time)
+    for damping, ended in ((-1.0, True), (2.0, False)):
+        force = 450.0 * position + damping * np.gradient(position, time)
+        force += 5e-3 * np.random.default_rng(0).standard_normal(time.size)
+        record = {"t": time, "u": position, "F": force}
+        found = tp.compare(record, rig="rigid_probe", constants={"tip_mass": 0.0}).to_dict()
+        assert found["parameters"]["damping"]["at_limit"] is ended
+        assert found["parameters"]["stiffness"]["at_limit"] is False
 
 
 @pytest.mark.parametrize(

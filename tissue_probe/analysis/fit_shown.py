@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.residuals.residual_test import ResidualTest
     from tissue_probe.physics.model_file import Data
 
-#: Said of a value that the rig's tolerance lets go no farther.
+#: Said of a value that the rig's tolerance, or the model, lets go no farther.
 AT_LIMIT = ", at its limit"
 
 
@@ -90,9 +90,11 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     if not any(fit.exhausted for fit in fits):
         return ""
     return (
-        f"At its limit is what lies {FARTHEST:g} standard deviations of the rig's tolerance off, "
-        "where its search ends: something is missing in the model, or the stated tolerance "
-        "(`constant`) is too small; its interval says nothing."
+        "At its limit is a value that the samples alone would put beyond: of the rig's constants "
+        f"{FARTHEST:g} standard deviations of the tolerance off, of others where the model ends "
+        "(no mass is negative). If the true value is not there, something is missing in the "
+        "model, or the stated tolerance (`constant`) is too small. The interval holds on the "
+        "inner side only."
     )
 
 

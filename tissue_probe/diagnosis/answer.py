@@ -37,6 +37,9 @@ class ParameterValue(_Entry):
     value: Number
     deviation: Number = Field(description="standard deviation of its error, same unit")
     unit: str
+    at_limit: bool = Field(
+        False, description="its search ended at a bound: the deviation holds on one side"
+    )
 
 
 class Candidate(_Entry):
@@ -239,7 +242,10 @@ def parameters(fit: Fit) -> dict[str, ParameterValue]:
     deviations = fit.deviations()
     return {
         entry.name: ParameterValue(
-            value=fit.named()[entry.name], deviation=deviations[entry.name], unit=entry.unit
+            value=fit.named()[entry.name],
+            deviation=deviations[entry.name],
+            unit=entry.unit,
+            at_limit=entry.name in fit.exhausted,
         )
         for entry in fit.entries
     }

@@ -66,8 +66,8 @@ class Fit:
     strain : float
         Sum of squared departures from the priors, those of the rig's tolerances and of the starts.
     exhausted : tuple of str
-        Constants of the rig that ended where the search of them ends, `FARTHEST` standard
-        deviations off.
+        Values that ended where the search of them ends: constants of the rig `FARTHEST` standard
+        deviations off, others at a bound of their entry.
     """
 
     composition: Composition

@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.point import Point, scale_of
-from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
+from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.signals import FloatArray
@@ -60,10 +60,10 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
 
 
 def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
-    """Name the constants whose tolerances a fit has used up."""
-    farthest = FARTHEST * (1.0 - 1e-9) * problem.deviation
-    ended = np.abs(values - problem.nominal) >= farthest
-    return tuple(problem.runs.names[index] for index in problem.drawn if ended[index])
+    """Name the values that a fit has moved as far as the search of them goes."""
+    rounding = 1e-9 * np.maximum(np.abs(values), np.abs(problem.nominal))
+    ended = (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
+    return tuple(problem.runs.names[index] for index in np.flatnonzero(ended & problem.free))
 
 
 def _cosines(problem: Problem, point: Point) -> list[FloatArray]:
