@@ -8,6 +8,8 @@ import pytest
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.choice import Travel, next_sites
 from tissue_probe.mapping.polygon import Polygon
+from tissue_probe.mapping.posterior.felt_surface import sums_at
+from tissue_probe.mapping.posterior.prior import MOST, PARAMETERS
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.sites import Sites
 
@@ -133,3 +135,14 @@ def test_a_number_of_sites_out_of_range_is_refused(count):
 def test_an_area_that_is_all_no_go_is_refused():
     with pytest.raises(ParameterError, match="no place is left"):
         next_sites(left_half_felt(), 1, AREA, no_go=[AREA])
+
+
+def test_soft_inclusions_that_overlap_between_sites_leave_some_stiffness():
+    """Two that each take 70 % would take more than all: no place has a negative stiffness."""
+    soft = [0.0, 0.0, np.log(5.0), np.log(0.3), np.log(2.0), 0.0, 0.0]
+    rows = np.zeros((1, MOST, PARAMETERS))
+    rows[0, :2] = soft
+    x = np.linspace(-10.0, 10.0, 21)
+    left = sums_at(rows, np.array([2]), x, 0.0 * x)[0]
+    assert left[10] == pytest.approx(0.05)
+    assert left[0] == pytest.approx(1.0 - 2 * 0.7 * 2.0**-4.0)

@@ -13,6 +13,7 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.prior import (
+    LEAST_LEFT,
     LOG_ASPECT,
     LOG_CONTRAST,
     LOG_EXPONENT,
@@ -40,6 +41,9 @@ def _sum_felt(rows, count, x, y, total):
         excess = math.exp(rows[j, LOG_CONTRAST]) - 1.0
         for i in range(x.size):
             total[i] += excess * one[i]
+    # The chains see to it at the sites; between them soft ones may add up to more.
+    for i in range(x.size):
+        total[i] = max(total[i], LEAST_LEFT)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -96,12 +100,16 @@ def _add(rows, count, x, y, first, second, mean, square):
                 + w10 * second[a + 1, b]
                 + w11 * second[a + 1, b + 1]
             )
-            mean[i, k] += one * total[i, k]
-            square[i, k] += two * total[i, k] ** 2
+            left = max(total[i, k], LEAST_LEFT)
+            mean[i, k] += one * left
+            square[i, k] += two * left**2
 
 
 def sums_at(rows: FloatArray, count: IntArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Return 1 + sum e g at places [mm] in each state, shape (states, places)."""
+    """Return 1 + sum e g at places [mm] in each state, ``LEAST_LEFT`` at least.
+
+    The shape is (states, places).
+    """
     found = np.empty((count.size, x.size))
     for out, state, number in zip(found, rows, count, strict=True):
         _sum_felt(state, number, x, y, out)

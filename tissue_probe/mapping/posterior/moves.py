@@ -24,6 +24,7 @@ from tissue_probe.mapping.posterior.prior import (
     ANGLE,
     CONTRAST_SCALE,
     FURTHER,
+    LEAST_LEFT,
     LOG_ASPECT,
     LOG_CONTRAST,
     LOG_EXPONENT,
@@ -43,8 +44,6 @@ from tissue_probe.mapping.posterior.shape import felt, squared_distance
 
 #: Share of births anywhere, against those where the sites are off.
 _ANYWHERE = 0.3
-#: An inclusion that softens takes this much of the stiffness at most, with all others.
-_LEAST_LEFT = 0.05
 
 
 class Region(NamedTuple):
@@ -201,7 +200,7 @@ def _changed(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, change,
         delta = excess * shape[i] - old_excess * old_shape[i]
         new_sum[i] = sum_felt[i] + delta
         if delta != 0.0:
-            if new_sum[i] < _LEAST_LEFT:
+            if new_sum[i] < LEAST_LEFT:
                 return -1
             change[count] = -math.log(new_sum[i] / sum_felt[i])
             where[count] = i

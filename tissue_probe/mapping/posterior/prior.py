@@ -33,6 +33,8 @@ CONTRAST_SCALE = 0.3
 LARGEST_LOG_CONTRAST = 3.0
 #: Soft inclusions (cysts, abscesses) are sought less often.
 SOFT = 0.1
+#: Soft ones, however many overlap, leave this share of the background's stiffness: tissue pushes.
+LEAST_LEFT = 0.05
 #: Exponent p of the shape 2^-(r/R)^p: 1 is peaked with a long tail, 2 a Gaussian, 8 a plateau.
 EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
 LEAST_EXPONENT, LARGEST_EXPONENT = 0.9, 10.0
