@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.evidence.adequacy import is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import filtered
+from tissue_probe.diagnosis.fitting.corners import corners, without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
@@ -60,6 +61,12 @@ OUTLIERS = (
     "{}{} samples in short rows, the first at sample {}, are far from what any model leaves of "
     "those before and after: disturbances, left out of the fit; look for a loose contact or a "
     "switching load."
+)
+#: The same at a corner of the input.
+AT_CORNERS = (
+    "{}{} samples beside corners of the {} that drives, the first at sample {}, are left out of "
+    "the fit: how it goes on between two samples is not known there. Sample faster, or round off "
+    "the corners, to learn from them."
 )
 #: Models that are less probable than this are not tried on a second recording: its error would have
 #: to be smaller by what no noise hides.
@@ -334,8 +341,10 @@ def carried_over(
     See ``carried``; once more without what no model follows there.
     """
     moved = carried(fit.composition, fit.named(), measurements, instrument)
-    kept = without_outliers(moved) if moved else None
-    return carried(fit.composition, fit.named(), kept, instrument) if kept else moved
+    for without in (without_corners, without_outliers):
+        kept = without(moved) if moved else None
+        moved = carried(fit.composition, fit.named(), kept, instrument) if kept else moved
+    return moved
 
 
 def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:
@@ -394,13 +403,17 @@ def _outliers(given: Sequence[Measurement], fitted: Sequence[Measurement]) -> li
     """Tell what was left out of each measurement since it was inspected."""
     found = []
     for one, rest in zip(given, fitted, strict=True):
-        spans = tuple(spans_of(one.used & ~rest.used))
-        count = sum(stop - first for first, stop in spans)
-        if count:
-            told = f"{one.source}: " if one.source else ""
-            found.append(
-                Finding("outliers", OUTLIERS.format(told, count, spans[0][0]), spans=spans)
-            )
+        left_out, turns = one.used & ~rest.used, corners(one.input_values)
+        told = f"{one.source}: " if one.source else ""
+        for name, samples in (("outliers", left_out & ~turns), ("corners", left_out & turns)):
+            if not samples.any():
+                continue
+            spans, count = tuple(spans_of(samples)), int(samples.sum())
+            if name == "outliers":
+                sentence = OUTLIERS.format(told, count, spans[0][0])
+            else:
+                sentence = AT_CORNERS.format(told, count, one.input.name, spans[0][0])
+            found.append(Finding(name, sentence, spans=spans))
     return found
 
 

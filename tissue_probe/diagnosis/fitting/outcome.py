@@ -33,6 +33,9 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
     excess = max(1.0, point.cost / samples)
     cosines = _cosines(problem, point)
+    # What is counted of a noisy position is too much where the motion is smoother than its jerk
+    # lets expect: that the rest lacks fast noise is not held against a model.
+    least = 1.0 if any(each.shaken is not None for each in problem.measurements) else 0.0
     return Fit(
         composition=problem.composition,
         measurements=problem.measurements,
@@ -52,8 +55,8 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
         start_penalty=_start_penalty(problem, point),
         converged=converged,
         rounding=_rounding(problem, point),
-        colour=colour(cosines),
-        unevenness=unevenness(cosines),
+        colour=colour(cosines, least),
+        unevenness=unevenness(cosines, least),
         strain=point.cost - sum(point.misfits),
         exhausted=_exhausted(problem, point.values),
     )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.evidence.posterior import posterior
+from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -75,6 +76,8 @@ def climb(
     """
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
+    if kept := _rest(base, rounds, without_corners):
+        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
     ranking = ranked(base, fit_candidates(base, allowed.values(), instrument, tell=tell))
@@ -120,14 +123,13 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     return steps
 
 
-def _is_step(fewer: Fit, more: Fit, base: Fit) -> bool:
-    """Whether a further effect is worth it: by what it explains, and by how probable it is."""
-    return significant(fewer, more, base) and removes(fewer, more)
-
-
-def _rest(fit: Fit, rounds: int) -> list[Measurement] | None:
+def _rest(
+    fit: Fit,
+    rounds: int,
+    without: Callable[[Fit], list[Measurement] | None] = without_outliers,
+) -> list[Measurement] | None:
     """Return what was fitted without its outliers, where anything else than noise is left."""
-    return None if explained(fit) or rounds == 0 else without_outliers(fit)
+    return None if explained(fit) or rounds == 0 else without(fit)
 
 
 def climb_by(

@@ -18,19 +18,22 @@ SLOW = 8
 SMALL = 0.00025
 
 
-def colour(cosines: Sequence[FloatArray]) -> float:
+def colour(cosines: Sequence[FloatArray], least: float = 0.0) -> float:
     """Return the rms of slow cosines over that of fast ones: 1 where they are white.
 
     Parameters
     ----------
     cosines : sequence of array, shape (N,)
         Orthonormal cosines (DCT-II) of each measurement's residual.
+    least : float
+        Mean square that fast ones count as at least: what is expected of them, where that is an
+        upper bound; by default their level is their own.
     """
-    low, high = (np.mean(part**2) for part in _split(cosines))
-    return float(np.sqrt(low / max(high, np.finfo(float).tiny)))
+    low, high = (float(np.mean(part**2)) for part in _split(cosines))
+    return float(np.sqrt(low / max(high, least, np.finfo(float).tiny)))
 
 
-def unevenness(cosines: Sequence[FloatArray]) -> float:
+def unevenness(cosines: Sequence[FloatArray], least: float = 0.0) -> float:
     """Return the largest excess of an octave of slow cosines over fast ones.
 
     In what is usual where noise is white, about a standard deviation; or, where that says less, in
@@ -41,8 +44,10 @@ def unevenness(cosines: Sequence[FloatArray]) -> float:
     ----------
     cosines : sequence of array, shape (N,)
         Orthonormal cosines (DCT-II) of each measurement's residual.
+    least : float
+        As for ``colour``.
     """
-    level = max(float(np.mean(_split(cosines)[1] ** 2)), np.finfo(float).tiny)
+    level = max(float(np.mean(_split(cosines)[1] ** 2)), least, np.finfo(float).tiny)
     total = sum(each.size for each in cosines)
     largest, first = -np.inf, 0
     while first < max(each.size for each in cosines) // SLOW:
