@@ -179,6 +179,15 @@ def test_a_coarse_encoder_that_ticks_back_and_forth_reads_nothing_alone(motion, 
     assert "position_spikes" not in names(np.round(shaken / step) * step, force)
 
 
+def test_a_hold_after_two_samples_of_motion_is_not_stuck():
+    """A press that is at its place after two samples, and whose encoder has no noise."""
+    time = 1e-3 * np.arange(5000.0)
+    position = np.where(time < 1e-3, 0.0, np.where(time < 2e-3, 1.784e-3, 1.795e-3))
+    force = 800.0 * position * (0.5 + 0.5 * np.exp(-time))
+    force += 1e-3 * np.random.default_rng(0).standard_normal(time.size)
+    assert "stuck_samples" not in names(position, force, 1e-3)
+
+
 @pytest.mark.parametrize("seed", [489007, 489024, 489036])
 def test_an_encoder_that_reads_no_motion_where_a_record_begins_is_not_stuck(seed):
     """Its periodic error passes for noise, by which no value would come so often."""

@@ -135,7 +135,8 @@ def test_a_cantilever_and_a_wall_relax_as_tissue_does(stiffness, depth, tmp_path
     again = load(tmp_path / "model.yaml")
     assert again.composition == found.model.composition
     compared = tp.compare(recording, model=again, starts="at-rest")
-    assert compared.rmse == pytest.approx(found.found.ladder.final.rmse, rel=1e-3)
+    # A comparison has the samples beside the corner, too.
+    assert compared.rmse == pytest.approx(found.found.ladder.final.rmse, rel=1e-2)
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -124,7 +124,8 @@ def concluded(
         return _ordered(
             replace(ladder, verdict=verdict if ladder.steps else "adequate", family=family)
         )
-    if family and ladder.final.ratio < ROUGHLY:
+    # Where no form was accepted none of them is nearly right.
+    if family and ladder.steps and ladder.final.ratio < ROUGHLY:
         return _ordered(replace(ladder, verdict="ambiguous", family=family))
     return ladder
 

@@ -12,7 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from tissue_probe.diagnosis.inspection.levels import decimal_grain, step_size
-from tissue_probe.diagnosis.residuals.noise_floor import EXACT, NOISY, noise_floor
+from tissue_probe.diagnosis.residuals.noise_floor import (
+    EXACT,
+    NOISY,
+    noise_beside_steps,
+    noise_floor,
+)
 from tissue_probe.signals import FloatArray
 
 
@@ -49,6 +54,7 @@ class Channel:
 
         A channel whose noise is 0.3 steps has none but rounding; from 0.6 steps on it changes from
         sample to sample also at rest. Without steps, a millionth of the span is what simulations
-        without noise have by their arithmetic.
+        without noise have by their arithmetic. A channel that rests for most of the time has none.
         """
-        return self.noise > NOISY * self.grain and self.noise > EXACT * self.span
+        noise = noise_beside_steps(self.values)
+        return noise > NOISY * self.grain and noise > EXACT * self.span
