@@ -83,6 +83,7 @@ class Pictures:
         found: Arrays = {"time": numbers * view.sample_period}
         found |= {name: each.astype(np.float32) for name, each in drawn.items()}
         told["unused"] = unused
+        told["dense"] = numbers.size < stop - first
         told["end"] = view.measured.size * view.sample_period
         return told, found
 

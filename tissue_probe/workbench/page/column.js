@@ -177,11 +177,11 @@ export class Column {
       arrays[name] ? Float64Array.from(arrays[name], (value) => value * by) : new Array(x.length).fill(null);
     this.showTimeMarks();
     const limits = { x: /** @type {[number, number]} */ (shown.zoom ? [shown.zoom.from, shown.zoom.to] : [0, ok.end]) };
-    this.signals.show(x, [times("measured", output.per_drawn), times("predicted", output.per_drawn)], limits);
+    this.signals.show(x, [times("measured", output.per_drawn), times("predicted", output.per_drawn)], limits, ok.dense);
     const explained = times("explained", output.per_small);
     const noise = ok.noise * output.per_small;
     this.residual.levels = [{ low: -noise, high: noise, colour: "noise" }];
-    this.residual.show(x, [explained, times("residual", output.per_small)], limits);
+    this.residual.show(x, [explained, times("residual", output.per_small)], limits, ok.dense);
     this.rmse = ok.rmse;
     this.explained = Boolean(arrays.explained);
     this.showCaptions(this.explained);

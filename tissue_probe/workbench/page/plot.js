@@ -49,6 +49,9 @@ function fontSize() {
 
 /** Fewer points are drawn larger: each of them counts. */
 const FEW = 1500;
+/** Of a line with several samples a pixel [device pixels]: its columns are filled, and a hair is drawn
+ * several times as fast as a wider line. */
+const HAIR = 1;
 /** A turn of the wheel shows so many times the span. */
 const TURN = 1.25;
 /** The longest row of points that a drag may cross without being one [pixels]. */
@@ -69,6 +72,7 @@ export class Plot {
     this.dots = [];
     /** @type {{x?: [number, number], y?: [number, number]}} */
     this.limits = {};
+    this.dense = false;
     /** @type {uPlot.AlignedData} */
     this.data = /** @type {any} */ ([[], ...look.lines.map(() => [])]);
     this.caption = h("div", { class: "caption" }, caption);
@@ -98,12 +102,23 @@ export class Plot {
    * @param {ArrayLike<number>} x
    * @param {ArrayLike<number>[]} lines
    * @param {{x?: [number, number], y?: [number, number]}} [limits]
+   * @param {boolean} [dense] whether several samples lie in a pixel
    */
-  show(x, lines, limits = {}) {
+  show(x, lines, limits = {}, dense = false) {
     this.limits = limits;
+    this.dense = dense;
+    this.drawn?.series.forEach((series, number) => {
+      if (number) series.width = this.widthOf(this.look.lines[number - 1]);
+    });
     this.data = /** @type {any} */ ([x, ...lines]);
     if (this.drawn) this.drawn.setData(this.data, true);
     else this.make();
+  }
+
+  /** @param {{width?: number}} line */
+  widthOf(line) {
+    const width = ((line.width ?? 1.4) * fontSize()) / 14;
+    return this.dense ? Math.min(width, HAIR / devicePixelRatio) : width;
   }
 
   redraw() {
@@ -170,7 +185,7 @@ export class Plot {
       series: [
         {},
         ...this.look.lines.map((line) => ({
-          label: line.label, stroke: colour(line.colour), width: ((line.width ?? 1.4) * size) / 14,
+          label: line.label, stroke: colour(line.colour), width: this.widthOf(line),
           dash: line.dash, points: { show: false }, show: !this.look.points, spanGaps: false,
         })),
       ],
