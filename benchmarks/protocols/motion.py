@@ -132,17 +132,22 @@ class _Simulation:
     ) -> OptimizeResult:
         # A step that ends at a jump of the course belongs to what is before it.
         before = np.nextafter(stop, now)
-        return solve_ivp(
-            lambda time, y: self._rate(min(time, before), y, mode),
-            (now, stop),
-            state,
-            method="LSODA" if (stop - now) * self._fastest > LONG else "DOP853",
-            dense_output=True,
-            events=events,
-            rtol=TOLERANCE,
-            atol=TOLERANCE * self._scale,
-            max_step=min(self.course.longest_step, stop - now),
-        )
+        # LSODA may end in numbers that are none, or stop short: then a slower one goes on.
+        for method in ("LSODA", "Radau") if (stop - now) * self._fastest > LONG else ("DOP853",):
+            found = solve_ivp(
+                lambda time, y: self._rate(min(time, before), y, mode),
+                (now, stop),
+                state,
+                method=method,
+                dense_output=True,
+                events=events,
+                rtol=TOLERANCE,
+                atol=TOLERANCE * self._scale,
+                max_step=min(self.course.longest_step, stop - now),
+            )
+            if found.success and np.isfinite(found.y).all():
+                return found
+        raise ArithmeticError(f"{method} did not come from {now} s to {stop} s")
 
     @cached_property
     def _length(self) -> float:

@@ -93,8 +93,8 @@ def exhaustion(fits: Sequence[Fit]) -> str:
         "At its limit is a value that the samples alone would put beyond: of the rig's constants "
         f"{FARTHEST:g} standard deviations of the tolerance off, of others where the model ends "
         "(no mass is negative). If the true value is not there, something is missing in the "
-        "model, or the stated tolerance (`constant`) is too small. The interval holds on the "
-        "inner side only."
+        "model, or the instrument couples to the tissue in another way (`rig`), or the stated "
+        "tolerance (`constant`) is too small. The interval holds on the inner side only."
     )
 
 

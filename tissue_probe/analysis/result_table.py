@@ -116,9 +116,12 @@ class ResultTable:
         Raises
         ------
         ImportError
-            If pandas is not installed.
+            If pandas is not installed; says how to install it.
         """
-        import pandas as pd
+        try:
+            import pandas as pd
+        except ModuleNotFoundError as error:
+            raise ImportError("a data frame needs pandas: pip install pandas") from error
 
         return pd.DataFrame(self.to_dict(), columns=[column.name for column in self.columns])
 

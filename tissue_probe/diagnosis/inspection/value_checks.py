@@ -109,7 +109,8 @@ def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
 def _stuck(channel: Channel, found: Runs) -> Finding:
     samples = int(found.length.sum())
     usual = int(np.median(found.length))
-    if samples > _HELD * channel.values.size:
+    # A lower rate shows in many values; a single one that is held is a channel that got stuck.
+    if samples > _HELD * channel.values.size and found.first.size > 1:
         said = (
             f"The {channel.name} repeats each value about {usual} times: it was measured at a "
             f"lower rate than it was recorded; record it, or resample both channels, at 1/{usual} "
