@@ -128,6 +128,18 @@ class Held:
         place = np.searchsorted(self.times, time, side="right") - 1
         return self.values[np.maximum(place, 0)]
 
+    def means(self, times: Array) -> Array:
+        """Return the mean value from each of ascending times until the next, and the last value.
+
+        Who holds these gives the same impulse, wherever in between the value changes.
+        """
+        ends = np.concatenate([self.times, np.maximum(times[-1:], self.times[-1]) + 1.0])
+        begin = min(times[0], self.times[0])
+        areas = np.concatenate([[0.0], np.cumsum(self.values * np.diff(ends))])
+        areas += self.values[0] * (self.times[0] - begin)
+        area = np.interp(times, np.append(begin, ends), np.append(0.0, areas))
+        return np.append(np.diff(area) / np.diff(times), self(times[-1:]))
+
 
 class Straight:
     """Values joined by straight lines, with sharp corners; a force, of which no rate is asked."""

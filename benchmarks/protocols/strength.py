@@ -94,7 +94,8 @@ def left_by_output_error(
     """
     specimen, rig = bench.specimen, bench.rig
     fine = _fine(run, times)
-    driven = run.course(fine)
+    held = isinstance(run.course, Held)
+    driven = run.course.means(fine) if held else run.course(fine)
     size = float(np.sqrt(np.mean((target - target.mean()) ** 2)))
 
     def residual(logarithms: Array) -> Array:
@@ -107,7 +108,6 @@ def left_by_output_error(
             k0, b0 = rig.cell_stiffness, rig.cell_damping
             below = np.array([m, beta + b0, k + k0])
             system, at_rest = (k0 * (below - [0.0, b0, k0]), below), k0 * k / (k + k0)
-        held = isinstance(run.course, Held)
         _, answer, _ = lsim(system, driven - driven[0], fine - fine[0], interp=not held)
         return (at_rest * driven[0] + np.interp(times, fine, answer) - target) / size
 

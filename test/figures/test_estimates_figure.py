@@ -87,7 +87,7 @@ def test_every_axis_names_its_quantity_and_unit():
 
 def test_the_left_shows_the_first_second_of_the_chosen_dwell():
     left, _ = panels(draw_estimates(recording(), [estimates()], TRUTH, dwell=1))
-    assert left[0].get_title().startswith("First second at site 1")
+    assert left[0].get_title().startswith("First 1 s at site 1")
     assert left[3].get_xlim() == pytest.approx((0.0, 1.0))
     (line,) = lines(left[0], "ekf")
     time, stiffness = line.get_data()

@@ -122,7 +122,9 @@ def draw_estimates(
     _label(figure, panels)
     if shown.site is not None:
         _mark_dwells(panels[:, 1], scan, dwells)
-        panels[0, 0].set_title(f"First second at site {shown.site}; thin until converged")
+        panels[0, 0].set_title(
+            f"First {detail.seconds(detail.end):.2g} s at site {shown.site}; thin until converged"
+        )
         panels[0, 1].set_title("Whole scan, contact shaded, by number of the site")
     return figure
 
