@@ -270,7 +270,7 @@ def test_a_value_at_the_limit_of_its_tolerance_is_marked_and_explained(run, reco
     told = run("compare", "data.csv", *RESTED, *heavy).out
     assert re.search(r"tip_mass +0\.0596 \+- \S+ kg, at its limit", told)
     assert not re.search(r"stiffness .*, at its limit", told.replace("load_cell_stiffness", ""))
-    assert "4 standard deviations of the rig's tolerance" in told
+    assert "of the rig's constants 4 standard deviations of the tolerance off" in told
 
 
 def test_of_several_stretches_the_worst_is_shown_and_named_with_its_error(

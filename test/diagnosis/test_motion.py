@@ -117,3 +117,13 @@ def test_what_the_force_feels_of_a_rough_position_is_motion_and_stays():
     force = 500.0 * depths + 0.01 * random.standard_normal(depths.size)
     (clean,), _ = cleaned([Measurement(depths, force, 0.1)], "rigid_probe")
     np.testing.assert_array_equal(clean.position, depths)
+
+
+@pytest.mark.parametrize("digits", [9, 12])
+def test_a_sine_of_a_whole_number_of_samples_has_no_noise(digits):
+    """Its few values come again in each period: the least difference of two is no step."""
+    time = np.arange(2000) / 2000.0
+    position = 1e-3 * np.sin(20.0 * np.pi * time)
+    force = 450.0 * position + 0.3 * np.exp(-time / 3e-3) * np.sin(450.0 * time)  # a tip rings
+    read = np.round(position, digits), np.round(force, 9)
+    assert Measurement(*read, 1.0 / 2000.0).position_noise == 0.0

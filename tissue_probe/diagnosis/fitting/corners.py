@@ -13,7 +13,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, percentile_filter
 
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -76,6 +75,8 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
 
     The slope may be that of the straight line on either side, or of a smooth course.
     """
+    from scipy.interpolate import CubicSpline  # long in coming, and seldom needed
+
     position, period = measurement.position, measurement.sample_period
     smooth = CubicSpline(period * np.arange(position.size), position)(
         period * np.arange(position.size), 1

@@ -198,9 +198,10 @@ class Measurement:
         """Standard deviation of the white noise of the position [m].
 
         0 where the position is only rounded (``NOISY``), and where the force feels its roughness,
-        which is motion then (``FELT``).
+        which is motion then (``FELT``). That few values come again and again, as of a sine whose
+        period is a whole number of samples, is no step.
         """
-        noise = noise_floor(self.position) / self._left
+        noise = noise_beside_steps(self.position) / self._left
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
         felt = abs(shared_roughness(self.position, self.force))
         return noise if noise > least and felt < FELT else 0.0
