@@ -194,7 +194,8 @@ def test_map_takes_the_recorded_estimates_unless_a_filter_is_named(run, bag, mes
     recorded = bag(more=sorted(estimate_entries(messages, scan), key=lambda entry: entry[2]))
     outcome = run("map", recorded, "-o", "map.svg")
     assert outcome.status == 0
-    assert float(re.search(r"background ([\d.]+) ±", outcome.out)[1]) == pytest.approx(450.0, abs=5.0)
+    background = re.search(r"background ([\d.]+) ±", outcome.out)[1]
+    assert float(background) == pytest.approx(450.0, abs=5.0)
     assert float(rows(outcome.out)[-1][3].split("±")[0]) == pytest.approx(1125.0, rel=0.1)
 
 
