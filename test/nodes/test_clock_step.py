@@ -70,7 +70,7 @@ int pthread_cond_timedwait(
     struct timespec of_kernel = *until;
     if (!(condition->__data.__wrefs & 2)) { /* not by the monotonic clock */
         of_kernel.tv_sec -= *ahead;
-        /* Steps are of whole hours and waits are shorter: `until` may be of the hour before a step. */
+        /* Steps are of whole hours, waits are shorter: `until` may be of the time before a step. */
         struct timespec now;
         of_libc(CLOCK_REALTIME, &now);
         of_kernel.tv_sec -= 3600 * lround((of_kernel.tv_sec - now.tv_sec) / 3600.0);
