@@ -11,6 +11,7 @@ import tissue_probe as tp
 from tissue_probe.analysis.question import question
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.sizing import size_of
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -197,3 +198,15 @@ def test_models_of_two_sizes_share_their_machine_code():
     for name in ("hertz_contact", "springpot"):
         usual, small = usual.plus(EFFECTS[name]), small.plus(sized(EFFECTS[name], small.scale))
     assert small.kernel.code == usual.kernel.code
+
+
+@pytest.mark.parametrize("hold", ["first row alone", "a few rows", "a glitch"])
+def test_a_record_that_holds_still_is_as_large_as_what_comes_before(hold):
+    random = np.random.default_rng(0)
+    force = 0.2 + 1e-9 * random.standard_normal(4000)
+    force[: 1 if hold == "first row alone" else 12] = 0.0
+    if hold == "a glitch":
+        force[2000:2003] = 1e6
+    position = 1e-3 * (1.0 - np.exp(-np.arange(4000) / 800.0))
+    record = Measurement(position, force, 2e-3, noise=1e-6)
+    assert size_of([record]).is_usual

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import LEAST, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.outliers import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.scale import USUAL, Scale, UnitError, nearest
+from tissue_probe.physics.scale import STEP, USUAL, Scale, UnitError, nearest
 from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -114,5 +115,15 @@ def library_of_size(
 
 
 def _range(values: FloatArray) -> float:
+    """Return the range of the samples, disturbed ones apart.
+
+    Where most of a record holds still, the few samples that are beyond tell its size, and not the
+    noise of the others: those that stay there for longer than a disturbance, or begin the record.
+    """
     low, high = np.quantile(values, [APART, 1.0 - APART])
-    return float(high - low) or float(np.ptp(values))
+    within, whole = float(high - low), float(np.ptp(values))
+    if whole < STEP * within:  # of about the same size, whichever it is
+        return within
+    from scipy.ndimage import median_filter  # seldom needed
+
+    return float(np.ptp(median_filter(values, 2 * LONGEST + 1, mode="nearest")))
