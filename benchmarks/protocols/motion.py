@@ -27,6 +27,9 @@ TOLERANCE = 1e-8
 #: So many times the fastest of a motion's own times, a stretch between two jumps of the course is
 #: worth a solver that may become a stiff one, whose start takes many steps.
 LONG = 20.0
+#: How well SciPy finds the time of an event, as a share of it or of 1 s: `brentq` is asked for four
+#: times the rounding, and two events are apart by twice that.
+FOUND = 8.0 * np.finfo(float).eps
 RIGID, COMPLIANT, DRIVEN = "rigid_probe", "compliant_probe", "force_driven"
 
 
@@ -106,8 +109,9 @@ class _Simulation:
         stops = self.course.breaks[(self.course.breaks > begin) & (self.course.breaks < times[-1])]
         slid = np.empty(times.size, int)
         for stop in [*stops, times[-1]]:
-            while now < stop:
-                last = np.searchsorted(times, stop, side="right")
+            last = np.searchsorted(times, stop, side="right")
+            # What yields in the last instant before a jump is followed from the jump on.
+            while stop - now > FOUND * max(stop, 1.0):
                 events = self._events(mode)
                 found = self._advance(now, stop, state, mode, events)
                 reached = min(np.searchsorted(times, found.t[-1], side="right"), last)
@@ -123,8 +127,9 @@ class _Simulation:
                         if at.size
                     ][:1]
                     mode, state = self._turned(now, state, mode, kind)
+            states[:, done:last], slid[done:last] = state[:, np.newaxis], mode.sliding
+            done, now = max(done, last), stop
             mode = self._mode(now, state) if self.specimen.friction and not self.rigid else mode
-            now = stop
         return self._read(times, states, slid)
 
     def _advance(

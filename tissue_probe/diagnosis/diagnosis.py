@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,17 +21,19 @@ from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.adequacy import is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
-from tissue_probe.diagnosis.fit_checks import check_fit
+from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.coloured import filtered
-from tissue_probe.diagnosis.fitting.corners import corners, without_corners
+from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
@@ -39,7 +42,6 @@ from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
-from tissue_probe.signals import spans_of
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
@@ -55,18 +57,6 @@ QUIET = Finding(
     "quiet",
     "The 1/f noise that is usual of the paper's load cell is not in this recording: none is "
     "counted as noise.",
-)
-#: What is far off any model, and was left out.
-OUTLIERS = (
-    "{}{} samples in short rows, the first at sample {}, are far from what any model leaves of "
-    "those before and after: disturbances, left out of the fit; look for a loose contact or a "
-    "switching load."
-)
-#: The same at a corner of the input.
-AT_CORNERS = (
-    "{}{} samples beside corners of the {} that drives, the first at sample {}, are left out of "
-    "the fit: how it goes on between two samples is not known there. Sample faster, or round off "
-    "the corners, to learn from them."
 )
 #: Models that are less probable than this are not tried on a second recording: its error would have
 #: to be smaller by what no noise hides.
@@ -252,8 +242,9 @@ def diagnose(
     rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
     suggestion = suggest(rivals, instrument, admitted, asked)
-    findings += _outliers(clean, ladder.base.measurements)
-    findings += check_fit(ladder.base, ladder.final)
+    findings += left_out(clean, ladder.final, instrument)
+    doubts = list(check_fit(ladder.base, ladder.final))
+    findings += doubts if doubts or validation else check_held_out(ladder.final)
     findings += [CURTAILED] if ladder.curtailed else []
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     return Diagnosis(
@@ -341,7 +332,8 @@ def carried_over(
     See ``carried``; once more without what no model follows there.
     """
     moved = carried(fit.composition, fit.named(), measurements, instrument)
-    for without in (without_corners, without_outliers):
+    undecided = partial(without_undecided, instrument=instrument)
+    for without in (without_corners, undecided, without_outliers):
         kept = without(moved) if moved else None
         moved = carried(fit.composition, fit.named(), kept, instrument) if kept else moved
     return moved
@@ -397,24 +389,6 @@ def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
 
 def _as_read(measurements: Sequence[Measurement]) -> list[Finding]:
     return [Finding("as_read", note) for each in measurements for note in each.notes]
-
-
-def _outliers(given: Sequence[Measurement], fitted: Sequence[Measurement]) -> list[Finding]:
-    """Tell what was left out of each measurement since it was inspected."""
-    found = []
-    for one, rest in zip(given, fitted, strict=True):
-        left_out, turns = one.used & ~rest.used, corners(one.input_values)
-        told = f"{one.source}: " if one.source else ""
-        for name, samples in (("outliers", left_out & ~turns), ("corners", left_out & turns)):
-            if not samples.any():
-                continue
-            spans, count = tuple(spans_of(samples)), int(samples.sum())
-            if name == "outliers":
-                sentence = OUTLIERS.format(told, count, spans[0][0])
-            else:
-                sentence = AT_CORNERS.format(told, count, one.input.name, spans[0][0])
-            found.append(Finding(name, sentence, spans=spans))
-    return found
 
 
 def _coloured(

@@ -13,6 +13,7 @@ import numpy as np
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.ranking.carried import of_specimen
 from tissue_probe.quantities import FORCE
 
 #: What is fitted of every tissue.
@@ -28,6 +29,11 @@ PLAIN = ("kelvin_voigt", "maxwell")
 #: Stiffness of no soft tissue [N/m]; and of none that a probe's load cell can feel, in multiples of
 #: its own: the tip then hardly moves.
 STIFFEST, BEYOND_CELL = 1e5, 5.0
+
+HELD_OUT = (
+    "One part of the record alone tells {}: no error on a part that is left out tests that. Give "
+    "another recording of the same specimen to test the model on (`validate`)."
+)
 
 
 def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
@@ -62,6 +68,13 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
         yield Finding("no_tissue", _no_tissue(final))
     elif _touches_nothing(base):
         yield Finding("no_contact", _no_contact(base))
+
+
+def check_held_out(final: Fit) -> Iterator[Finding]:
+    """Yield ``held_out`` where no part that is left out tests some of the specimen's values."""
+    specimen = of_specimen(final.composition)
+    if alone := [name for name in final.alone if name in specimen]:
+        yield Finding("held_out", HELD_OUT.format(" and ".join(alone)))
 
 
 def _size(fit: Fit) -> float:

@@ -68,6 +68,8 @@ class Fit:
     exhausted : tuple of str
         Values that ended where the search of them ends: constants of the rig `FARTHEST` standard
         deviations off, others at a bound of their entry.
+    alone : tuple of str
+        Values that one of the held-out parts tells, and all the others hardly: no part tests them.
     """
 
     composition: Composition
@@ -89,6 +91,7 @@ class Fit:
     unevenness: float
     strain: float
     exhausted: tuple[str, ...] = ()
+    alone: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

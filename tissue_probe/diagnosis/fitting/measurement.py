@@ -188,10 +188,12 @@ class Measurement:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
         if not self.noise > 0:
-            output, drive = self.output_values[self.used], self.input_values[self.used]
-            floor = noise_floor(output, drive, np.flatnonzero(self.used))
-            least = LEAST * self.scale.of(self.output.unit)
-            object.__setattr__(self, "noise", max(floor / self._left, least))
+            drive = self.input_values[self.used]
+            object.__setattr__(self, "noise", self._floor(self.output_values, drive))
+
+    def _floor(self, output: FloatArray, drive: FloatArray | None = None) -> float:
+        floor = noise_floor(output[self.used], drive, np.flatnonzero(self.used))
+        return max(floor / self._left, LEAST * self.scale.of(self.output.unit))
 
     @property
     def position_noise(self) -> float:
@@ -292,6 +294,16 @@ class Measurement:
             at_rest=self.at_rest or rig == "rigid_probe",
             begins=self.begins + first * self.sample_period,
         )
+
+    def without(self, samples: BoolArray) -> Measurement:
+        """Return the same, with some samples not used; its noise is estimated from the others."""
+        if not samples.any():
+            return self
+        return replace(self, used=self.used & ~samples, noise=0.0)
+
+    def with_noise_of(self, residual: FloatArray) -> Measurement:
+        """Return the same with the noise of a model's residual, shape (n,), where that is less."""
+        return replace(self, noise=min(self.noise, self._floor(residual)))
 
     def _only(self, kept: slice) -> Measurement:
         """Return some of the samples; their period, and what is known of a motion, stay."""

@@ -7,7 +7,6 @@ samples alone show them (``inspection.disturbances``).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import binary_closing, median_filter, percentile_filter
@@ -38,12 +37,7 @@ def without_outliers(fit: Fit) -> list[Measurement] | None:
     count = sum(int(np.sum(each)) for each in found)
     if not 0 < count <= RARE * fit.samples or _left(fit, found) > NEARLY:
         return None
-    return [
-        replace(measurement, used=measurement.used & ~each, noise=0.0)
-        if each.any()
-        else measurement
-        for measurement, each in zip(fit.measurements, found, strict=True)
-    ]
+    return [each.without(some) for each, some in zip(fit.measurements, found, strict=True)]
 
 
 def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:

@@ -129,7 +129,8 @@ def _shaken(problem: Problem, fit: Fit, index: int, motion: Motion) -> Shaken | 
     changes = [
         problem.response(index, position + error, values, start).output - right for error in errors
     ]
-    inside = slice(NEAR, -NEAR)
+    # Where samples are left out the model may switch with an error: that is no sum of taps.
+    inside = NEAR + np.flatnonzero(fit.measurements[index].used[NEAR:-NEAR])
     change = np.concatenate([each[inside] for each in changes])
     if not np.sqrt(np.mean(change**2)) > FAINT * fit.measurements[index].noise:
         return None

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained
+from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained, is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.corners import without_corners
@@ -18,6 +18,8 @@ from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
+from tissue_probe.diagnosis.fitting.quieter import quieter
+from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
 from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued, removes
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
@@ -37,8 +39,9 @@ MOST = 3
 #: One of several effects must alone remove this share of what exceeds the noise: among the few
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
-#: How often outliers are left out: those of the first effect, and of what came of it.
-ROUNDS = 3
+#: How often samples are weighed anew: without corners, without those that hang on the position's
+#: noise, without outliers, and with less noise.
+ROUNDS = 4
 
 
 def climb(
@@ -53,7 +56,7 @@ def climb(
 ) -> Ladder:
     """Fit a model, and add to it what is missing.
 
-    Where outliers are left, all is done once more without them.
+    Where the best model shows that samples are to be weighed otherwise, all is done once more.
 
     Parameters
     ----------
@@ -68,7 +71,7 @@ def climb(
     begin_at : mapping of str to float, optional
         Values at which the search for the model itself begins, see ``fit_base``.
     rounds : int
-        How often outliers are left out at the most.
+        How often samples are weighed anew at the most.
     progress : callable
         Told what is under way; an exception that it raises ends the search.
     tell : callable
@@ -76,13 +79,13 @@ def climb(
     """
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
-    if kept := _rest(base, rounds, without_corners):
+    if rounds and not explained(base) and (kept := without_corners(base)):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
     ranking = ranked(base, fit_candidates(base, allowed.values(), instrument, tell=tell))
     best = ranking[0] if ranking and significant(base, ranking[0], base) else base
-    if kept := _rest(best, rounds):
+    if kept := _weighed_anew(best, instrument, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     if best is base or is_enough(base):
@@ -91,7 +94,7 @@ def climb(
     moves = Moves(base, instrument, library, [added(fit).name for fit in leading])
     queue = queued(base, moves, ranking, Effort(measurements))
     steps = _steps(queue, best, leading, progress)
-    if kept := _rest(steps[-1], rounds):
+    if kept := _weighed_anew(steps[-1], instrument, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     ranking = ranked(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
     ladder = concluded(base, ranking, steps, list(queue.known.values()))
@@ -123,13 +126,16 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     return steps
 
 
-def _rest(
-    fit: Fit,
-    rounds: int,
-    without: Callable[[Fit], list[Measurement] | None] = without_outliers,
-) -> list[Measurement] | None:
-    """Return what was fitted without its outliers, where anything else than noise is left."""
-    return None if explained(fit) or rounds == 0 else without(fit)
+def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
+    """Return the measurements of the best model as it shows that they are to be weighed.
+
+    None where it leaves noise only, where it shows nothing, or after so many rounds.
+    """
+    if explained(fit) or rounds == 0:
+        return None
+    if kept := without_undecided(fit, instrument) or without_outliers(fit):
+        return kept
+    return quieter(fit, instrument) if is_quiet(fit) else None
 
 
 def climb_by(
@@ -156,7 +162,7 @@ def climb_by(
                 f"{effect.name} cannot be fitted to these measurements of a {composition.rig}"
             )
         steps += found
-    if kept := _rest([base, *steps][-1], rounds):
+    if kept := _weighed_anew([base, *steps][-1], instrument, rounds):
         return climb_by(composition, kept, instrument, wanted, begin_at, rounds - 1)
     verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
     if not explained(steps[-1]):

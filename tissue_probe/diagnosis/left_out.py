@@ -1,0 +1,65 @@
+"""Which samples a diagnosis left out of its fits, and why.
+
+What belongs here: the sentences. What does not: finding these samples (``fitting.corners``,
+``fitting.undecided``, ``fitting.outliers``), samples that are spoilt by themselves (``cleaning``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from tissue_probe.diagnosis.fitting.corners import corners_that_count
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.undecided import undecided
+from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.signals import BoolArray, spans_of
+
+OUTLIERS = (
+    "{told}{count} samples in short rows, the first at sample {first}, are far from what any model "
+    "leaves of those before and after: disturbances, left out of the fit; look for a loose contact "
+    "or a switching load."
+)
+CORNERS = (
+    "{told}{count} samples beside corners of the {input} that drives, the first at sample {first}, "
+    "are left out of the fit: how it goes on between two samples is not known there. Sample "
+    "faster, or round off the corners, to learn from them."
+)
+UNDECIDED = (
+    "{told}{count} samples, the first at sample {first}, are left out of the fit: the noise of the "
+    "{input} hides there which way the tip moves, and friction turns with it. A finer encoder, or "
+    "a quicker motion, tells more."
+)
+
+
+def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -> Iterator[Finding]:
+    """Yield ``corners``, ``undecided`` and ``outliers`` for each measurement that has such samples.
+
+    Parameters
+    ----------
+    given : sequence of Measurement
+        As they were inspected.
+    final : Fit
+        The last model: without these samples.
+    instrument : Instrument
+        What is known of the rig.
+    """
+    hidden = undecided(final, instrument)
+    for one, rest, unknown in zip(given, final.measurements, hidden, strict=True):
+        missing = one.used & ~rest.used
+        turns = missing & corners_that_count(one, final.composition.rig)
+        unknown = missing & unknown & ~turns
+        others = missing & ~turns & ~unknown
+        yield from _told("corners", CORNERS, one, turns)
+        yield from _told("undecided", UNDECIDED, one, unknown)
+        yield from _told("outliers", OUTLIERS, one, others)
+
+
+def _told(name: str, sentence: str, of: Measurement, samples: BoolArray) -> Iterator[Finding]:
+    if not samples.any():
+        return
+    spans, told = tuple(spans_of(samples)), f"{of.source}: " if of.source else ""
+    filled = sentence.format(
+        told=told, count=int(samples.sum()), first=spans[0][0], input=of.input.name
+    )
+    yield Finding(name, filled, spans=spans)
