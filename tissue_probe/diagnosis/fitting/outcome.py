@@ -6,8 +6,6 @@ What does not: the search (``search``), what may be said of a fit (``ranking``).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.fft import dct, idct
 from scipy.linalg import eigh
@@ -19,7 +17,7 @@ from tissue_probe.diagnosis.fitting.point import Point, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
 from tissue_probe.physics.rounding import COARSE, smoothed
-from tissue_probe.signals import FloatArray, IntArray
+from tissue_probe.signals import FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
 BLOCKS = 8
@@ -37,7 +35,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     found[np.ix_(told[own], told[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
     samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
     excess = max(1.0, point.cost / samples)
-    cosines, information = _cosines(problem, point), _information(problem, point)
+    cosines, (left, alone) = _cosines(problem, point), _left_out(problem, point)
     # What is counted of a noisy position is too much where the motion is smoother than its jerk
     # lets expect: that the rest lacks fast noise is not held against a model.
     least = 1.0 if any(each.shaken is not None for each in problem.measurements) else 0.0
@@ -53,7 +51,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
             m.noise * idct(each, norm="ortho")
             for m, each in zip(problem.measurements, cosines, strict=True)
         ),
-        heldout=tuple(_left_out(problem, point, information)),
+        heldout=tuple(left),
         misfits=tuple(point.misfits),
         cost=point.cost,
         unknowns=problem.unknowns,
@@ -64,7 +62,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
         unevenness=unevenness(cosines, least),
         strain=point.cost - sum(point.misfits),
         exhausted=_exhausted(problem, point.values),
-        alone=_alone(problem, information),
+        alone=alone,
     )
 
 
@@ -144,25 +142,14 @@ def _start_penalty(problem: Problem, point: Point) -> float:
     return penalty
 
 
-class _Information(NamedTuple):
-    """What the samples tell of the values that are searched, to first order.
+def _left_out(problem: Problem, point: Point) -> tuple[list[FloatArray], tuple[str, ...]]:
+    """Return each block's residual with the values fitted to the others only; and values.
 
-    Numbers of these values, shape (p,); for each measurement the sensitivities of the output to
-    them, shape (n, p), and these over the noise; what all samples tell, and its root, (p, p), (p,).
+    With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
+    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
+    the noise, of which flicker noise is left aside. The values named are those that one block
+    tells, and all the others hardly.
     """
-
-    own: IntArray
-    by_value: list[FloatArray]
-    over_noise: list[FloatArray]
-    whole: FloatArray
-    root: FloatArray
-
-    def without(self, rows: FloatArray) -> FloatArray:
-        """Return what is told without some rows of the sensitivities; of all samples 1 each."""
-        return (self.whole - rows.T @ rows) / np.outer(self.root, self.root)
-
-
-def _information(problem: Problem, point: Point) -> _Information:
     q, n = problem.count, problem.states
     own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
     scale = scale_of(problem, point.values)[own]
@@ -170,40 +157,19 @@ def _information(problem: Problem, point: Point) -> _Information:
     pairs = zip(problem.measurements, by_value, strict=True)
     over_noise = [measurement.over_noise(each) for measurement, each in pairs]
     whole = np.diag((scale / problem.deviation[own]) ** 2) + sum(J.T @ J for J in over_noise)
-    return _Information(own, by_value, over_noise, whole, np.sqrt(np.diag(whole)))
-
-
-def _blocks(samples: FloatArray) -> list[IntArray]:
-    return np.array_split(np.arange(len(samples)), BLOCKS)
-
-
-def _left_out(problem: Problem, point: Point, information: _Information) -> list[FloatArray]:
-    """Return each block's residual with the values fitted to the others only.
-
-    With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
-    to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
-    the noise, of which flicker noise is left aside.
-    """
-    left = []
-    for index, J in enumerate(information.over_noise):
+    root = np.sqrt(np.diag(whole))
+    left, alone = [], np.zeros(own.size, dtype=bool)
+    for index, J in enumerate(over_noise):
         residual = point.simulated[index][0]
         r = problem.measurements[index].over_noise(residual)
         out = residual.copy()
-        for block in _blocks(residual):
+        for block in np.array_split(np.arange(residual.size), BLOCKS):
+            rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
+            alone |= np.diag(rest) < REASON
             # What only this block tells would be unknown without it; it stays within reason.
-            rest = information.without(J[block]) + REASON * np.eye(information.own.size)
-            change = (
-                np.linalg.solve(rest, J[block].T @ r[block] / information.root) / information.root
+            rest[np.diag_indices(own.size)] += REASON
+            out[block] += by_value[index][block] @ (
+                np.linalg.solve(rest, J[block].T @ r[block] / root) / root
             )
-            out[block] += information.by_value[index][block] @ change
         left.append(out)
-    return left
-
-
-def _alone(problem: Problem, information: _Information) -> tuple[str, ...]:
-    """Name the values that one block tells, and all the others hardly."""
-    alone = np.zeros(information.own.size, dtype=bool)
-    for J in information.over_noise:
-        for block in _blocks(J):
-            alone |= np.diag(information.without(J[block])) < REASON
-    return tuple(problem.runs.names[index] for index in information.own[alone])
+    return left, tuple(problem.runs.names[index] for index in own[alone])
