@@ -10,6 +10,7 @@ from hidden import EXACT, TOLERANT, challenge, first_of, library, measurement
 from specimen import Specimen, sine
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.advice.separation import suggest
@@ -84,6 +85,8 @@ def test_a_second_recording_that_goes_much_farther_is_judged_by_how_well_the_val
     assert not found.reaches
     of_another = diagnosis.diagnose(*asked, [other])
     assert not of_another.carries_over
+    assert (found.verdict, of_another.verdict) == ("missing", "unexplained")
+    assert "explains this recording, and not the second one" in verdict(of_another)[0]
     both = diagnosis.diagnose(Composition(), [narrow, wide], EXACT, effects, [stiffening(3e-3, 52)])
     assert both.carries_over
     assert both.reaches

@@ -133,6 +133,11 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
+    if diagnosis.ladder.verdict in ("adequate", "missing"):
+        names = " and ".join(diagnosis.effects)
+        model = f"the model with {names}" if names else "the model"
+        told = f"Unexplained: {model} explains this recording, and not the second one."
+        return [f"{told} {_fall(diagnosis)}" if names else told, *_unseen(diagnosis)]
     said = "Unexplained: no effect of the library brings the error down to the noise. "
     if diagnosis.ladder.harmonic is not None:
         said = (

@@ -247,12 +247,15 @@ def diagnose(
     findings += doubts if doubts or validation else check_held_out(ladder.final)
     findings += [CURTAILED] if ladder.curtailed else []
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
-    return Diagnosis(
+    found = Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
         _command(suggestion, clean),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
+    # What explains one recording of a specimen, and not another, does not explain the specimen.
+    known = verdict in ("adequate", "missing") and not found.carries_over
+    return replace(found, verdict="unexplained") if known else found
 
 
 def prepared(
