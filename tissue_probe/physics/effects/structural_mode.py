@@ -14,15 +14,22 @@ RATIO = sp.Symbol("modal_damping_ratio", positive=True)
 OFFSET, SPEED = sp.symbols("modal_displacement modal_velocity", real=True)
 # What is bolted together loses half a per cent and more; less would ring through a recording.
 LEAST_RATIO = 5e-3
+LOWEST, HIGHEST = 3.0, 400.0  # Hz
 _OMEGA = 2 * sp.pi * FREQUENCY
 # Force per mass that the spring and damper exert on the modal mass, which lags the tip by OFFSET.
 _PULL = _OMEGA**2 * OFFSET + 2 * RATIO * _OMEGA * (TIP_VELOCITY - SPEED)
 
 
 def starts(extent: Extent) -> list[dict[str, float]]:
-    """Propose resonances from 15 to 250 Hz, closer where sweeps and chirps are."""
-    frequencies = (15.0, 19.0, 24.0, 30.0, 40.0, 50.0, 70.0, 100.0, 150.0, 250.0)
-    return [{"modal_frequency": f, "modal_damping_ratio": 0.05} for f in frequencies]
+    """Propose resonances from a quarter of the motion's frequency to twelve times, closer within.
+
+    Of a sweep that is the frequency at its end. Within the motion a resonance is met at once; above
+    it is felt from afar, or met by harmonics.
+    """
+    at = extent.frequency / (2.0 * math.pi)
+    over = (0.25, 0.32, 0.4, 0.5, 0.67, 0.83, 1.2, 1.7, 2.5, 4.2, 7.0, 12.0)
+    tried = (min(max(at * each, LOWEST), HIGHEST) for each in over)
+    return [{"modal_frequency": f, "modal_damping_ratio": 0.05} for f in dict.fromkeys(tried)]
 
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
@@ -56,7 +63,7 @@ STRUCTURAL_MODE = Effect(
     physics="A mass on a spring and a damper, joined to the tip, resonates",
     parameters=(
         Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),
-        Parameter(FREQUENCY, "Hz", default=60.0, lower=3.0, upper=400.0),
+        Parameter(FREQUENCY, "Hz", default=60.0, lower=LOWEST, upper=HIGHEST),
         Parameter(RATIO, "1", default=0.05, lower=LEAST_RATIO, upper=1.5),
     ),
     drag=MASS * _PULL,
