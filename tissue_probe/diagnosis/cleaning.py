@@ -88,6 +88,7 @@ def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
         measurement.force,
         measurement.sample_period,
         times=measurement.scale.time,
+        drives=measurement.input,
     ).findings
     if measurement.is_commanded:  # it rests where it is told to
         found = tuple(f for f in found if (f.name, f.channel) not in RESTING)

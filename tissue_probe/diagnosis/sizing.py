@@ -15,6 +15,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.measurement import LEAST, Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.scale import STEP, USUAL, Scale, UnitError, nearest
@@ -124,6 +125,4 @@ def _range(values: FloatArray) -> float:
     within, whole = float(high - low), float(np.ptp(values))
     if whole < STEP * within:  # of about the same size, whichever it is
         return within
-    from scipy.ndimage import median_filter  # seldom needed
-
-    return float(np.ptp(median_filter(values, 2 * LONGEST + 1, mode="nearest")))
+    return lasting_range(values, LONGEST)

@@ -131,3 +131,18 @@ def peaks(values: FloatArray, least: float) -> IntArray:
         & (level[inner] >= least)
     ]
     return (first[tops] + last[tops]) // 2
+
+
+def lasting_range(values: FloatArray, longest: int) -> float:
+    """Return the range of values that stay for longer than so many samples, or begin a record.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        One channel, finite.
+    longest : int
+        Of a disturbance [samples].
+    """
+    from scipy.ndimage import median_filter  # seldom needed
+
+    return float(np.ptp(median_filter(values, 2 * longest + 1, mode="nearest")))

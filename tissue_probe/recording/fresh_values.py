@@ -62,7 +62,8 @@ def fresh_values(values: FloatArray) -> BoolArray:
 
 def _held(fresh: BoolArray, changes: FloatArray) -> bool:
     repeats = np.count_nonzero(~fresh)
-    if changes.size < 2 or repeats < REPEATED * fresh.size:
+    # So few runs show no share of them: one that is not regular would be more than may be.
+    if changes.size < 1.0 / (1.0 - REGULAR) or repeats < REPEATED * fresh.size:
         return False
     step = changes.min()
     if np.median(changes) <= STEPS * step:

@@ -21,7 +21,7 @@ _AROUND = 101  # samples
 #: What a single one's neighbours are off lies between these shares of what it is off.
 _BEND, _STEP = 0.55, 0.8
 #: Samples in a row at the most, and to either side of them those that a cubic follows.
-_LONGEST, _SIDE = 8, 4
+LONGEST, _SIDE = 8, 4
 #: Those to either side are off by less than this many times what is usual, and this share.
 _QUIET, _SHARE = 3.0, 0.15
 #: Both ends of a row are off by this share of it, to one side: at a bend less, at a step to both.
@@ -96,7 +96,7 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
     several that overlap the one stays that explains most.
     """
     found: list[tuple[float, int, int]] = []
-    for length in range(2, _LONGEST + 1):
+    for length in range(2, LONGEST + 1):
         if values.size < _AROUND + length:
             break
         windows = np.lib.stride_tricks.sliding_window_view(values, length + 2 * _SIDE)

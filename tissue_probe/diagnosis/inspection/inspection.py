@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.inspection.response_checks import check_response, ch
 from tissue_probe.diagnosis.inspection.sampling_checks import check_sampling, check_times
 from tissue_probe.diagnosis.inspection.value_checks import check_values
 from tissue_probe.errors import MeasurementError
+from tissue_probe.quantities import POSITION, Quantity
 from tissue_probe.signals import FloatArray, spans_of
 
 
@@ -66,6 +67,7 @@ def inspect(
     sample_period: float,
     time: FloatArray | None = None,
     times: float = 1.0,
+    drives: Quantity = POSITION,
 ) -> Inspection:
     """Check samples before a model is fitted to them.
 
@@ -86,6 +88,8 @@ def inspect(
         When each sample was taken [s], where that is known.
     times : float
         How many times slower than usual the record is (``Scale.time``).
+    drives : Quantity
+        Which of the two drives the other one.
 
     Raises
     ------
@@ -113,7 +117,7 @@ def inspect(
     findings += check_sampling(u, f, sample_period)
     if not any(finding.name.startswith(("constant", "no_motion")) for finding in findings):
         findings += check_values(u, f, known)
-        findings += check_response(u, f, sample_period, times)
+        findings += check_response(u, f, sample_period, times, drives)
     findings.sort(key=lambda finding: not finding.fatal)
     return Inspection(tuple(findings), u.step or None, f.step or None)
 

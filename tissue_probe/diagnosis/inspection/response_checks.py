@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.inspection.coarse_response import (
     regressors,
 )
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.quantities import POSITION, Quantity
 
 LAG = 4e-3
 """Lag between the channels that is one of clocks, not of the effects of ``channel_delay`` [s]."""
@@ -28,6 +29,10 @@ LEFT = 0.25
 
 BETTER = 0.5
 """Share of a residual below which the other of two explanations is the right one."""
+
+ENDS, HALF = 8, 0.5
+"""Samples at the end of a record whose mean noise hardly moves, and the share of all that a channel
+moves by which they are far from the first one: the nearer end of its range."""
 
 LONGEST_LAG = 0.25
 """Lags are looked for up to this [s], and to an eighth of the record."""
@@ -56,7 +61,11 @@ def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
 
 
 def check_response(
-    position: Channel, force: Channel, sample_period: float, times: float = 1.0
+    position: Channel,
+    force: Channel,
+    sample_period: float,
+    times: float = 1.0,
+    drives: Quantity = POSITION,
 ) -> Iterator[Finding]:
     """Yield what is wrong between the channels.
 
@@ -76,7 +85,8 @@ def check_response(
     both = regressors(position.values / position.span, force.values / force.span, sample_period)
     found = coarse_response(both)
     lag = _lag(both, found, force, sample_period / times)
-    if lag:
+    # The position comes after a force that drives it: that is the tip's mass, and no clock.
+    if lag > 0 or (lag < 0 and drives is POSITION):
         yield Finding(
             "unsynchronised",
             f"The force is {1e3 * abs(lag) * sample_period:.3g} ms "
@@ -85,9 +95,17 @@ def check_response(
             fatal=True,
         )
         found = coarse_response(both, lag)
+    if _ends_pressed(position) * _ends_pressed(force) > 0:
+        return  # a body that is pressed in further, and rests there, pushes back harder
     yield from _check_sign(
         found, force.span / position.span, lambda: _left(position, force, sample_period)
     )
+
+
+def _ends_pressed(channel: Channel) -> int:
+    """Return 1 or -1 where a record ends far above or below where it begins; else 0."""
+    moved = float(np.mean(channel.values[-ENDS:]) - channel.values[0])
+    return int(np.sign(moved)) if abs(moved) > HALF * channel.span else 0
 
 
 def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:

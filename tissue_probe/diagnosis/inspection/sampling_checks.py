@@ -11,8 +11,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.disturbances import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.residuals.noise_floor import FELT, noise_beside_steps
+from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.signals import FloatArray
 
 IRREGULAR = 0.05
@@ -85,13 +87,16 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
 def _stands_still(position: Channel, force: Channel) -> bool:
     """Whether the position moves within its resolution, or as noise that the force does not see.
 
-    A motion sampled too slowly looks like noise in the position alone.
+    A motion sampled too slowly looks like noise in the position alone. A step in the first samples,
+    before a long rest, is hardly seen in the spread.
     """
     if position.span <= 2.0 * position.step:
         return not _answers(position, force)
     spread = np.std(position.values / position.span) * position.span
     likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
-    return bool(spread < 2.0 * noise_beside_steps(position.values) and abs(likeness) < FELT)
+    noise = noise_beside_steps(position.values)
+    quiet = spread < 2.0 * noise and abs(likeness) < FELT
+    return bool(quiet and lasting_range(position.values, LONGEST) < 2.0 * SUDDEN * noise)
 
 
 def _answers(position: Channel, force: Channel) -> bool:
