@@ -12,12 +12,13 @@ from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
-from tissue_probe.diagnosis.held_input import with_input
+from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.response import Between
 from tissue_probe.quantities import POSITION
 
 RIGID_PROBE, DRIVEN = Composition("rigid_probe"), Composition("force_driven")
@@ -142,7 +143,7 @@ def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
     clean, findings = cleaned([of_a_command()], "force_driven")
     assert not findings  # a command that rests is not stuck
     held, (told,) = with_input(DRIVEN, clean, MOVED)
-    assert held[0].held
+    assert held[0].between is Between.held
     assert "command" in told.sentence
     fit = fit_base(DRIVEN, held, MOVED)
     for name, true in (("tip_mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
@@ -158,7 +159,7 @@ def test_a_measured_force_is_not_taken_for_a_command():
     noisy = force + 2e-3 * random.standard_normal(time.size)
     clean, _ = cleaned([Measurement(position, noisy, 1e-3, output=POSITION)], "force_driven")
     same, told = with_input(DRIVEN, clean, MOVED)
-    assert not same[0].held
+    assert same[0].between is None
     assert not told
 
 

@@ -12,8 +12,8 @@ TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "genera
 """Table I of the paper (``physics.tissues``)."""
 Starts = Literal["auto", "at-rest", "moving"]
 """Whether the probe had been at rest before the first sample."""
-Course = Literal["auto", "smooth", "held"]
-"""How a force that drives goes on between two samples: smoothly, or as a converter holds it."""
+Course = Literal["auto", "smooth", "straight", "held"]
+"""How a force that drives goes on between two samples (``physics.response.Between``)."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)

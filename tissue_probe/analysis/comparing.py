@@ -23,8 +23,8 @@ from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.held_input import with_input
 from tissue_probe.diagnosis.improvement.ladder import climb_by
+from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.diagnosis.sizing import library_of_size, sized, told_of_size

@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.inspection.information import ENOUGH, stiffness_deviation
 from tissue_probe.errors import ParameterError
+from tissue_probe.physics.response import Between
 from tissue_probe.quantities import Quantity
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.lowpass import lowpassed
@@ -84,7 +85,7 @@ class Segment:
             begins=self.begins,
             time_doubt=self.time_doubt,
             resampled=self.noise,
-            held=None if self.course == "auto" else self.course == "held",
+            between=None if self.course == "auto" else Between[self.course],
         )
 
 
@@ -110,7 +111,7 @@ def segments(
         Only the dwells at this site of a scan.
     lowpass : float, optional
         Take out of position and force alike all that is faster [Hz].
-    course : {"auto", "smooth", "held"}
+    course : {"auto", "smooth", "straight", "held"}
         How a force that drives goes on between two samples; ``auto`` tells it from the record.
 
     Raises
@@ -118,7 +119,7 @@ def segments(
     RecordingError
         If a file has no sample that is known, or no such site.
     ParameterError
-        If ``starts`` or ``course`` is none of the three.
+        If ``starts`` or ``course`` is none of these.
     """
     if starts not in STARTS:
         raise ParameterError(f"`starts` is {starts!r}; give one of {', '.join(STARTS)}")

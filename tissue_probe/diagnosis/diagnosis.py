@@ -29,9 +29,9 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
-from tissue_probe.diagnosis.held_input import HELD, is_held, with_input
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
+from tissue_probe.diagnosis.input_course import HELD, is_held, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
@@ -41,6 +41,7 @@ from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def diagnose(
     validation = [of_size(each, composition.scale) for each in validation]
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
-    validation = [replace(each, held=clean[0].held) for each in validation]
+    validation = [replace(each, between=clean[0].between) for each in validation]
     findings += [*of_validation, *touched]
     if wanted:
         effects = [library[name] for name in wanted]
@@ -209,7 +210,7 @@ def diagnose(
         ladder = climbed(taken, instrument)
         if as_held := is_held(ladder.final, instrument):
             findings.append(Finding("held", HELD))
-            clean, taken = [replace(each, held=True) for each in clean], as_held
+            clean, taken = [replace(each, between=Between.held) for each in clean], as_held
             ladder = climbed(taken, instrument)
         if instrument.flicker_noise and is_quiet(ladder.final):
             instrument = replace(instrument, flicker_noise=0.0)

@@ -62,6 +62,13 @@ def cubics(values: FloatArray, period: float) -> FloatArray:
     return coefficients
 
 
+def lines(values: FloatArray, period: float) -> FloatArray:
+    """Return the pieces, shape (4, n - 1), of straight lines from sample to sample."""
+    pieces = steps(values)
+    pieces[2] = np.diff(values) / period
+    return pieces
+
+
 def steps(values: FloatArray) -> FloatArray:
     """Return the pieces, shape (4, n - 1), of what stays as each sample has it until the next."""
     values = _checked(values)

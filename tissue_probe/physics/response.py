@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.physics import machine_code, numba_code
-from tissue_probe.physics.interpolation import cubics, later, steps, with_acceleration
+from tissue_probe.physics.interpolation import cubics, later, lines, steps, with_acceleration
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 from tissue_probe.physics.scale import Scale
@@ -160,13 +160,14 @@ def _integration(facts: Mapping[str, Any]) -> Written:
     return name, lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}"))
 
 
-class _Kind(Enum):
-    """How a course goes on between samples: held, smooth, or felt at the samples only."""
+class Between(Enum):
+    """How a course goes on between samples.
 
-    held, smooth, felt = range(3)
+    Smoothly; along straight lines; or held as each sample has it until the next, as a converter
+    puts out a command.
+    """
 
-
-_HELD, _SMOOTH, _FELT = _Kind
+    smooth, straight, held = range(3)
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ def course(
     values: FloatArray,
     begins: float = 0.0,
     at_rest: bool = True,
-    held: bool = False,
+    between: Between = Between.smooth,
 ) -> Course:
     """Interpolate the true course of what drives through its measured samples.
 
@@ -221,10 +222,10 @@ def course(
         Time of the first sample after the run's first [s].
     at_rest : bool
         Whether what drives stood still before the first sample; else it went on as fast as there.
-    held : bool
-        Whether what drives stays as each sample has it until the next, as a converter puts it out.
+    between : Between
+        How what drives goes on from sample to sample.
     """
-    kind = _HELD if held else _SMOOTH if kernel.states else _FELT
+    felt = not kernel.states  # at the samples only
     if kernel.turned is not None:
         own, time = kernel.turned, kernel.turned.scale.time
         measured, values = measured / own.input, values / own.values
@@ -232,7 +233,7 @@ def course(
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
-        return _as_measured(true.tobytes(), period, begins, kind)
+        return _as_measured(true.tobytes(), period, begins, between, felt)
     if rounded:
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
@@ -243,9 +244,9 @@ def course(
         changed[-1] *= kernel.late
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
-        changes[row] = _pieces(change, period, kind)
+        changes[row] = _pieces(change, period, between, felt)
     columns = np.array(kernel.course_columns, dtype=np.int64)
-    pieces = _pieces(true, period, kind)
+    pieces = _pieces(true, period, between, felt)
     return Course(pieces, period, changes, columns, begins)
 
 
@@ -271,19 +272,23 @@ def _shifted(
 
 
 @lru_cache(maxsize=16)
-def _as_measured(position: bytes, period: float, begins: float, kind: _Kind) -> Course:
+def _as_measured(
+    position: bytes, period: float, begins: float, between: Between, felt: bool
+) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
-    pieces = _pieces(np.frombuffer(position), period, kind)
+    pieces = _pieces(np.frombuffer(position), period, between, felt)
     unchanged = np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64)
     return Course(pieces, period, *unchanged, begins)
 
 
-def _pieces(values: FloatArray, period: float, kind: _Kind) -> FloatArray:
-    """Return the course through samples."""
-    if kind is _HELD:
+def _pieces(values: FloatArray, period: float, between: Between, felt: bool) -> FloatArray:
+    """Return the course through samples; a smooth one may be felt at the samples only."""
+    if between is Between.held:
         return steps(values)
+    if between is Between.straight:
+        return lines(values, period)
     pieces = cubics(values, period)
-    return with_acceleration(pieces, period) if kind is _FELT else pieces
+    return with_acceleration(pieces, period) if felt else pieces
 
 
 def respond(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Course) -> Response:

@@ -322,9 +322,7 @@ class Desk:
 
         def hear(told: dict[str, Any]) -> None:
             if effect := told.get("effect"):
-                before = ranking.told.get(effect)
-                if before is None or told["rmse"] < before["rmse"]:
-                    ranking.told[effect] = {n: told[n] for n in ("rmse", "heldout_rmse")}
+                ranking.told[effect] = {n: told[n] for n in ("rmse", "heldout_rmse")}
 
         second = None if self.second is None else self.file(self.second).measured
         assert self.fitted is not None

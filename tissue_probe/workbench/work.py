@@ -18,6 +18,7 @@ import numpy as np
 
 import tissue_probe as tp
 from tissue_probe.analysis.passing import from_bytes, to_bytes
+from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.comparing import ComparisonResult, Fit
@@ -115,6 +116,11 @@ def rank(
     """See ``tissue_probe.diagnose``; what each effect predicts is kept in the folder meanwhile."""
 
     def found(effect: str, fit: Fit) -> None:
+        # Forms of an effect are found one by one, here and in a copy of this process.
+        error = Path(folder) / f"{effect}.error"
+        if error.exists() and not fit.rmse < np.fromfile(error)[0]:
+            return
+        keep(error, np.array([fit.rmse]))
         keep_predicted(Path(folder), effect, fit.predicted)
         tell({"effect": effect, "rmse": fit.rmse, "heldout_rmse": fit.heldout_rmse})
 
@@ -125,12 +131,16 @@ def rank(
 
 
 def keep_predicted(folder: Path, effect: str, predicted: Sequence[Any]) -> None:
-    """Keep a file a stretch, each in one motion: who reads it never sees half of one."""
+    """Keep a file a stretch."""
     for number, course in enumerate(predicted):
-        path = predicted_file(folder, effect, number)
-        part = path.with_suffix(f".{os.getpid()}")
-        np.asarray(course).tofile(part)
-        part.replace(path)
+        keep(predicted_file(folder, effect, number), np.asarray(course))
+
+
+def keep(path: Path, numbers: FloatArray) -> None:
+    """Write a file in one motion: a reader never sees half of it."""
+    part = path.with_name(f"{path.name}.{os.getpid()}")
+    numbers.tofile(part)
+    part.replace(path)
 
 
 def predicted_file(folder: Path, effect: str, stretch: int) -> Path:

@@ -25,6 +25,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
 )
 from tissue_probe.physics.composition import CONSTANTS
 from tissue_probe.physics.extent import Extent
+from tissue_probe.physics.response import Between
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
@@ -154,9 +155,8 @@ class Measurement:
     resampled : array, shape (m,), optional
         White noise of variance 1 as resampling leaves it, where times were uneven: then ``noise``
         is that of the samples before.
-    held : bool, optional
-        Whether what drives stays as each sample has it until the next: a command, put out by a
-        converter; else its course is smooth. None where that is not known, and smooth then.
+    between : Between, optional
+        How what drives goes on from sample to sample. None where that is not known: smoothly then.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale
@@ -180,7 +180,7 @@ class Measurement:
     run: str = ""
     begins: float = 0.0
     resampled: FloatArray | None = None
-    held: bool | None = None
+    between: Between | None = None
     time_doubt: float = 0.0
     scale: Scale = USUAL
 

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.response import Response, course, respond
+from tissue_probe.physics.response import Between, Response, course, respond
 from tissue_probe.signals import FloatArray
 
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
@@ -193,9 +193,8 @@ class Problem:
         """Simulate the model where a measurement's input was, or might have been, another."""
         measurement, own = self.measurements[index], self.runs.values_in(index, values)
         period, begins = measurement.sample_period, measurement.begins
-        coil = course(
-            self.kernel, driven, period, own, begins, measurement.at_rest, bool(measurement.held)
-        )
+        between = measurement.between or Between.smooth
+        coil = course(self.kernel, driven, period, own, begins, measurement.at_rest, between)
         return respond(self.kernel, own, start, coil)
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:

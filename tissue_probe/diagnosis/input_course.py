@@ -1,6 +1,6 @@
-"""Whether an input is held between its samples: a command that a converter puts out.
+"""How an input goes on between its samples: smoothly, straight, or held by a converter.
 
-What belongs here: telling it from a smooth one. What does not: its course (``physics.response``).
+What belongs here: telling it from the record. What does not: the course (``physics.response``).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE
 
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
@@ -27,6 +28,10 @@ DELAY = "channel_delay"
 HELD = (
     "The model follows the force better as a command that a converter puts out, and that stays as "
     "each sample has it until the next: it is taken for one (`course`)."
+)
+STRAIGHT = (
+    "The model follows the force better along straight lines from sample to sample: so it is "
+    "taken to go on (`course`)."
 )
 NOT_DRIVEN = (
     "`course`: the position drives a {}, and it is measured: it moves on between two samples; "
@@ -40,35 +45,41 @@ def with_input(
     instrument: Instrument,
     begin_at: Mapping[str, float] | None = None,
 ) -> tuple[list[Measurement], list[Finding]]:
-    """Return measurements with the course of their input by which the model fits better.
+    """Return measurements with the course of their input by which the model fits best.
 
     Only of a force, and where nobody has said it. A force that jumps and has no noise is a command,
-    and held unless the smooth course is likelier by much; any other the other way round. On a
-    smooth course being held is a delay of half a sample, which is an effect of its own: held is
-    told of it only where that effect does no better, and the model leaves noise only.
+    and held unless another course is likelier by much; any other force goes on smoothly unless
+    another course is likelier by much. On a smooth course being held is a delay of half a sample,
+    which is an effect of its own: where nothing jumps, held is told only where that effect does no
+    better. There the model must leave noise only, too, or what it lacks would choose the course.
 
     Raises
     ------
     MeasurementError
-        If a position that drives is said to be held.
+        If a position that drives is said to be straight or held.
     """
-    smooth = list(measurements)
+    given = list(measurements)
     if composition.input is not FORCE:
-        if any(each.held for each in smooth):
+        if any(each.between not in (None, Between.smooth) for each in given):
             raise MeasurementError(NOT_DRIVEN.format(composition.rig))
-        return smooth, []
-    if any(each.held is not None for each in smooth):
-        return smooth, []
-    held = [replace(each, held=True) for each in smooth]
-    one, other = (fit_base(composition, each, instrument, begin_at) for each in (smooth, held))
-    jumps = any(map(_jumps, smooth))
-    commanded = jumps and all(each.is_commanded for each in smooth)
-    if other.bic - one.bic > (2.0 * RIVAL if commanded else -2.0 * RIVAL):
-        return smooth, []
-    delayed = [] if jumps else _delayed(one, instrument)
-    if not jumps and not (explained(other) and _is_as_good(other, delayed)):
-        return smooth, []
-    return held, [Finding("held", HELD)]
+        return given, []
+    if any(each.between is not None for each in given):
+        return given, []
+    taken = {kind: _with(given, kind) for kind in Between}
+    fits = {kind: fit_base(composition, taken[kind], instrument, begin_at) for kind in Between}
+    jumps = any(map(_jumps, given))
+    commanded = jumps and all(each.is_commanded for each in given)
+    usual = Between.held if commanded else Between.smooth
+    best = min(Between, key=lambda kind: fits[kind].bic - 2.0 * RIVAL * (kind is usual))
+    smooth = fits[Between.smooth]
+    if not jumps and best is not Between.smooth:
+        delayed = _delayed(smooth, instrument) if best is Between.held else []
+        if not (explained(fits[best]) and _is_as_good(fits[best], delayed)):
+            best = Between.smooth
+    if best is Between.smooth:
+        return given, []
+    told = Finding("held", HELD) if best is Between.held else Finding("straight", STRAIGHT)
+    return taken[best], [told]
 
 
 def is_held(final: Fit, instrument: Instrument) -> list[Measurement]:
@@ -76,12 +87,16 @@ def is_held(final: Fit, instrument: Instrument) -> list[Measurement]:
 
     Beside all that the model lacked at first it can be told.
     """
-    known = any(each.held is not None for each in final.measurements)
+    known = any(each.between is not None for each in final.measurements)
     if final.composition.input is not FORCE or known or DELAY not in final.composition.names:
         return []
-    held = [replace(each, held=True) for each in final.measurements]
+    held = _with(final.measurements, Between.held)
     fit = refit(final, final.composition.without(DELAY), instrument, held)
     return held if fit is not None and _is_as_good(fit, [final]) else []
+
+
+def _with(measurements: Sequence[Measurement], kind: Between) -> list[Measurement]:
+    return [replace(each, between=kind) for each in measurements]
 
 
 def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
