@@ -254,7 +254,7 @@ def diagnose(
         _command(suggestion, clean),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
-    # What explains one recording of a specimen, and not another, does not explain the specimen.
+    # A model that explains one recording of a specimen, and not another, does not explain it.
     known = verdict in ("adequate", "missing") and not found.carries_over
     return replace(found, verdict="unexplained") if known else found
 

@@ -223,7 +223,7 @@ def course(
     at_rest : bool
         Whether what drives stood still before the first sample; else it went on as fast as there.
     between : Between
-        How what drives goes on from sample to sample.
+        How the input goes on from sample to sample.
     """
     felt = not kernel.states  # at the samples only
     if kernel.turned is not None:

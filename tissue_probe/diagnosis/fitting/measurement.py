@@ -156,7 +156,7 @@ class Measurement:
         White noise of variance 1 as resampling leaves it, where times were uneven: then ``noise``
         is that of the samples before.
     between : Between, optional
-        How what drives goes on from sample to sample. None where that is not known: smoothly then.
+        How the input goes on from sample to sample. None where that is not known: smoothly then.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale

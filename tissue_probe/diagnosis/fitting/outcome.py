@@ -21,8 +21,8 @@ from tissue_probe.signals import FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
 BLOCKS = 8
-#: What the other blocks tell of a value at least, as a share of what all tell: so a value that one
-#: block alone tells stays within ten of its deviations when that is left out.
+#: Share of the information on a value that the other blocks are taken to have at least: a value that
+#: one block alone tells so stays within ten of its deviations when that block is left out.
 REASON = 1e-2
 
 

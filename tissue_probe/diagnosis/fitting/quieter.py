@@ -3,10 +3,10 @@
 What belongs here: telling it anew by the best model. What does not: how much less there must be
 (``evidence.adequacy``), the noise as the channels alone tell it (``residuals.noise_floor``).
 
-The noise of a channel is told from its roughness. What jumps between two samples, as dry friction
-does where the motion turns, is rough too; and what an error of the position leaves follows from the
-damping, of which a model that lacks an effect has another one. A model that explains such things
-leaves the noise alone.
+The noise of a channel is told from its roughness. A force that jumps between two samples, as dry
+friction does where the motion turns, is rough too. And an error of the position shakes the force by
+the damping, of which a model that lacks an effect has a wrong value. The residual of a model that
+has the effect is the noise alone.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def quieter(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
 
 
 def _size(measurement: Measurement) -> float:
-    """Return how large the noise is: white, and what an error of the position of 1 m leaves."""
+    """Return how large the noise is: white noise, or the force that an error of 1 m shakes up."""
     if measurement.shaken is None:
         return measurement.noise
     return float(np.linalg.norm(measurement.shaken.taps))

@@ -1,4 +1,4 @@
-"""Samples of the output that hang on the noise of the position: a model switches with its sign.
+"""Samples of the output that hang on the noise of the position, as a model switches with it.
 
 What belongs here: finding them by the model itself, driven by positions that are as likely as the
 one it has. What does not: what such errors leave in all samples alike (``shaken``), corners of the
