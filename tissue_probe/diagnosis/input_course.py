@@ -51,7 +51,7 @@ def with_input(
     and held unless another course is likelier by much; any other force goes on smoothly unless
     another course is likelier by much. On a smooth course being held is a delay of half a sample,
     which is an effect of its own: where nothing jumps, held is told only where that effect does no
-    better. There the model must leave noise only, too: a missing effect would else choose the course.
+    better. There the model must leave noise only, too, lest a missing effect choose the course.
 
     Raises
     ------
