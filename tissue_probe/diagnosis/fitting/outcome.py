@@ -21,8 +21,8 @@ from tissue_probe.signals import FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
 BLOCKS = 8
-#: Share of the information on a value that the other blocks are credited with at least. A value that
-#: one block alone tells so stays within ten of its deviations when that block is left out.
+#: Share of the information on a value that the other blocks are credited with at least. A value
+#: that one block alone tells so stays within ten of its deviations when that block is left out.
 REASON = 1e-2
 
 
