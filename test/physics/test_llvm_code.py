@@ -103,7 +103,10 @@ def by_sympy(expression, numbers):
         reject()
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return float(function(*numbers))
+        value = function(*numbers)
+    if np.iscomplexobj(value):
+        raise TypeError("complex")
+    return float(value)
 
 
 def parts(expression):

@@ -283,7 +283,7 @@ class _Printer(Printer):
     def _print_Function(self, expression: sp.Function) -> ir.Value:
         name = expression.func.__name__
         if name in _REWRITTEN:
-            return self._print(expression.rewrite(_REWRITTEN[name]))
+            return self._print(expression.rewrite(_REWRITTEN[name], deep=False))
         if name not in _FUNCTIONS:
             raise _refused(name)
         return self._call(_FUNCTIONS[name], *map(self._print, expression.args))
