@@ -94,6 +94,12 @@ def test_none_is_found_where_the_tip_touches_from_the_first_sample_on(exponent):
     assert first_touch(position, force, 1e-3) is None
 
 
+def test_a_force_that_grows_while_the_tip_rests_is_no_touch():
+    position = np.concatenate([np.linspace(0.0, 1e-6, 40), np.full(200, 1e-6)])
+    force = np.where(np.arange(240) < 60, 0.0, 0.1)
+    assert first_touch(position, force, 1e-3) is None
+
+
 def test_the_touch_point_is_fitted_and_the_law_of_contact_found():
     given = Measurement(*touching(), 2e-3)
     found = diagnose(

@@ -51,6 +51,8 @@ def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch 
     after = last + (int(beyond[0]) if beyond.size else position.size - last)
     if last < FEWEST or after - last < FEWEST or way <= 0.0:
         return None
+    if np.ptp(position[last:after]) == 0.0:  # a tip at rest comes from nowhere
+        return None
     slope, doubt = _slope(position[: last + 1], force[: last + 1])
     following, _ = _slope(position[last:after], force[last:after])
     if not abs(slope) + 2.0 * doubt < FLAT * following:
