@@ -110,7 +110,7 @@ class _Simulation:
         slid = np.empty(times.size, int)
         for stop in [*stops, times[-1]]:
             last = np.searchsorted(times, stop, side="right")
-            # What yields in the last instant before a jump is followed from the jump on.
+            # A tip that yields in the last instant before a jump is followed from the jump on.
             while stop - now > FOUND * max(stop, 1.0):
                 events = self._events(mode)
                 found = self._advance(now, stop, state, mode, events)

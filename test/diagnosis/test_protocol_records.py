@@ -157,6 +157,31 @@ def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
     assert explained(fit)
 
 
+def test_a_force_that_goes_on_straight_between_its_samples_is_told_and_the_values_are_right():
+    """Square waves, of which a spline overshoots every jump."""
+    random = np.random.default_rng(4)
+    force = np.where(np.arange(3000) // 170 % 2 == 1, 1.0, 0.0)
+    position = pushed(force, 2e-3, held=False) + 1e-6 * random.standard_normal(force.size)
+    record = Measurement(position, force, 2e-3, at_rest=True, output=POSITION)
+    clean, _ = cleaned([record], "force_driven")
+    straight, (told,) = with_input(DRIVEN, clean, MOVED)
+    assert straight[0].between is Between.straight
+    assert "straight lines" in told.sentence
+    fit = fit_base(DRIVEN, straight, MOVED)
+    for name, true in (("tip_mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
+        assert abs(fit.named()[name] - true) < 3.0 * fit.deviations()[name]
+    assert explained(fit)
+
+
+def test_a_step_before_a_long_rest_is_motion_and_has_the_right_sign():
+    random = np.random.default_rng(5)
+    position = np.where(np.arange(20_000) < 1, 0.0, 5e-3) + 3e-5 * random.standard_normal(20_000)
+    force = 300.0 * np.where(np.arange(20_000) < 1, 0.0, 5e-3) + 1e-3 * random.standard_normal(
+        20_000
+    )
+    assert not [each for each in inspect(position, force, 1e-2).findings if each.fatal]
+
+
 def test_a_measured_force_is_not_taken_for_a_command():
     random = np.random.default_rng(2)
     time = np.arange(3000) * 1e-3

@@ -89,3 +89,8 @@ def test_a_sensor_that_is_read_late_drives_nothing(seed, run, cycle):
     noisy = position + 1e-3 * random.standard_normal(rows.size)
     held = (force + 1e-3 * random.standard_normal(rows.size))[rows // run * run]
     assert not drives(held, fresh_values(held), noisy)
+
+
+def test_a_command_that_changes_twice_is_no_channel_that_repeats_old_values():
+    rests = np.concatenate([np.full(30, 0.0), np.full(4000, 1.2e-3), np.full(4000, 4.1e-3)])
+    assert fresh_values(rests).all()

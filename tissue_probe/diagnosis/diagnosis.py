@@ -255,8 +255,8 @@ def diagnose(
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
-    known = verdict in ("adequate", "missing") and not found.carries_over
-    return replace(found, verdict="unexplained") if known else found
+    fails = verdict in ("adequate", "missing") and not found.carries_over
+    return replace(found, verdict="unexplained") if fails else found
 
 
 def prepared(

@@ -46,10 +46,7 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
         each.used & corners_that_count(each, fit.composition.rig) & _depends(each, fit.named())
         for each in fit.measurements
     ]
-    count = sum(int(each.sum()) for each in found)
-    if not 0 < count <= (1.0 - LEFT) * fit.samples:
-        return None
-    return [each.without(some) for each, some in zip(fit.measurements, found, strict=True)]
+    return fit.without(found, 1.0 - LEFT)
 
 
 def corners_that_count(measurement: Measurement, rig: str) -> BoolArray:

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.entry import Entry
 from tissue_probe.quantities import POSITION, Quantity
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,6 +196,17 @@ class Fit:
             measurement.position - force / stiffness
             for measurement, force in zip(self.measurements, self.predicted, strict=True)
         )
+
+    def without(self, samples: Sequence[BoolArray], most: float) -> list[Measurement] | None:
+        """Return the measurements without some of the samples that were fitted.
+
+        None where that leaves out none, or more than a share ``most`` of all.
+        """
+        pairs = list(zip(self.measurements, samples, strict=True))
+        count = sum(int(np.sum(each.used & some)) for each, some in pairs)
+        if not 0 < count <= most * self.samples:
+            return None
+        return [each.without(each.used & some) for each, some in pairs]
 
     def named(self) -> dict[str, float]:
         """Return values by name."""

@@ -34,10 +34,8 @@ def without_outliers(fit: Fit) -> list[Measurement] | None:
     """Return what was fitted without the outliers of a fit; None where there are none."""
     pairs = zip(fit.measurements, fit.residuals, strict=True)
     found = [outliers(residual, measurement) for measurement, residual in pairs]
-    count = sum(int(np.sum(each)) for each in found)
-    if not 0 < count <= RARE * fit.samples or _left(fit, found) > NEARLY:
-        return None
-    return [each.without(some) for each, some in zip(fit.measurements, found, strict=True)]
+    kept = fit.without(found, RARE)
+    return kept if kept and _left(fit, found) <= NEARLY else None
 
 
 def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:

@@ -29,24 +29,19 @@ MOST = 0.5
 
 def without_undecided(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit without such samples; None where there are none."""
-    pairs = zip(fit.measurements, undecided(fit, instrument), strict=True)
-    found = [each.used & hidden for each, hidden in pairs]
-    count = sum(int(each.sum()) for each in found)
-    if not 0 < count <= MOST * fit.samples:
-        return None
-    return [each.without(some) for each, some in zip(fit.measurements, found, strict=True)]
+    return fit.without(undecided(fit, instrument), MOST)
 
 
 def undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
     """Return which samples of each measurement are such: none without an effect that switches."""
+    found = [np.zeros(each.position.size, dtype=bool) for each in fit.measurements]
+    if not any(effect.drag != 0 for effect in fit.composition.effects):
+        return found
     problem = Problem(fit.composition, fit.measurements, instrument)
-    switches = any(effect.drag != 0 for effect in fit.composition.effects)
-    return [
-        _undecided(problem, fit, index, motion)
-        if switches and (motion := each.motion) is not None
-        else np.zeros(each.position.size, dtype=bool)
-        for index, each in enumerate(fit.measurements)
-    ]
+    for index, each in enumerate(fit.measurements):
+        if each.motion is not None:
+            found[index] = _undecided(problem, fit, index, each.motion)
+    return found
 
 
 def _undecided(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
