@@ -225,27 +225,37 @@ def goal(rows: int = 1, columns: int = 2, dwell_time: float = 0.2) -> ScanGrid.G
     return ScanGrid.Goal(rows=rows, columns=columns, spacing=0.01, dwell_time=dwell_time)
 
 
-class Scanning:
-    """A scan that was asked for."""
+class Acting:
+    """An action that was asked for."""
 
-    def __init__(self, running, wanted: ScanGrid.Goal) -> None:
+    def __init__(self, running, kind, name: str, wanted) -> None:
         self.running = running
-        self.feedback: list[ScanGrid.Feedback] = []
-        client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
+        self.feedback: list = []
+        client = ActionClient(running.node, kind, f"/probe/{name}")
         running.wait_until(client.server_is_ready, "the scan node")
         accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
         running.wait_until(accepted.done, "an answer")
         self.handle = accepted.result()
 
-    def result(self):
+    def result(self, timeout: float = 4 * PATIENCE):
         answer = self.handle.get_result_async()
-        self.running.wait_until(answer.done, "the scan's end")
+        self.running.wait_until(answer.done, "the scan's end", timeout)
         return answer.result()
+
+    def dwells(self) -> list[PalpationSite]:
+        return [f.site for f in self.feedback if f.site.phase == PalpationSite.DWELL]
 
     def wait_for(self, phase: int) -> None:
         self.running.wait_until(
             lambda: any(f.site.phase == phase for f in self.feedback), "the phase"
         )
+
+
+class Scanning(Acting):
+    """A scan of a grid that was asked for."""
+
+    def __init__(self, running, wanted: ScanGrid.Goal) -> None:
+        super().__init__(running, ScanGrid, "scan_grid", wanted)
 
 
 def fails_with(process: NodeProcess) -> str:

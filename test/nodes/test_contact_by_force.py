@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, Point32, Polygon, PoseStamped, Vector3
 
-from conftest import PATIENT, STAGE, Scanning, collect, driver, estimator, goal
+from conftest import (
+    PATIENT,
+    STAGE,
+    Acting,
+    Scanning,
+    collect,
+    command,
+    driver,
+    estimator,
+    foreign_process,
+    goal,
+)
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe_msgs.action import Explore, ScanSites
 from tissue_probe_msgs.msg import PalpationSite, SiteResults, StiffnessMap
 
 FILTERS = ["robust_ekf"]
@@ -78,3 +91,116 @@ def test_the_tip_stops_at_the_force_limit_and_is_lifted(session, tmp_path):
     running.wait_until(lambda: poses[-1].pose.position.z > 0.0028, "the probe to be lifted")
     # Lowered to half a millimetre it would press with 0.5 N or more: it stopped before.
     assert min(pose.pose.position.z for pose in poses) > 0.0005
+
+
+#: A surface that rises by a tenth along x, so that its normal is turned by 5.7 degrees.
+SLOPE = 0.1
+NORMAL = np.array([-SLOPE, 0.0, 1.0]) / np.hypot(1.0, SLOPE)
+
+
+def tilted(path, bend: float = 0.0):
+    """Write a tissue that rises along x, and is lower by ``bend`` [m] at the corners."""
+    along = np.linspace(-0.01, 0.05, 31)
+    x, y = (each.ravel() for each in np.meshgrid(along, along))
+    z = SLOPE * x - bend * ((x - 0.015) ** 2 + (y - 0.015) ** 2) / 0.015**2 / 2.0
+    np.savetxt(
+        path,
+        np.column_stack([x, y, z, np.full(x.size, 450.0)]),
+        delimiter=",",
+        header="x,y,z,k",
+        comments="",
+    )
+    return path
+
+
+def height_above(position, bend: float = 0.0) -> float:
+    """Return how far a place is above that tissue [m]."""
+    off = (position.x - 0.015) ** 2 + (position.y - 0.015) ** 2
+    return position.z - SLOPE * position.x + bend * off / 0.015**2 / 2.0
+
+
+def test_given_sites_on_a_tilted_surface_are_found_and_left_along_their_normals(session, tmp_path):
+    table = tilted(tmp_path / "tilted.csv")
+    running = session(
+        driver(simulated__phantom=str(table)), STAGE, scan(), estimator(*FILTERS), MAPPER
+    )
+    results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    running.activate(
+        {"/probe/driver": 2, "/probe/robust_ekf": 2}, {"/probe/robust_ekf": 2, "/probe/mapper": 2}
+    )
+    # Given as too high and as too low; up and down the slope.
+    places = [(0.02, 0.0, 0.0003), (0.005, 0.01, -0.0003), (0.025, 0.02, 0.0)]
+    wanted = ScanSites.Goal(
+        sites=[Point(x=x, y=y, z=SLOPE * x + off) for x, y, off in places],
+        normals=[Vector3(x=NORMAL[0], z=NORMAL[2])] * 3,
+        dwell_time=0.5,
+    )
+    answer = Acting(running, ScanSites, "scan_sites", wanted).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    running.wait_until(lambda: results and len(results[-1].results) == 3, "all results")
+    for one, given in zip(results[-1].results, wanted.sites, strict=True):
+        assert height_above(one.position) == pytest.approx(0.0, abs=0.0002)
+        # Along the normal alone: what the given place is beside it stays.
+        off = np.array([one.position.x - given.x, one.position.z - given.z])
+        assert off @ [NORMAL[2], -NORMAL[0]] == pytest.approx(0.0, abs=0.00005)
+        assert one.stiffness == pytest.approx(450.0, rel=0.03)
+        above = np.array([one.position.x, one.position.y, one.position.z]) + 0.003 * NORMAL
+        seen = np.array([(p.pose.position.x, p.pose.position.y, p.pose.position.z) for p in poses])
+        assert np.linalg.norm(seen - above, axis=1).min() < 0.0003
+
+
+@pytest.fixture
+def robot():
+    """Start a robot that shares no code with us; it ends when its standard input does."""
+    process = foreign_process("foreign_robot.py")
+    yield process
+    process.kill()
+    process.wait()
+
+
+@pytest.mark.crowded
+@pytest.mark.slow
+def test_an_exploration_with_a_foreign_robot_follows_a_surface_that_bends(session, tmp_path, robot):
+    # 1.5 mm lower in the corners than in the middle of a plane that is given: contact is sought
+    # within 0.5 mm of where the sites before have it.
+    bend, namespace = 0.0015, "/dvrk/PSM1"
+    table = tilted(tmp_path / "bent.csv", bend)
+    running = session(
+        driver(simulated__phantom=str(table), stage_pose=f"{namespace}/measured_cp"),
+        scan(robot=namespace, lift_height=0.005),
+        estimator(*FILTERS),
+        MAPPER,
+    )
+    results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
+    running.activate(
+        {"/probe/driver": 2, "/probe/robust_ekf": 2}, {"/probe/robust_ekf": 2, "/probe/mapper": 2}
+    )
+    command(running, namespace, "enable")
+    corners = ((0.0, 0.0), (0.03, 0.0), (0.03, 0.03), (0.0, 0.03))
+    wanted = Explore.Goal(
+        area=Polygon(points=[Point32(x=x, y=y, z=SLOPE * x) for x, y in corners]),
+        # From the middle, where the plane touches, outwards.
+        first=[Point(x=0.015 + a, y=0.015 + b) for a, b in OUTWARDS],
+        most_sites=12,
+    )
+    answer = Acting(running, Explore, "explore", wanted).result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    assert answer.result.sites_unreachable == 0
+    assert answer.result.sites_visited == 12 or answer.result.answered
+    visited = answer.result.sites_visited
+    running.wait_until(lambda: results and len(results[-1].results) == visited, "all results")
+    heights = [height_above(one.position, bend) for one in results[-1].results]
+    assert heights == pytest.approx([0.0] * visited, abs=0.0002)
+    for one in results[-1].results:
+        assert one.stiffness == pytest.approx(450.0, rel=0.03)
+    depths = [one.position.z - SLOPE * one.position.x for one in results[-1].results]
+    assert min(depths) < -0.0006  # deeper than contact is searched below the plane
+
+
+#: From the middle outwards, in steps over which the surface falls less than contact is sought.
+OUTWARDS = [
+    (radius * np.cos(angle), radius * np.sin(angle))
+    for radius, count in ((0.0, 1), (0.006, 4), (0.013, 4))
+    for angle in 2.0 * np.pi * np.arange(count) / count
+]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, Point32, Polygon, PoseStamped, Vector3
-from rclpy.action import ActionClient
 from std_srvs.srv import SetBool
 
 from conftest import (
     PATIENCE,
     PATIENT,
     STAGE,
+    Acting,
     collect,
     command,
     driver,
@@ -30,27 +30,6 @@ from tissue_probe_msgs.action import Explore, ScanSites
 from tissue_probe_msgs.msg import PalpationSite, SiteResults
 
 SCANNING = {**PATIENT, "estimators": ["ekf"]}
-
-
-class Acting:
-    """An action that was asked for."""
-
-    def __init__(self, running, kind, name: str, wanted) -> None:
-        self.running = running
-        self.feedback: list = []
-        client = ActionClient(running.node, kind, f"/probe/{name}")
-        running.wait_until(client.server_is_ready, "the scan node")
-        accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
-        running.wait_until(accepted.done, "an answer")
-        self.handle = accepted.result()
-
-    def result(self, timeout: float = 4 * PATIENCE):
-        answer = self.handle.get_result_async()
-        self.running.wait_until(answer.done, "the scan's end", timeout)
-        return answer.result()
-
-    def dwells(self) -> list[PalpationSite]:
-        return [f.site for f in self.feedback if f.site.phase == PalpationSite.DWELL]
 
 
 def area(x: float = 0.03, y: float = 0.03, slope: float = 0.0) -> Polygon:

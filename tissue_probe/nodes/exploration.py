@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.errors import TissueProbeError
+from tissue_probe.mapping.explored_surface import ExploredSurface
 from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.site_result import SiteResult, sites_of
@@ -59,7 +60,9 @@ class ExploredSites(Source):
         sought = Sought(**{name: value for name, value in named.items() if value})
         within = _polygon(goal.area)
         self._question: Question = Question(within, tuple(map(_polygon, goal.no_go)), sought)
-        self._plane = _Plane(goal.area)
+        self._surface = ExploredSurface(np.array([(p.x, p.y, p.z) for p in goal.area.points]))
+        #: Where each dwell was [m], as ``begins`` has when: the surface that was felt.
+        self._felt: list[tuple[float, float, float]] = []
         self._first = [(p.x, p.y) for p in goal.first]
         for x, y in self._first:
             here = np.array([x]), np.array([y])
@@ -72,8 +75,6 @@ class ExploredSites(Source):
         self._goal, self._outcomes = goal, heard.outcomes
         self._earlier: list[SiteResult] = []
         self._began: float | None = None
-        #: Where each dwell was, as ``begins`` has when.
-        self._places: list[tuple[float, float]] = []
         self._missed: list[tuple[float, float]] = []
         self._missed_in_a_row = 0
         self._process: DecisionProcess | None = None
@@ -119,7 +120,7 @@ class ExploredSites(Source):
     def dwelling(self, site: Site, begin: int) -> None:
         """Choose the next site meanwhile, if none is planned."""
         super().dwelling(site, begin)
-        self._places.append(site.position[:2])
+        self._felt.append(site.position)
         self._missed_in_a_row = 0
         if not self._first and not self._is_spent(planned=1):
             self._decide()
@@ -200,13 +201,13 @@ class ExploredSites(Source):
             self._decision = None
             return
         told = {one.stamp for one in results}
-        dwells = zip(self._places, self.begins, strict=True)
-        pending = [place for place, begin in dwells if begin not in told]
+        dwells = zip(self._felt, self.begins, strict=True)
+        pending = [place[:2] for place, begin in dwells if begin not in told]
         self._decision = self._process.submit(
             decide,
             sites_of(results),
             self._question,
-            start=self._places[-1] if self._places else None,
+            start=self._felt[-1][:2] if self._felt else None,
             pending=pending,
             unreachable=list(self._missed),
         )
@@ -228,23 +229,8 @@ class ExploredSites(Source):
         return future.result()
 
     def _site(self, place: tuple[float, float]) -> Site:
-        position = (*place, self._plane.height(*place))
-        return Site(len(self.begins) + len(self._missed), position, self._plane.normal)
-
-
-class _Plane:
-    """The plane through the corners of an area, by least squares."""
-
-    def __init__(self, area: Any) -> None:
-        corners = np.array([(p.x, p.y, p.z) for p in area.points])
-        self._middle = corners.mean(axis=0)
-        off = corners - self._middle
-        self._slope = np.linalg.lstsq(off[:, :2], off[:, 2], rcond=None)[0]
-        normal = np.array([*-self._slope, 1.0])
-        self.normal = tuple(map(float, normal / np.linalg.norm(normal)))
-
-    def height(self, x: float, y: float) -> float:
-        return float(self._middle[2] + self._slope @ (np.array([x, y]) - self._middle[:2]))
+        position, normal = self._surface.at(place, self._felt)
+        return Site(len(self.begins) + len(self._missed), position, normal)
 
 
 def _polygon(area: Any) -> Polygon:
