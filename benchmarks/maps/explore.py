@@ -17,7 +17,7 @@ from rich.table import Table
 
 import tissue_probe as tp
 from benchmarks.maps import tables
-from benchmarks.maps.finite_elements import Block, block
+from benchmarks.maps.finite_elements import SOLIDS, Block, block
 from benchmarks.maps.marks import Marks, felt_radius, marks_of, marks_of_block
 from benchmarks.maps.measure import BLOCKS, SHAPES, known, mapped
 from benchmarks.maps.tissues import MIXED, SIDE, Tissue
@@ -139,10 +139,11 @@ def measured(seed: int) -> Measured:
 
 def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, Any]:
     """Return marks after each number of probes and of the raster, statements and times."""
-    return gathered([measured(seed) for seed in range(first, first + count)], _blocks(folder))
+    blocks = {solid: _blocks(folder, solid) for solid in SOLIDS}
+    return gathered([measured(seed) for seed in range(first, first + count)], blocks)
 
 
-def gathered(tissues: Sequence[Measured], blocks: list[Marks]) -> dict[str, Any]:
+def gathered(tissues: Sequence[Measured], blocks: dict[str, list[Marks]]) -> dict[str, Any]:
     """Return the marks by number of probes, and all else, of many tissues."""
     return {
         "marks": {name: [one.marks[name] for one in tissues] for name in tissues[0].marks},
@@ -152,11 +153,11 @@ def gathered(tissues: Sequence[Measured], blocks: list[Marks]) -> dict[str, Any]
     }
 
 
-def _blocks(folder: Path) -> list[Marks]:
+def _blocks(folder: Path, solid: str) -> list[Marks]:
     """Explore finite-element blocks with 25 probes, each under two noises."""
     marks = []
     for number in range(1, BLOCKS + 1):
-        of = block(number, folder)
+        of = block(number, folder, solid)
         for again in range(2):
             found = explored(_of_block(of, FRESH + 2 * number + again), 25)
             begin = time.process_time()
@@ -172,7 +173,7 @@ def _of_block(of: Block, seed: int) -> Palpate:
 def shown(found: Mapping[str, Any]) -> list[Table]:
     """Return the tables."""
     marks: Mapping[str, Sequence[Marks]] = found["marks"]
-    blocks = {"25 probes, noise 1%": found["blocks"]}
+    blocks = {f"{solid}, 25 probes, noise 1%": each for solid, each in found["blocks"].items()}
     return [
         tables.table("Explored, mixed condition", marks),
         tables.table("Finite elements: spheres felt 1.2 times and more", blocks),
@@ -199,7 +200,9 @@ def kept(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return all of it as JSON has it."""
     return {
         "marks": {n: [known(asdict(one)) for one in marks] for n, marks in found["marks"].items()},
-        "blocks": [known(asdict(one)) for one in found["blocks"]],
+        "blocks": {
+            n: [known(asdict(one)) for one in marks] for n, marks in found["blocks"].items()
+        },
         "stated": [asdict(one) for one in found["stated"]],
         "decisions": found["decisions"],
     }

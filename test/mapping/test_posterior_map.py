@@ -249,6 +249,12 @@ def test_parameters_out_of_range_are_refused(wrong, message):
         map_of(sites(x, y, felt(x, y)), **wrong)
 
 
+def test_sites_in_millimetres_are_refused_before_anything_is_computed():
+    x, y = grid(7)
+    with pytest.raises(ParameterError, match="span 40 x 40 m.*are these mm"):
+        map_of(sites(1e3 * x, 1e3 * y, felt(x, y)))
+
+
 def test_no_site_with_a_value_is_refused():
     x, y = grid(3)
     with pytest.raises(ParameterError, match="none of 9 sites has a stiffness above 0"):

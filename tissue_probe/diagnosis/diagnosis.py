@@ -196,7 +196,6 @@ def diagnose(
     validation = [of_size(each, composition.scale) for each in validation]
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
-    validation = [replace(each, between=clean[0].between) for each in validation]
     findings += [*of_validation, *touched]
     if wanted:
         effects = [library[name] for name in wanted]
@@ -222,6 +221,8 @@ def diagnose(
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
+    # As the drive is between samples of the first recording, it is between those of the second.
+    validation = [replace(each, between=clean[0].between) for each in validation]
     if validation:
         progress("the models are tried on the second recording")
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *_possible(ladder)]

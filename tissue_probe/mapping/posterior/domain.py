@@ -22,6 +22,7 @@ TIP = 3.0
 _LONE = 10.0
 #: Of a spacing: the middle of four sites is 0.71 away from each.
 _REACH = 0.75
+#: Of a raster: an array of them takes 32 MB.
 _MOST_CELLS = 4_000_000
 
 
@@ -55,6 +56,11 @@ class Domain:
         ``hanging``, shape (m, 2), are sites without contact [mm]: they are in the box, and what is
         nearest to them is unknown. ``within`` is an area that is spoken of, too, however far from
         the sites.
+
+        Raises
+        ------
+        ParameterError
+            If the box has too many cells as wide as a tip's radius.
         """
         places = np.unique(np.round(np.column_stack([x, y]), 3), axis=0)
         if len(places) > 1:
@@ -68,6 +74,12 @@ class Domain:
         corners = _MM * within.corners if within is not None else np.zeros((0, 2))
         palpated = np.concatenate([places, hanging, corners])
         low, high = palpated.min(axis=0) - beyond, palpated.max(axis=0) + beyond
+        if np.prod((high - low) / TIP) > _MOST_CELLS:
+            sides = " x ".join(f"{side:.3g}" for side in (high - low) / _MM)
+            raise ParameterError(
+                f"sites and area span {sides} m, too far for a map of what a tip of "
+                f"{TIP:g} mm radius feels: give x and y in m; are these mm?"
+            )
         box = np.array([low[0], high[0], low[1], high[1]])
         return Domain(spacing, max(_REACH * spacing, TIP), box, places, hanging, within)
 
