@@ -18,6 +18,7 @@ from tissue_probe.challenge.simulator import PINK_NOISE
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -50,7 +51,8 @@ def measured(record: Record) -> Measurement:
 
 
 def second_error(challenge: Challenge, fit, instrument: Instrument) -> float:
-    moved = diagnosis.carried_over(fit, [measured(challenge.second)], instrument)
+    second = diagnosis.told_by(fit, [measured(challenge.second)], instrument)
+    moved = carried(fit.composition, fit.named(), second, instrument)
     assert moved is not None
     return moved.rmse
 

@@ -93,9 +93,9 @@ def test_a_rigid_probe_feels_tissue_and_tip(tissue):
 
 def test_values_or_states_of_another_model_are_refused():
     composition, position = Composition(effects=(EFFECTS["springpot"],)), np.zeros(9)
-    with pytest.raises(ValueError, match="13 states and 8 values"):
+    with pytest.raises(ValueError, match="17 states and 8 values"):
         force_of(composition, values_of(composition), position, start=np.zeros(2))
-    with pytest.raises(ValueError, match="13 states and 8 values"):
+    with pytest.raises(ValueError, match="17 states and 8 values"):
         force_of(composition, values_of(Composition()), position)
 
 

@@ -12,6 +12,7 @@ from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
+from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (
     Constants,
     Question,
@@ -255,6 +256,8 @@ def diagnose(
         lambda fit: found(added(fit).name, fit),
     )
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
+    if not add and (other := other_rig(diagnosis, asked, taken)):
+        notes += (other,)
     sources = tuple(each.source for each in taken)
     return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
+    from tissue_probe.diagnosis.fitting.fit import Fit
 
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."
@@ -80,12 +81,23 @@ def settings(suggestion: Suggestion) -> dict[str, str]:
 
 def _adequate(diagnosis: Diagnosis) -> list[str]:
     final = diagnosis.ladder.final
-    said = [
+    told = f"{final.rmse / final.noise:.2f}"
+    said = (
         "Adequate: nothing is missing that this recording could show; the error is "
-        f"{final.rmse / final.noise:.2f} times the noise, {final.ratio:.2f} times where known 1/f "
-        "noise and rounding count as noise."
-    ]
-    return said + _unseen(diagnosis)
+        f"{told} times the noise"
+    )
+    if (counted := f"{final.ratio:.2f}") != told:
+        said += f", {counted} times where {_counted(final)} counts as noise"
+    return [f"{said}.", *_unseen(diagnosis)]
+
+
+def _counted(fit: Fit) -> str:
+    """Say what counts as noise beside the white noise of the output."""
+    if any(each.shaken is not None for each in fit.measurements):
+        return "the force that errors of the position make"
+    if any(each.whitening is not None for each in fit.measurements):
+        return "the motion that noise of the force makes"
+    return "known 1/f noise and rounding"
 
 
 def _unseen(diagnosis: Diagnosis) -> list[str]:
@@ -200,9 +212,9 @@ def _beyond(diagnosis: Diagnosis) -> list[str]:
     if not diagnosis.reaches:
         expected = final.output.tell(diagnosis.uncertainty)
         return [
-            f"On the second recording the error is {error}, where the noise is {noise}: the first "
-            f"tells the values so roughly that {expected} are to be expected there. Fit both "
-            "together."
+            f"On the second recording the error is {error}, where the noise is {noise}. The first "
+            f"tells some values so roughly that {expected} would have been no surprise: fit both "
+            "together, to know the values better."
         ]
     return []
 

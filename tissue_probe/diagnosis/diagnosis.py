@@ -22,7 +22,7 @@ from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.adequacy import is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
-from tissue_probe.diagnosis.fitting.coloured import filtered
+from tissue_probe.diagnosis.fitting.coloured import filtered, whitened
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -225,9 +225,10 @@ def diagnose(
     validation = [replace(each, between=clean[0].between) for each in validation]
     if validation:
         progress("the models are tried on the second recording")
+        validation = told_by(ladder.final, validation, instrument)
     models = [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *_possible(ladder)]
     moved = {
-        fit.composition.names: carried_over(fit, validation, instrument)
+        fit.composition.names: carried(fit.composition, fit.named(), validation, instrument)
         for fit in models
         if validation
     }
@@ -281,6 +282,21 @@ def prepared(
     return clean, instrument, [*findings, *touched, *held]
 
 
+def plainly(
+    composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
+) -> Fit:
+    """Fit a model as ``diagnose`` does, and add nothing.
+
+    Raises
+    ------
+    MeasurementError
+        If any samples are such that a fit would be worthless, or no start leads to a fit.
+    """
+    composition, measurements, instrument = sized(composition, measurements, instrument)
+    clean, instrument, _ = prepared(composition, measurements, instrument)
+    return climb(composition, clean, instrument, {}).base
+
+
 # The searches have threads of their own: those of linear algebra would wait for one another.
 @threadpool_limits.wrap(limits=1)
 def promises(
@@ -329,19 +345,29 @@ def _likelihood(moved: Fit) -> float:
     return -0.5 * moved.samples * math.log(max(moved.cost, float(np.finfo(float).tiny)))
 
 
-def carried_over(
+def told_by(
     fit: Fit, measurements: Sequence[Measurement], instrument: Instrument
-) -> Fit | None:
-    """Carry a fitted model over to other recordings of the specimen; None where it diverges.
+) -> Sequence[Measurement]:
+    """Return other recordings of the specimen as the last model shows that they are to be weighed.
 
-    See ``carried``; once more without what no model follows there.
+    As those that are fitted: with the noise that errors of the input make, and without the samples
+    that no model follows there. All models are tried on the same samples. Where the last model
+    diverges, it shows nothing.
     """
-    moved = carried(fit.composition, fit.named(), measurements, instrument)
+    held = {name: fit.named()[name] for name in of_specimen(fit.composition)}
+
+    def moved(samples: Sequence[Measurement]) -> Fit | None:
+        return carried(fit.composition, fit.named(), samples, instrument)
+
+    found = moved(measurements)
+    if found is None:
+        return measurements
+    found = whitened(found, instrument, held)
     undecided = partial(without_undecided, instrument=instrument)
     for without in (without_corners, undecided, without_outliers):
-        kept = without(moved) if moved else None
-        moved = carried(fit.composition, fit.named(), kept, instrument) if kept else moved
-    return moved
+        kept = without(found)
+        found = (moved(kept) if kept else found) or found
+    return found.measurements
 
 
 def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:

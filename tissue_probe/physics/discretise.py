@@ -6,7 +6,9 @@ What does not: estimation; a model's equations.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
@@ -222,8 +224,7 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     # Entries by name, in polynomials: ten states would take sums of products minutes. In fractions:
     # what cancels would else leave its rounding, by the thousands of terms.
     named = program.let_matrix("a", model.state_jacobian).applyfunc(_exact)
-    entries = DomainMatrix.from_Matrix(named)
-    coefficients = [sp.N(entries.domain.to_sympy(c), 17) for c in entries.charpoly()][1:]
+    coefficients = [sp.N(c, 17) for c in _characteristic(named)]
     coefficients = program.let_matrix("c", sp.Matrix(coefficients))
     squares = [sp.Abs(c) ** sp.Rational(2, i) for i, c in enumerate(coefficients, 1)]
     square = program.let("speed", (2 * period / longest) ** 2 * sp.Max(*squares))
@@ -231,6 +232,40 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     parts = f"min(math.ceil(math.sqrt({square})), {MOST_PARTS})"
     program.line(f"if {square} > 1.0: {share} = 1.0 / {parts}")
     return share
+
+
+def _characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
+    """Return the coefficients of det(s I - A), but the leading one; that of s^(n - 1) first."""
+    s = sp.Symbol("s")
+    entries = DomainMatrix.from_Matrix(s * sp.eye(matrix.rows) - matrix)
+    found = _determinant(entries.to_sdm(), tuple(range(matrix.rows)), entries.domain)
+    return sp.Poly(entries.domain.to_sympy(found), s).all_coeffs()[1:]
+
+
+def _determinant(rows: Mapping[int, Mapping[int, Any]], columns: tuple[int, ...], domain: Any):
+    """Return the determinant of some columns of a matrix, of whose rows the zeros are left out.
+
+    By Laplace's expansion along the shortest row: in a ladder of branches, each of which feels
+    itself and one other state, nearly all are of one term then. Berkowitz's way and Gauss's take
+    minutes for it.
+    """
+    if not columns:
+        return domain.one
+    if len(rows) < len(columns):
+        return domain.zero  # a row without entries is none of them
+    first = min(rows, key=lambda row: len(rows[row]))
+    above = sorted(rows).index(first)
+    total = domain.zero
+    for column, entry in rows[first].items():
+        place = columns.index(column)
+        others = {row: _without(own, column) for row, own in rows.items() if row != first}
+        minor = _determinant(others, columns[:place] + columns[place + 1 :], domain)
+        total += (-1) ** (above + place) * entry * minor
+    return total
+
+
+def _without(row: Mapping[int, Any], column: int) -> dict[int, Any]:
+    return {place: entry for place, entry in row.items() if place != column}
 
 
 def _exact(entry: sp.Expr) -> sp.Expr:

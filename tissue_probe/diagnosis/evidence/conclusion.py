@@ -116,7 +116,7 @@ def concluded(
     if explained(best):
         steps = _path(best, ranking, steps, told)
     ladder = Ladder(base, tuple(ranking), tuple(steps), every, told, "unexplained")
-    family = _family(told) if len(told.more(best)) == 1 or explained(best) else None
+    family = _family(told)
     if ladder.final is best and explained(best):
         sure = len(told.likely) == 1
         family = None if sure else family
@@ -125,8 +125,8 @@ def concluded(
             replace(ladder, verdict=verdict if ladder.steps else "adequate", family=family)
         )
     # Where no form was accepted none of them is nearly right.
-    if family and ladder.steps and ladder.final.ratio < ROUGHLY:
-        return _ordered(replace(ladder, verdict="ambiguous", family=family))
+    if family and ladder.steps and (nearest := _nearest(family, told)):
+        return _ordered(replace(ladder, steps=(nearest,), verdict="ambiguous", family=family))
     return ladder
 
 
@@ -149,6 +149,17 @@ def _family(told: Posterior) -> str | None:
         if probability >= SURE and all(told.effect(name) < SURE for name in own):
             return family
     return None
+
+
+def _nearest(family: str, told: Posterior) -> Fit | None:
+    """Return the best form of a family, alone; None where it is not nearly right."""
+    alone = [
+        fit
+        for fit in told.models
+        if len(told.more(fit)) == 1 and fit.composition.effects[-1].family == family
+    ]
+    nearest = min(alone, key=lambda fit: fit.ratio, default=None)
+    return nearest if nearest is not None and nearest.ratio < ROUGHLY else None
 
 
 def _path(best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: Posterior) -> list[Fit]:

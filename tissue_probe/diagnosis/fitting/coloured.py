@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
-from tissue_probe.diagnosis.fitting.shaken import FAINT, felt, shaken
+from tissue_probe.diagnosis.fitting.shaken import FAINT, felt, no_louder, shaken
 from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
@@ -52,7 +52,8 @@ def _steadied(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None
         return fit
     seen = _again(fit, shaken(fit, instrument), instrument, held)
     told = _again(seen, felt(seen), instrument, held)
-    return _again(told, shaken(told, instrument), instrument, held)
+    known = _again(told, shaken(told, instrument), instrument, held)
+    return _again(known, no_louder(known), instrument, held)
 
 
 def _again(

@@ -21,7 +21,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
     NOISY,
     noise_beside_steps,
     noise_floor,
-    shared_roughness,
+    noise_not_felt,
 )
 from tissue_probe.physics.composition import CONSTANTS
 from tissue_probe.physics.extent import Extent
@@ -203,10 +203,10 @@ class Measurement:
         which is motion then (``FELT``). That few values come again and again, as of a sine whose
         period is a whole number of samples, is no step.
         """
-        noise = noise_beside_steps(self.position) / self._left
+        noise, felt = noise_not_felt(self.position, self.force)
+        noise /= self._left
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
-        felt = abs(shared_roughness(self.position, self.force))
-        return noise if noise > least and felt < FELT else 0.0
+        return noise if noise > least and abs(felt) < FELT else 0.0
 
     @property
     def is_commanded(self) -> bool:

@@ -50,12 +50,20 @@ class Shaken:
         Deviation of what the taps do not tell [unit of the output].
     memory : array, shape (k,)
         What a sample has of what each of the k before felt, the latest first [-].
+    size : float
+        Deviation of all that it makes in the output [unit of the output].
     """
 
     chain: FloatArray
     taps: FloatArray
     beside: float
     memory: FloatArray = field(default_factory=lambda: np.zeros(0))
+    size: float = 0.0
+
+    def times(self, factor: float) -> Shaken:
+        """Return the same for errors of the position that are so many times larger."""
+        chain = self.chain * (1.0, 1.0, 1.0, factor)
+        return replace(self, chain=chain, beside=factor * self.beside, size=factor * self.size)
 
     def innovations(self, noise: float, used: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Return gains, shape (n, taps + k + 1), and deviations, shape (n,), of Kalman's filter.
@@ -106,6 +114,28 @@ def _felt(
     return replace(measurement, position=told.position, motion=told, shaken=None)
 
 
+def no_louder(fit: Fit) -> list[Measurement]:
+    """Return the measurements of a fit, errors of the position no larger than its residual is.
+
+    They are told from how the motion changes from sample to sample. A motion that changes less at
+    random than that, such as a sine, has smaller ones. Whatever a model lacks makes its residual
+    larger.
+    """
+    return [
+        each if each.shaken is None else _limited(each, each.shaken, misfit / np.sum(each.used))
+        for each, misfit in zip(fit.measurements, fit.misfits, strict=True)
+    ]
+
+
+def _limited(measurement: Measurement, noise: Shaken, left: float) -> Measurement:
+    """Return a measurement whose noise is so large that of its square this share is left."""
+    square = left * (measurement.noise**2 + noise.size**2) - measurement.noise**2
+    if square >= noise.size**2:
+        return measurement
+    told = noise.times(np.sqrt(square) / noise.size) if square > 0.0 else None
+    return replace(measurement, shaken=told)
+
+
 def shaken(fit: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit with the noise that errors of the position leave in each.
 
@@ -132,7 +162,8 @@ def _shaken(problem: Problem, fit: Fit, index: int, motion: Motion) -> Shaken | 
     # Where samples are left out the model may switch with an error: that is no sum of taps.
     inside = NEAR + np.flatnonzero(fit.measurements[index].used[NEAR:-NEAR])
     change = np.concatenate([each[inside] for each in changes])
-    if not np.sqrt(np.mean(change**2)) > FAINT * fit.measurements[index].noise:
+    shaken_by = float(np.sqrt(np.mean(change**2)))
+    if not shaken_by > FAINT * fit.measurements[index].noise:
         return None
     rings = REMEMBERED if "free" in problem.kernel.spreads else 0
     felt = np.concatenate(
@@ -144,7 +175,8 @@ def _shaken(problem: Problem, fit: Fit, index: int, motion: Motion) -> Shaken | 
     size = np.sqrt(np.mean(felt**2, axis=0))
     told = np.linalg.lstsq(felt / size, change, rcond=None)[0] / size
     taps, memory = np.split(told, [2 * NEAR + 1])
-    return Shaken(motion.chain(), taps, float(np.std(change - felt @ told)), memory)
+    beside = float(np.std(change - felt @ told))
+    return Shaken(motion.chain(), taps, beside, memory, shaken_by)
 
 
 def _before(change: FloatArray, count: int) -> FloatArray:

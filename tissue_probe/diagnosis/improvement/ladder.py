@@ -17,8 +17,8 @@ from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.noise_anew import louder, quieter
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
-from tissue_probe.diagnosis.fitting.quieter import quieter
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
 from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued, removes
@@ -40,8 +40,8 @@ MOST = 3
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 #: How often samples are weighed anew: without corners, without those that hang on the position's
-#: noise, without outliers, and with less noise.
-ROUNDS = 4
+#: noise, without outliers, and with less noise or more.
+ROUNDS = 6
 
 
 def climb(
@@ -79,7 +79,7 @@ def climb(
     """
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
-    if rounds and not explained(base) and (kept := without_corners(base)):
+    if kept := _first_weighed(base, instrument, rounds):
         return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
     allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
@@ -126,6 +126,16 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     return steps
 
 
+def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
+    """Return the measurements as the model that is asked about shows that they are to be weighed.
+
+    Less noise than it leaves there is not, whatever it lacks.
+    """
+    if explained(base) or rounds == 0:
+        return None
+    return (quieter(base, instrument) if is_quiet(base) else None) or without_corners(base)
+
+
 def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
     """Return the measurements of the best model as it shows that they are to be weighed.
 
@@ -133,9 +143,9 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measure
     """
     if explained(fit) or rounds == 0:
         return None
-    if kept := without_undecided(fit, instrument) or without_outliers(fit):
-        return kept
-    return quieter(fit, instrument) if is_quiet(fit) else None
+    # The noise first: by it outliers are told, and where there is more than was counted are none.
+    told = louder(fit, instrument) or (quieter(fit, instrument) if is_quiet(fit) else None)
+    return told or without_undecided(fit, instrument) or without_outliers(fit)
 
 
 def climb_by(

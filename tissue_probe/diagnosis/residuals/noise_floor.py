@@ -102,18 +102,32 @@ def noise_beside_steps(
     return float(np.sqrt(squares / chi_squared_median(left[0].shape[1])))
 
 
-def shared_roughness(one: FloatArray, other: FloatArray) -> float:
-    """Return how alike two channels are in what is no polynomial, from -1 to 1: the median window.
+def noise_not_felt(position: FloatArray, force: FloatArray) -> tuple[float, float]:
+    """Estimate the white noise of a position where the force feels least of the motion.
 
-    Noise of a position is not felt by a force; a motion that is too quick for the samples is.
+    Noise of a position is not felt by a force; a motion that is too quick for the samples is, and
+    so is a corner between two samples. So the windows count in which the force is the smoother
+    half, see ``noise_beside_steps``.
+
+    Returns
+    -------
+    float
+        Standard deviation [unit of the position]; 0 where most windows' values are equal.
+    float
+        How alike the two channels are there in what is no polynomial, from -1 to 1: the median.
     """
-    rough = _roughness(np.arange(one.size))
-    left, right = rough(one), rough(other)
-    sizes = np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=1)
-    known = sizes > 0.0
-    return (
-        float(np.median(np.sum(left * right, axis=1)[known] / sizes[known])) if known.any() else 0.0
-    )
+    from tissue_probe.diagnosis.chance import chi_squared_median
+
+    rough = _roughness(np.arange(position.size))
+    left, right = rough(position), rough(force)
+    felt = np.linalg.norm(right, axis=1)
+    quiet = felt <= np.median(felt)
+    left, right, felt = left[quiet], right[quiet], felt[quiet]
+    sizes = np.linalg.norm(left, axis=1)
+    noise = np.sqrt(np.median(sizes**2) / chi_squared_median(left.shape[1]))
+    known = sizes * felt > 0.0
+    alike = np.sum(left * right, axis=1)[known] / (sizes * felt)[known]
+    return float(noise), float(np.median(alike)) if known.any() else 0.0
 
 
 def _roughness(numbers: IntArray) -> Callable[[FloatArray], FloatArray]:

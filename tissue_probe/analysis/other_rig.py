@@ -1,0 +1,45 @@
+"""Whether measurements look like those of another rig than the one that is asked about.
+
+What belongs here: trying the other rigs where no effect explains. What does not: what a rig is
+(``physics.rigs``), what is missing (``diagnosis``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+from tissue_probe.analysis.choices import RIG_NAMES, TissueName
+from tissue_probe.analysis.question import Question, question
+from tissue_probe.analysis.segments import Segment
+from tissue_probe.diagnosis.diagnosis import Diagnosis, plainly
+from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.errors import TissueProbeError
+from tissue_probe.physics.composition import Composition
+
+EXPLAINS = "On another rig no effect is missing: the plain model of {0} explains these measurements"
+COMMANDED = "The force is smooth to the last digits, as one that is commanded and not measured"
+ASKED = "; is the rig {0} (`rig` {0})?"
+
+
+def other_rig(found: Diagnosis, asked: Question, taken: Sequence[Segment]) -> str:
+    """Say on which other rig the measurements make sense; nothing where none is seen.
+
+    It is asked only where nothing explains the measurements, and of a model without effects.
+    """
+    own = asked.composition
+    if found.verdict != "unexplained" or own.effects:
+        return ""
+    force = Composition("force_driven").output
+    if own.output != force and all(each.measurement(force).is_commanded for each in taken):
+        return (COMMANDED + ASKED).format("force_driven")
+    for rig in (name for name in RIG_NAMES if name != own.rig):
+        other = question(rig=rig, tissue=cast(TissueName, own.tissue))
+        measurements = [each.measurement(other.composition.output) for each in taken]
+        try:
+            plain = plainly(other.composition, measurements, other.instrument)
+            if explained(plain):
+                return (EXPLAINS + ASKED).format(rig)
+        except TissueProbeError:  # on that rig they make no sense
+            continue
+    return ""
