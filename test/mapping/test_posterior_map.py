@@ -251,7 +251,7 @@ def test_parameters_out_of_range_are_refused(wrong, message):
 
 def test_sites_in_millimetres_are_refused_before_anything_is_computed():
     x, y = grid(7)
-    with pytest.raises(ParameterError, match="span 40 x 40 m.*are these mm"):
+    with pytest.raises(ParameterError, match=r"span 40 x 40 m.*are these mm"):
         map_of(sites(1e3 * x, 1e3 * y, felt(x, y)))
 
 
