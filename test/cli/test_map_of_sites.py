@@ -103,6 +103,7 @@ def test_a_higher_contrast_leaves_less_room(run, tmp_path):
         ({}, ("--raster", "0"), "raster is 0.0 m"),
         ({}, ("--contrast", "0.5"), "contrast is 0.5"),
         ({}, ("--estimator", "ekf"), "a table of sites, which has no samples"),
+        ({}, ("--topic", "/samples"), "leave out the options on position, force, time, topic"),
     ],
 )
 def test_input_that_makes_no_map_is_refused_in_a_sentence(

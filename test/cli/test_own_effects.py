@@ -115,6 +115,12 @@ def test_an_unusable_file_of_effects_is_told_where_no_model_file_is_given(
     assert not (tmp_path / "compare.png").exists()
 
 
+def test_effects_without_a_model_that_needs_them_are_refused_by_a_filter(fails, csv, own):
+    csv()
+    told = fails("estimate", "measured.csv", *STATED, "--effects", "own.py")
+    assert "--effects is for effects that a model file needs: give --model" in told
+
+
 def test_the_file_cannot_be_named_as_a_setting(fails, csv, own):
     csv()
     told = fails(*REFUSED["estimate"], "--set", "effects=own.py")

@@ -202,6 +202,10 @@ def estimate(
         changes["tip_mass"] = 0.0
         notes = (*notes, NO_MASS)
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))
+    if effects and not chosen.model:
+        raise ParameterError(
+            "`effects` is for effects that a model file needs: give `model`, or leave it out"
+        )
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)

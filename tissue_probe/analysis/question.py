@@ -171,6 +171,10 @@ def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
     flicker_noise = None
     for name, given in constants.items():
         value, deviation = given if isinstance(given, tuple) else (given, 0.0)
+        if not 0.0 <= deviation < math.inf:
+            raise ParameterError(
+                f"`constant` {name}: its standard deviation is {deviation:g}; give 0 or more"
+            )
         if name == FLICKER:
             if not 0.0 <= value < math.inf:
                 raise ParameterError(

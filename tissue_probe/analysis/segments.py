@@ -146,7 +146,7 @@ def _segments(
     chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
     found = []
     for number, piece in enumerate(chosen):
-        stretch = lowpassed(piece, lowpass) if lowpass else piece
+        stretch = piece if lowpass is None else lowpassed(piece, lowpass)
         every = round(stretch.sample_period / piece.sample_period)
         rested: Starts = starts if piece is stretches[0] or starts != "at-rest" else "moving"
         numbered = f", part {number + 1}" if len(chosen) > 1 else ""
@@ -162,7 +162,7 @@ def _segments(
                 part.name,
                 (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
                 part.recording.time_doubt,
-                None if lowpass else part.recording.noise,
+                part.recording.noise if lowpass is None else None,
                 tuple(told) if number == 0 else (),
             )
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.mapping import MapResult
@@ -25,7 +25,11 @@ def map_command(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Picture to write: .png, .svg or .pdf."
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=picture,
+            help="Picture to write: .png, .svg or .pdf.",
         ),
     ] = Path("map.png"),
     estimator: Annotated[
@@ -79,16 +83,24 @@ def map_command(
         ),
     ] = None,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="The map for programs.")
+        Path | None,
+        typer.Option("--json", metavar="FILE", callback=in_a_folder, help="The map for programs."),
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The surface as a table, .csv.")
+        Path | None,
+        typer.Option(metavar="FILE", callback=in_a_folder, help="The surface as a table, .csv."),
     ] = None,
     ply: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", callback=in_a_folder, help="The surface as a point cloud, .ply."
+        ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The map as a page for people, .html.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", callback=in_a_folder, help="The map as a page for people, .html."
+        ),
     ] = None,
 ) -> None:
     """Map a scan or a table of sites, and what could hide.
@@ -97,14 +109,21 @@ def map_command(
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
     """
     from tissue_probe.analysis.mapping import is_sites, map_sites
+    from tissue_probe.recording.layout import Layout
 
     measured.check_there([samples])
     source: Source = samples
-    if not is_sites(samples):
-        layout = measured.layout(
-            position, force, time, sample_rate, position_unit, force_unit, time_unit,
-            force_polarity, position_polarity, topic, clock,
-        )  # fmt: skip
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
+    )  # fmt: skip
+    if is_sites(samples):
+        if layout != Layout():
+            raise ValueError(
+                f"{samples} is a table of sites, which has no samples: leave out the options on "
+                "position, force, time, topic and clock"
+            )
+    else:
         source = measured.read([samples], layout)
         measured.tell(source.notes)
     result = map_sites(

@@ -70,9 +70,11 @@ def read_columns(
     Raises
     ------
     RecordingError
-        If a column cannot be read or is not found, or a unit or the polarity is not known.
+        If a column cannot be read or is not found, a unit or the polarity is not known, or
+        something is stated that only bags have.
     """
     path = source.path
+    _refuse_statements_on_bags(path, layout)
     found = roles(source, layout)
     columns, told, place = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
@@ -112,6 +114,15 @@ def read_columns(
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
     return Recording(blocks, sites, time_doubt=doubt, noise=noise), tuple(notes)
+
+
+def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
+    """Refuse what is stated of a bag's topics and clocks: a table has neither."""
+    for name, stated in (("samples_topic", layout.samples_topic), ("clock", layout.clock)):
+        if stated is not None:
+            raise RecordingError(
+                f"{path} is a table, which has no topics and one clock: leave out `{name}`"
+            )
 
 
 def _among_all(row: int, taken: Sequence[np.ndarray]) -> int:
