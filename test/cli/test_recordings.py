@@ -213,7 +213,7 @@ def test_map_of_a_recording_without_sites_says_so(fails, bag):
 def test_map_refuses_an_unknown_filter_and_an_unknown_picture(fails, bag):
     recorded = bag()
     assert "there is no estimator 'magic'" in fails("map", recorded, "-e", "magic")
-    assert "'xyz' is not supported" in fails("map", recorded, "-e", "ekf", "-o", "map.xyz")
+    assert "ends in .png, .svg or .pdf" in fails("map", recorded, "-e", "ekf", "-o", "map.xyz")
 
 
 def test_estimates_of_one_site_begin_at_time_zero(bag, run):

@@ -17,7 +17,7 @@ from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.found import Found, found_in
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, Chains, States
 from tissue_probe.mapping.sites import Sites
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3
 #: A plane takes three sites; a fourth is the first to contradict it.
@@ -50,6 +50,13 @@ class Felt:
         t = sites.t[felt] if sites.t is not None else None
         noise = sites.k_sd[felt] / sites.k[felt]
         return Felt(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
+
+    @property
+    def visits(self) -> list[IntArray]:
+        """The rows of each place, in the order of places."""
+        at = np.round(np.column_stack([self.x, self.y]), 3)
+        place = np.unique(at, axis=0, return_inverse=True)[1].ravel()
+        return [np.flatnonzero(place == number) for number in range(place.max() + 1)]
 
 
 @dataclass(frozen=True)
