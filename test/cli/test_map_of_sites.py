@@ -154,6 +154,17 @@ def test_a_map_within_an_area_speaks_of_all_of_it(tmp_path):
         (None, ("--next", "3"), "--next is of an area: give --within"),
         ({"x": [0.0, 0.01], "y": [0.0, 0.01]}, (), "--within: a polygon has shape (2, 2)"),
         ({"x": [0.0, 0.01, 0.02], "y": [0.0, 0.01, 0.02]}, (), "lie on one line"),
+        (
+            {"x": [0.0, 0.04, 0.0, 0.04], "y": [0.0, 0.04, 0.04, 0.0]},
+            (),
+            "sides of a polygon cross",
+        ),
+        (
+            {"x": [1.0, 1.04, 1.04, 1.0], "y": [0.0, 0.0, 0.04, 0.04]},
+            (),
+            "no site is in the area or near it: the area is at x 1 to 1.04 m, y 0 to 0.04 m, the "
+            "sites are at x 0 to 0.04 m, y 0 to 0.04 m",
+        ),
         ({"a": [0.0, 0.01, 0.0], "y": [0.0, 0.0, 0.01]}, (), "has no column x"),
         (SQUARE, ("--next", "101"), "from 1 to 100"),
         (SQUARE, ("--next", "3", "--no-go", "area.csv"), "no place is left"),

@@ -317,8 +317,8 @@ def map_sites(
     Raises
     ------
     TissueProbeError
-        If it cannot be read, has no recorded estimates, no sites, or none with a value; or if there
-        is no place for a further site.
+        If it cannot be read, has no recorded estimates, no sites, or none with a value; if all are
+        far from the area; or if there is no place for a further site.
     """
     area = _polygon(within, "within") if within is not None else None
     zones = [_polygon(zone, "no_go") for zone in no_go]
@@ -333,6 +333,8 @@ def map_sites(
         phantom: Phantom | FeltTable | None,
         notes: tuple[str, ...],
     ) -> MapResult:
+        if area is not None:
+            _check_near(area, sites)
         registration = _registration(pairs, sites) if pairs is not None else None
         sampled = Sampled.of(sites, area)
         found = read_out(sampled, sites, raster=raster, contrast=contrast)
@@ -381,6 +383,22 @@ def map_sites(
 def _polygon(corners: Source, parameter: str) -> Polygon:
     """Return a polygon that is given by a table of its corners; errors name the parameter."""
     return _read(parameter, corners, lambda table: Polygon(read_corners(table)), "its corners")
+
+
+def _check_near(area: Polygon, sites: Sites) -> None:
+    """Refuse an area from which all sites are farther than it is wide: no map joins the two."""
+    places = np.column_stack([sites.x, sites.y])
+    low, high = area.corners.min(axis=0), area.corners.max(axis=0)
+    off = np.maximum(np.maximum(low - places, places - high), 0.0)
+    if np.hypot(*off.T).min() > (high - low).max():
+        there, here = (
+            f"x {a[0]:.4g} to {b[0]:.4g} m, y {a[1]:.4g} to {b[1]:.4g} m"
+            for a, b in ((low, high), (places.min(axis=0), places.max(axis=0)))
+        )
+        raise ParameterError(
+            f"`within`: no site is in the area or near it: the area is at {there}, the sites are "
+            f"at {here}; give both in one frame and in m"
+        )
 
 
 def _registration(pairs: dict[str, np.ndarray], sites: Sites) -> Registration:
