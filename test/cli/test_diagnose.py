@@ -464,6 +464,7 @@ def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_
         (("data.csv", "--lowpass", "0"), "give a frequency above 0"),
         (("data.csv", "--topic", "/x"), "which has no topics and one clock: leave out --topic"),
         (("data.csv", "--clock", "stamps"), "leave out --clock"),
+        (("data.csv", "--position", "F", "--force", "F"), "--position and --force are both F"),
         (("data.csv", "--position", "F"), "column F cannot be both the position and the force"),
         (("data.csv", "--effects", "none.py"), "no such file of effects"),
         (("data.csv", "--position", "depth"), "depth"),

@@ -212,6 +212,7 @@ def read(
         samples_topic=samples_topic,
         clock=clock,
     )
+    layout.check_signals()
     return read_by(layout, sources, progress)
 
 

@@ -107,7 +107,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
         if len(periods) == 1:
             rate = 1.0 / periods.pop()
             del names["time"]
-    _refuse_one_for_two(source, names)
+    _refuse_one_for_two(source, names, wanted)
     if missing := [role for role, name in names.items() if name is None]:
         raise RecordingError(_what_is_not_told(source, missing))
     found = {role: name for role, name in names.items() if name is not None}
@@ -122,10 +122,12 @@ def roles(source: Columns, layout: Layout) -> Roles:
     return Roles(found, units, rate, tuple(told))
 
 
-def _refuse_one_for_two(source: Columns, names: dict[str, str | None]) -> None:
-    """Refuse a column that is to be two signals."""
+def _refuse_one_for_two(
+    source: Columns, names: dict[str, str | None], stated: dict[str, str | None]
+) -> None:
+    """Refuse a column that is stated for one signal, and would be found for another, too."""
     for one, other in combinations([role for role, name in names.items() if name], 2):
-        if names[one] == names[other]:
+        if names[one] == names[other] and not (stated[one] and stated[other]):
             raise RecordingError(
                 f"{source.path}: column {names[one]} cannot be both the {one} and the {other}: "
                 f"give another `{one}` or `{other}`; {source.has()}"
