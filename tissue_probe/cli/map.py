@@ -105,10 +105,11 @@ def map_command(
 ) -> None:
     """Map a scan or a table of sites, and what could hide.
 
-    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site.
+    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site, or
+    with other units in their names (x_mm, k [N/mm]).
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
     """
-    from tissue_probe.analysis.mapping import is_sites, map_sites
+    from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout
 
     measured.check_there([samples])
@@ -124,6 +125,8 @@ def map_command(
                 "position, force, time, topic and clock"
             )
     else:
+        if layout == Layout():
+            refuse_misnamed_sites(samples)
         source = measured.read([samples], layout)
         measured.tell(source.notes)
     result = map_sites(

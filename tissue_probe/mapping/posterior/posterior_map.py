@@ -27,7 +27,7 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Felt, Sampled
+from tissue_probe.mapping.posterior.sampled import FORM, LEAST_SITES, Felt, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -137,6 +137,11 @@ def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
         told.append(
             f"{given} cannot tell an inclusion from a tilted background: give {LEAST_SITES} or "
             "more places"
+        )
+    if exact := int((felt.noise == 0.0).sum()):
+        told.append(
+            f"k_sd is 0 at {exact} of {felt.x.size} sites: taken as exact, but for the {FORM:.0%} "
+            "by which an inclusion may have another form than the model's"
         )
     if disagreement > AGREEMENT:
         told.append(
