@@ -84,6 +84,12 @@ def read_columns(
     said += time.told
     position = _position(source, found, layout, signals, time, said)
     force = _scaled(source, found, "force", signals.pop("force"), layout.force_sign)
+    for role, values in (("position", position), ("force", force)):
+        if not np.isfinite(values).any():
+            raise RecordingError(
+                f"{path}: column {found.names[role]}, the {role}, has no number in any row; give "
+                f"another by `{role}`"
+            )
     notes = [f"{path}: {'; '.join(said)}"] if said else []
     sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
     known = np.isfinite(time.seconds)
