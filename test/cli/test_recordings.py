@@ -159,6 +159,20 @@ def test_map_holds_what_it_finds_against_the_recorded_phantom(run, bag):
     assert "1 of 2 nodules found, 0 inclusions where there is no nodule\n" in outcome.out
 
 
+@pytest.mark.parametrize("width", ["80", "72"])
+def test_a_map_beside_its_phantom_keeps_its_numbers_in_a_narrow_window(
+    run, bag, monkeypatch, width
+):
+    recorded = bag(metadata=described(PHANTOM))
+    monkeypatch.setenv("COLUMNS", "200")
+    wide = rows(run("map", recorded, "-e", "ekf").out)[-2]
+    monkeypatch.setenv("COLUMNS", width)
+    told = run("map", recorded, "-e", "ekf").out
+    assert "…" not in told
+    for number in " ".join(wide).split():
+        assert number in told
+
+
 def test_map_tells_the_truth_of_a_phantom_from_a_table_where_it_found_something(run, bag):
     table = {"x": [0.0, 0.02, 0.0], "y": [0.0, 0.0, 0.02], "k": [700.0, 700.0, 700.0]}
     outcome = run("map", bag(metadata=described(table)), "-e", "ekf", "-e", "ukf")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,12 +13,16 @@ from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
 
 if TYPE_CHECKING:
+    from rich.table import Column
+
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Source
     from tissue_probe.mapping.posterior.results import Inclusion
 
 #: Inclusions that are less probable are in the file for programs alone.
 TOLD = 0.5
+#: Head of a column, no wider than its numbers: all are to fit 80 characters.
+PROBABILITY = "proba-\nbility"
 
 
 def map_command(
@@ -158,7 +163,7 @@ def map_command(
 def summarize(result: MapResult) -> None:
     """Print what became of the sites, and the inclusions, beside the true nodules if known."""
     from rich.console import Console
-    from rich.table import Column, Table
+    from rich.table import Table
 
     from tissue_probe.mapping.matching import match
     from tissue_probe.physics.phantom import Phantom
@@ -168,8 +173,8 @@ def summarize(result: MapResult) -> None:
     found = [one for one in result.map.inclusions if one.probability >= TOLD]
     phantom = result.phantom
     if not isinstance(phantom, Phantom):
-        titles = ["inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background"]
-        table = Table(*titles, *(["truth there"] if phantom else []))
+        titles = ["inclusion", "x, y\n[mm]", PROBABILITY, "stiffness\n[N/m]", "over back-\nground"]
+        table = Table(*_columns([*titles, *(["truth\n[N/m]"] if phantom else [])]))
         for number, one in enumerate(found, 1):
             true = [f"{phantom.stiffness(one.x, one.y):.1f}"] if phantom else []
             ratio = f"{one.contrast:.2f}"
@@ -177,15 +182,15 @@ def summarize(result: MapResult) -> None:
         console.print(table)
         return
     titles = (
-        "true nodule\nat x, y [mm]",
+        "nodule at\nx, y [mm]",
         "depth\n[mm]",
-        "found\nat x, y [mm]",
-        "off by\n[mm]",
-        "probability",
-        "stiffness\nthere [N/m]",
-        "truth\nthere",
+        "found at\nx, y [mm]",
+        "off\n[mm]",
+        PROBABILITY,
+        "stiffness\n[N/m]",
+        "truth\n[N/m]",
     )
-    table = Table(*(Column(title, no_wrap=True) for title in titles))
+    table = Table(*_columns(titles))
     matched = match([(one.x, one.y) for one in found], [(n.x, n.y) for n in phantom.nodules])
     by_nodule = {nodule: (found[one], off) for one, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
@@ -214,6 +219,13 @@ def tell_next(result: MapResult) -> None:
     for number, one in enumerate(result.next, 1):
         table.add_row(str(number), _place(one), f"{1e6 * one.gain:.2f}")
     Console(highlight=False, markup=False).print(table)
+
+
+def _columns(titles: Sequence[str]) -> list[Column]:
+    """Return columns that break in a narrow window, where others would be cut."""
+    from rich.table import Column
+
+    return [Column(title, overflow="fold") for title in titles]
 
 
 def _place(thing) -> str:
