@@ -391,13 +391,13 @@ def table(position, force, time=TIME):
 BAD = {
     "too short": (
         table(WAVE[:60], FORCE[:60], TIME[:60]),
-        "60 samples in 0.03 s, which tell nothing",
+        "60 samples without a gap, which tell nothing",
     ),
     "no motion": (table(1e-3 + 0.0 * WAVE, FORCE), "position"),
     "no contact": (table(WAVE, FORCE - 450.0 * WAVE), "contact"),
     "constant force": (table(WAVE, 0.0 * FORCE), "force"),
     "wrong polarity": (table(PRESSED, NOISE - 450.0 * PRESSED), "--force-polarity"),
-    "no numbers": (table(np.nan * WAVE, FORCE), "no sample"),
+    "no numbers": (table(np.nan * WAVE, FORCE), "column u, the position, has no number"),
     "uneven times": (table(WAVE[::7], FORCE[::7], TIME[::7] ** 3), "irregularly"),
 }
 
