@@ -6,6 +6,8 @@ that one package raises (``recording.errors``, ``settings``), faults of a runnin
 
 from __future__ import annotations
 
+from pathlib import Path
+
 
 class TissueProbeError(ValueError):
     """Something that the user can mend; the message is a sentence: where, the fault, the remedy.
@@ -21,3 +23,19 @@ class ParameterError(TissueProbeError):
 
 class MeasurementError(TissueProbeError):
     """The samples, or the model together with them, are such that a fit would be worthless."""
+
+
+class NoFileError(TissueProbeError, FileNotFoundError):
+    """There is no file of a name; told as the operating system does, and of both families."""
+
+
+def check_file(path: Path) -> None:
+    """Refuse a path at which there is neither a file nor a folder.
+
+    Raises
+    ------
+    NoFileError
+        If there is none.
+    """
+    if not path.exists():
+        raise NoFileError(f"{path}: No such file or directory")

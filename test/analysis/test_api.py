@@ -88,6 +88,16 @@ def test_errors_are_of_one_family_and_name_the_parameter(given, options, sentenc
         tp.read(given, force_polarity="compression", **{"sample_rate": None, **options})
 
 
+@pytest.mark.parametrize(
+    "call", [tp.read, tp.preview, tp.compare, tp.diagnose, tp.estimate, tp.map, tp.load_model]
+)
+@pytest.mark.parametrize("name", ["none.csv", "none.mcap"])
+def test_a_file_that_is_not_there_is_of_the_family_of_errors_and_of_pythons_own(call, name):
+    with pytest.raises(tp.TissueProbeError, match=f"{name}: No such file") as raised:
+        call(name)
+    assert isinstance(raised.value, FileNotFoundError)
+
+
 def test_a_choice_that_is_not_known_is_refused_with_the_known_ones(measured):
     with pytest.raises(tp.TissueProbeError, match="`rig` is 'stiff'; give one of compliant_probe"):
         tp.compare(measured, rig="stiff")

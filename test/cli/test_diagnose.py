@@ -391,13 +391,13 @@ def table(position, force, time=TIME):
 BAD = {
     "too short": (
         table(WAVE[:60], FORCE[:60], TIME[:60]),
-        "60 samples in 0.03 s, which tell nothing",
+        "60 samples without a gap, which tell nothing",
     ),
     "no motion": (table(1e-3 + 0.0 * WAVE, FORCE), "position"),
     "no contact": (table(WAVE, FORCE - 450.0 * WAVE), "contact"),
     "constant force": (table(WAVE, 0.0 * FORCE), "force"),
     "wrong polarity": (table(PRESSED, NOISE - 450.0 * PRESSED), "--force-polarity"),
-    "no numbers": (table(np.nan * WAVE, FORCE), "no sample"),
+    "no numbers": (table(np.nan * WAVE, FORCE), "column u, the position, has no number"),
     "uneven times": (table(WAVE[::7], FORCE[::7], TIME[::7] ** 3), "irregularly"),
 }
 
@@ -460,6 +460,12 @@ def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_
         (("data.csv", "--constant", "mass=0.04"), "mass is no constant of compliant_probe"),
         (("data.csv", "--constant", "tip_mass=heavy"), "give NAME=VALUE"),
         (("data.csv", "--constant", "flicker_noise=-1"), "give its rms in newtons, 0 or more"),
+        (("data.csv", "--constant", "tip_mass=0.1+--5"), "its standard deviation is -5; give 0"),
+        (("data.csv", "--lowpass", "0"), "give a frequency above 0"),
+        (("data.csv", "--topic", "/x"), "which has no topics and one clock: leave out --topic"),
+        (("data.csv", "--clock", "stamps"), "leave out --clock"),
+        (("data.csv", "--position", "F", "--force", "F"), "--position and --force are both F"),
+        (("data.csv", "--position", "F"), "column F cannot be both the position and the force"),
         (("data.csv", "--effects", "none.py"), "no such file of effects"),
         (("data.csv", "--position", "depth"), "depth"),
     ],
@@ -472,6 +478,15 @@ def test_options_that_cannot_be_met_get_one_sentence(fails, recorded, arguments,
 def test_no_model_is_tried_on_what_it_is_fitted_to(fails, recorded, command):
     told = fails(command, "data.csv", "--validate", recorded)
     assert "is what is fitted; give another recording of the same specimen" in told
+
+
+@pytest.mark.parametrize("command", ["compare", "diagnose", "improve"])
+@pytest.mark.parametrize("again", ["data.csv", "folder/../data.csv", "copy.csv"])
+def test_a_recording_that_is_given_twice_is_refused(fails, recorded, tmp_path, command, again):
+    (tmp_path / "folder").mkdir()
+    shutil.copy(recorded, tmp_path / "copy.csv")
+    told = fails(command, "data.csv", again)
+    assert f"{again} has the same samples as data.csv, which would count twice" in told
 
 
 def test_a_table_given_for_a_model_is_told_and_not_quoted(fails, recorded):
@@ -488,6 +503,16 @@ def test_a_table_given_for_a_model_is_told_and_not_quoted(fails, recorded):
         ("compare", ("--json", "none/x.json"), "no folder none; make it"),
         ("diagnose", ("--json", "none/x.json"), "no folder none; make it"),
         ("improve", ("--json", "none/x.json"), "no folder none; make it"),
+        ("compare", ("--json", "."), "it is a folder; give the name of a file"),
+        ("diagnose", ("--json", "."), "it is a folder; give the name of a file"),
+        ("improve", ("--json", "."), "it is a folder; give the name of a file"),
+        ("estimate", ("-o", "none/x.csv"), "no folder none; make it"),
+        ("export", ("-o", "."), "it is a folder; give the name of a file"),
+        ("map", ("-o", "x.doc"), "ends in .png, .svg or .pdf"),
+        ("map", ("--json", "."), "it is a folder; give the name of a file"),
+        ("map", ("--csv", "."), "it is a folder; give the name of a file"),
+        ("map", ("--ply", "none/x.ply"), "no folder none; make it"),
+        ("map", ("--report", "none/x.html"), "no folder none; make it"),
     ],
 )
 def test_a_file_that_cannot_be_written_is_told_before_anything_is_read(

@@ -63,6 +63,43 @@ def test_python_gives_the_same_map(run, tmp_path):
     assert "probability" in repr(from_python)
 
 
+@pytest.mark.parametrize(
+    ("header", "sizes"),
+    [
+        ("x_mm,y_mm,k,k_sd", (1e-3, 1e-3, 1.0, 1.0)),
+        ("X [mm],Y [mm],k,k_sd", (1e-3, 1e-3, 1.0, 1.0)),
+        ("x (cm),y (mm),k [N/mm],k_sd [N/m]", (1e-2, 1e-3, 1e3, 1.0)),
+    ],
+)
+def test_units_in_the_header_are_read_as_those_of_recordings_are(tmp_path, header, sizes):
+    given = dict(zip(header.split(","), table(5).values(), strict=True))
+    scaled = {name: v / size for (name, v), size in zip(given.items(), sizes, strict=True)}
+    area = {name: v / 1e-3 for name, v in zip(("x_mm", "y_mm"), LEFT_AS_ARRAYS, strict=True)}
+    read = tp.map(write(tmp_path / "sites.csv", scaled), raster=0.002, within=area)
+    expected = tp.map(table(5), raster=0.002, within=LEFT)
+    for name in ("x", "y", "k", "k_sd"):
+        assert getattr(read.sites, name) == pytest.approx(getattr(expected.sites, name))
+    assert read.map.background.stiffness == pytest.approx(expected.map.background.stiffness, 0.01)
+
+
+@pytest.mark.parametrize("header", ["x,y,stiffness,sd", "x_mm,y_mm,E,E_sd"])
+def test_a_table_of_sites_by_other_names_is_told_what_it_needs(run, tmp_path, header):
+    named = dict(zip(header.split(","), table(3).values(), strict=True))
+    outcome = run("map", write(tmp_path / "sites.csv", named))
+    assert outcome.status == 1
+    assert "a table of sites has the columns x, y [m], k, k_sd [N/m]" in outcome.err
+    assert f"its columns are {', '.join(named)}" in outcome.err
+    with pytest.raises(tp.TissueProbeError, match="a table of sites has the columns x, y"):
+        tp.map(named)
+
+
+def test_what_a_deviation_of_nothing_means_is_told():
+    found = tp.map(table(4, k_sd=np.array([0.0] * 3 + [1.0] * 13)), raster=0.005)
+    assert any(
+        "k_sd is 0 at 3 of 16 sites: taken as exact" in each for each in found.map.check.notes
+    )
+
+
 def test_the_surface_is_written_as_a_table_and_as_a_point_cloud(run, tmp_path):
     x = table()["x"]
     path = write(tmp_path / "sites.csv", table(z=0.1 * x))
@@ -103,6 +140,7 @@ def test_a_higher_contrast_leaves_less_room(run, tmp_path):
         ({}, ("--raster", "0"), "raster is 0.0 m"),
         ({}, ("--contrast", "0.5"), "contrast is 0.5"),
         ({}, ("--estimator", "ekf"), "a table of sites, which has no samples"),
+        ({}, ("--topic", "/samples"), "leave out the options on position, force, time, topic"),
     ],
 )
 def test_input_that_makes_no_map_is_refused_in_a_sentence(
@@ -153,6 +191,17 @@ def test_a_map_within_an_area_speaks_of_all_of_it(tmp_path):
         (None, ("--next", "3"), "--next is of an area: give --within"),
         ({"x": [0.0, 0.01], "y": [0.0, 0.01]}, (), "--within: a polygon has shape (2, 2)"),
         ({"x": [0.0, 0.01, 0.02], "y": [0.0, 0.01, 0.02]}, (), "lie on one line"),
+        (
+            {"x": [0.0, 0.04, 0.0, 0.04], "y": [0.0, 0.04, 0.04, 0.0]},
+            (),
+            "sides of a polygon cross",
+        ),
+        (
+            {"x": [1.0, 1.04, 1.04, 1.0], "y": [0.0, 0.0, 0.04, 0.04]},
+            (),
+            "no site is in the area or near it: the area is at x 1 to 1.04 m, y 0 to 0.04 m, the "
+            "sites are at x 0 to 0.04 m, y 0 to 0.04 m",
+        ),
         ({"a": [0.0, 0.01, 0.0], "y": [0.0, 0.0, 0.01]}, (), "has no column x"),
         (SQUARE, ("--next", "101"), "from 1 to 100"),
         (SQUARE, ("--next", "3", "--no-go", "area.csv"), "no place is left"),
@@ -166,6 +215,9 @@ def test_areas_that_make_no_question_are_refused_in_a_sentence(
     outcome = run("map", path, *within, *arguments)
     assert outcome.status != 0
     assert message in " ".join(outcome.err.split())
+
+
+LEFT_AS_ARRAYS = [np.array(LEFT[name]) for name in "xy"]
 
 
 def turned_by_a_quarter(x, y, z=0.0):

@@ -195,9 +195,18 @@ def test_what_is_filled_in_stays_unmeasured_behind_a_low_pass(csv):
 
 
 def test_nothing_known_is_refused(tmp_path, options):
-    (tmp_path / "x.csv").write_text("t,u,F\n0.0,1,\n1.0,1,\n2.0,1,\n")
+    (tmp_path / "x.csv").write_text("t,u,F\n0.0,1,\n1.0,,1\n2.0,1,\n")
     with pytest.raises(ValueError, match="no sample whose position and force are both known"):
         options(tmp_path / "x.csv")
+
+
+def test_fewer_samples_than_tell_anything_are_refused_with_how_many_do(fails, csv, tmp_path):
+    lines = csv().read_text().splitlines()
+    (tmp_path / "short.csv").write_text("\n".join(lines[:64]) + "\n")
+    for command in ("compare", "diagnose", "estimate"):
+        told = fails(command, "short.csv", "--force-polarity", "compression")
+        assert "short.csv has 63 samples without a gap" in told
+        assert "give at least 64" in told
 
 
 @pytest.fixture

@@ -92,6 +92,35 @@ def test_a_file_of_effects_that_ends_the_program_is_told_by_name(
     assert f"own.py cannot be run: {word}" in told
 
 
+UNUSABLE = {
+    "a syntax error": ("def (", "SyntaxError"),
+    "an import of what is not there": ("import no_such_module", "No module named"),
+    "no effect": ("", "defines no effect"),
+    "no file": (None, "there is no such file of effects"),
+}
+
+
+@pytest.mark.parametrize("how", UNUSABLE)
+@pytest.mark.parametrize("command", ["compare", "diagnose"])
+def test_an_unusable_file_of_effects_is_told_where_no_model_file_is_given(
+    fails, csv, tmp_path, command, how
+):
+    csv()
+    code, word = UNUSABLE[how]
+    if code is not None:
+        (tmp_path / "mine.py").write_text(code)
+    told = fails(command, "measured.csv", *STATED, "--effects", "mine.py")
+    assert "mine.py" in told
+    assert word in told
+    assert not (tmp_path / "compare.png").exists()
+
+
+def test_effects_without_a_model_that_needs_them_are_refused_by_a_filter(fails, csv, own):
+    csv()
+    told = fails("estimate", "measured.csv", *STATED, "--effects", "own.py")
+    assert "--effects is for effects that a model file needs: give --model" in told
+
+
 def test_the_file_cannot_be_named_as_a_setting(fails, csv, own):
     csv()
     told = fails(*REFUSED["estimate"], "--set", "effects=own.py")

@@ -159,6 +159,20 @@ def test_map_holds_what_it_finds_against_the_recorded_phantom(run, bag):
     assert "1 of 2 nodules found, 0 inclusions where there is no nodule\n" in outcome.out
 
 
+@pytest.mark.parametrize("width", ["80", "72"])
+def test_a_map_beside_its_phantom_keeps_its_numbers_in_a_narrow_window(
+    run, bag, monkeypatch, width
+):
+    recorded = bag(metadata=described(PHANTOM))
+    monkeypatch.setenv("COLUMNS", "200")
+    wide = rows(run("map", recorded, "-e", "ekf").out)[-2]
+    monkeypatch.setenv("COLUMNS", width)
+    told = run("map", recorded, "-e", "ekf").out
+    assert "…" not in told
+    for number in " ".join(wide).split():
+        assert number in told
+
+
 def test_map_tells_the_truth_of_a_phantom_from_a_table_where_it_found_something(run, bag):
     table = {"x": [0.0, 0.02, 0.0], "y": [0.0, 0.0, 0.02], "k": [700.0, 700.0, 700.0]}
     outcome = run("map", bag(metadata=described(table)), "-e", "ekf", "-e", "ukf")
@@ -213,7 +227,7 @@ def test_map_of_a_recording_without_sites_says_so(fails, bag):
 def test_map_refuses_an_unknown_filter_and_an_unknown_picture(fails, bag):
     recorded = bag()
     assert "there is no estimator 'magic'" in fails("map", recorded, "-e", "magic")
-    assert "'xyz' is not supported" in fails("map", recorded, "-e", "ekf", "-o", "map.xyz")
+    assert "ends in .png, .svg or .pdf" in fails("map", recorded, "-e", "ekf", "-o", "map.xyz")
 
 
 def test_estimates_of_one_site_begin_at_time_zero(bag, run):

@@ -53,3 +53,17 @@ def test_a_square_turned_and_shifted_has_the_same_inside(angle, dx, dy, mirrored
 def test_corners_that_hold_nothing_are_refused(corners, message):
     with pytest.raises(ParameterError, match=message):
         polygon(*corners)
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_sides_that_cross_are_told_by_their_corners(turn):
+    """A bow tie has no area by the corners' formula, an uneven one has some."""
+    for wide in (0.04, 0.06):
+        corners = np.array([[0.0, 0.0], [wide, 0.04], [0.0, 0.04], [0.04, 0.0]])
+        with pytest.raises(ParameterError, match=r"sides of a polygon cross: that from corner \d"):
+            Polygon(np.roll(corners, turn, axis=0))
+
+
+def test_a_corner_that_is_given_twice_crosses_nothing():
+    closed = np.array([[0.0, 0.0], [0.04, 0.0], [0.04, 0.04], [0.0, 0.04], [0.0, 0.0]])
+    assert Polygon(closed).area == pytest.approx(0.0016)

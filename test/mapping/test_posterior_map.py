@@ -164,9 +164,26 @@ def test_three_sites_tell_no_inclusion_and_exclude_none():
     assert "3 sites cannot tell an inclusion from a tilted background" in found.check.notes[0]
 
 
-def test_one_site_has_a_map():
-    found = map_of(sites(np.zeros(1), np.zeros(1), np.array([450.0])))
-    assert np.nanmedian(found.surface.mean) == pytest.approx(450.0, rel=0.05)
+@pytest.mark.parametrize("visits", [1, 2, 5])
+def test_one_place_has_a_map_and_a_background_as_unsure_as_what_could_lie_there(visits):
+    """Nothing tells whether it lies on an inclusion: the background could be that much softer."""
+    place = np.zeros(visits)
+    found = map_of(sites(place, place, np.full(visits, 500.0)))
+    assert np.nanmedian(found.surface.mean) == pytest.approx(500.0, rel=0.05)
+    assert found.background.stiffness == pytest.approx(500.0, rel=0.02)
+    assert 75.0 < found.background.stiffness_sd < 250.0
+    assert found.inclusions == ()
+    assert "cannot tell an inclusion from a tilted background" in found.check.notes[0]
+
+
+def test_visits_of_one_place_that_contradict_one_another_are_told():
+    place, k = np.full(2, 0.01), np.array([500.0, 900.0])
+    found = map_of(sites(place, place, k))
+    assert "at x 10 mm, y 10 mm visits felt 500 and 900 N/m" in found.check.notes[0]
+    assert abs(found.background.stiffness - 671.0) < found.background.stiffness_sd
+    assert found.background.stiffness_sd > 100.0
+    rough = map_of(sites(place, place, k, relative=0.3))
+    assert not any("visits felt" in note for note in rough.check.notes)
 
 
 def test_sites_all_alike_are_plain_tissue():

@@ -177,7 +177,7 @@ def test_what_has_to_be_stated_is_asked_for(write):
 @pytest.mark.parametrize(
     ("stated", "said"),
     [
-        ({"force": "/fx"}, "has no topic /fx; it has /place, /ft"),
+        ({"force": "/fx"}, "has no topic /fx; give one of /place, /ft"),
         ({"force": "/ft.force"}, "/ft has no number at force; there are header, wrench"),
         ({"force": "/ft.wrench"}, "/ft has no number at wrench; there are force, torque"),
         ({"force_unit": "stone"}, "unit 'stone' is not known"),

@@ -227,6 +227,55 @@ def test_a_chunk_that_lies_about_its_size_is_left_out(tmp_path, caplog):
         assert "skipping the damaged chunk" in caplog.text
 
 
+@pytest.mark.parametrize("packing", ["", "zstd", "lz4"])
+def test_of_a_chunk_that_the_cut_goes_through_its_beginning_is_read(packing, tmp_path):
+    noise = random.Random(0)
+    stored = [message(time, noise.randbytes(1000)) for time in range(1, 1001)]
+    inside = chunk(SCHEMA, CHANNEL, *stored, packing=packing)
+    whole = mcap(tmp_path / "whole.mcap", inside, ended=False).read_bytes()
+    path, found = tmp_path / "cut.mcap", []
+    for part in (0.0, 0.1, 0.5, 0.9):
+        path.write_bytes(whole[: 200 + round(part * (len(whole) - 200))])
+        try:
+            bag, messages = read(path)
+        except RecordingError:  # nothing of it was unpacked
+            found.append(0)
+            continue
+        assert bag.truncated
+        assert [(m.log_time, m.data) for m in messages] == [
+            (m.log_time, m.data) for m in stored[: len(messages)]
+        ]
+        found.append(len(messages))
+    assert found[0] == 0
+    assert found == sorted(found)
+    assert found[2] > 350
+    assert found[3] > 750
+
+
+def test_zeros_behind_the_cut_make_no_message(tmp_path):
+    inside = chunk(SCHEMA, CHANNEL, *(message(time, bytes([7]) * 100) for time in range(1, 11)))
+    whole = mcap(tmp_path / "run.mcap", inside, ended=False).read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[:-170] + bytes(100))
+    assert times(path) == list(range(1, 9))
+
+
+def test_a_chunk_whose_beginning_would_fill_the_memory_is_refused(small_bounds, tmp_path):
+    bomb = chunk(packing="zstd", data=zstandard.compress(bytes(2**26)), size=2**26)
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(mcap(path, bomb, ended=False).read_bytes()[:-1])
+    with pytest.raises(RecordingError, match=r"bomb.mcap is not read: .* more than 1 MiB"):
+        open_bag(path)
+
+
+@pytest.mark.parametrize("content", [b"", random.Random(0).randbytes(5000), bytes(5000)])
+def test_a_file_of_which_nothing_can_be_read_is_refused(tmp_path, content):
+    path = tmp_path / "run.mcap"
+    path.write_bytes(MCAP0_MAGIC + content)
+    with pytest.raises(RecordingError, match=r"run.mcap begins as .* nothing .* can be read"):
+        open_bag(path)
+
+
 def test_a_killed_recording_is_read_by_mcap_s_reader_without_index(run, blocks):
     """What the README says to use without this suite."""
     whole = run.read_bytes()
@@ -236,4 +285,4 @@ def test_a_killed_recording_is_read_by_mcap_s_reader_without_index(run, blocks):
         for _ in NonSeekingReader(cut).iter_messages(log_time_order=False):
             found += 1
     run.write_bytes(cut.getvalue())
-    assert 0 < found == summarize(run).topics[0].messages
+    assert 0 < found <= summarize(run).topics[0].messages

@@ -217,7 +217,7 @@ def test_a_file_cut_off_is_warned_of_with_what_was_read(run, caplog):
     read_recording(run)
     (warning,) = caplog.messages
     assert re.search(
-        r"run.mcap was not closed .* \d complete chunks, leaving out the last", warning
+        r"run.mcap was not closed .* \d complete chunks and what there is of the next", warning
     )
 
 
@@ -378,7 +378,7 @@ def refusal(path):
         (b"t,u,F\n0,0,0\n", "is not an MCAP file"),
         (b"#ROSBAG V2.0\n", "rosbag reindex"),
         (b"SQLite format 3\0" + bytes(100), "is damaged"),
-        (b"\x89MCAP0\r\n", "no topic of type"),
+        (b"\x89MCAP0\r\n", "nothing that follows can be read"),
     ],
 )
 def test_a_file_that_is_no_bag_is_refused_with_what_it_is(content, said, tmp_path):

@@ -224,6 +224,26 @@ def test_whole_times_without_a_unit_are_refused_until_it_is_stated(tmp_path):
     assert block.sample_period == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize("time", ["0", "0.5", "1700000000"])
+def test_times_that_stand_still_are_told(tmp_path, time):
+    lines = [f"{time},{u:.9f},{f:.9f}" for u, f in zip(POSITION, FORCE, strict=True)]
+    path = text(tmp_path / "x.csv", "t,u,F", *lines)
+    with pytest.raises(RecordingError, match=r"time stands still: column t is .* in every row"):
+        read_any(path, Layout())
+
+
+@pytest.mark.parametrize("empty", ["u", "F"])
+@pytest.mark.parametrize("value", ["nan", "inf", ""])
+def test_a_column_without_a_number_is_named(tmp_path, empty, value):
+    lines = [
+        f"{t:.4f},{value if empty == 'u' else u},{value if empty == 'F' else f}"
+        for t, u, f in zip(TIME, POSITION, FORCE, strict=True)
+    ]
+    path = text(tmp_path / "x.csv", "t,u,F", *lines)
+    with pytest.raises(RecordingError, match=rf"column {empty}\b.*no number"):
+        read_any(path, Layout())
+
+
 def test_a_counter_that_wraps_is_counted_on_and_it_is_said(tmp_path):
     counts = np.rint(np.linspace(0.0, 1e5, ROWS) + 2e3 * np.sin(TIME * 60.0))
     wrapped = (counts + 2**15) % 2**16 - 2**15

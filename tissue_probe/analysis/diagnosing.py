@@ -317,10 +317,9 @@ def improve(
 
 def _check_validation(fitted: Measurements, validated: Measurements) -> None:
     """Refuse to try models on the recording that they are fitted to."""
-    known = {part.path.resolve() for part in fitted.parts if part.path}
     for part in validated.parts:
-        if part.path and part.path.resolve() in known:
+        if any(part.is_same(other) for other in fitted.parts):
             raise ParameterError(
-                f"`validate` {part.path} is what is fitted; give another recording of the same "
+                f"`validate` {part.name} is what is fitted; give another recording of the same "
                 "specimen"
             )

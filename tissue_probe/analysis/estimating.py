@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tissue_probe.analysis.choices import FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
 from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
+from tissue_probe.analysis.segments import check_enough
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
@@ -202,6 +203,10 @@ def estimate(
         changes["tip_mass"] = 0.0
         notes = (*notes, NO_MASS)
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))
+    if effects and not chosen.model:
+        raise ParameterError(
+            "`effects` is for effects that a model file needs: give `model`, or leave it out"
+        )
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)
@@ -219,6 +224,8 @@ def _doubts(part: ReadRecording) -> Iterator[str]:
         same: so were the live estimates, which are to come out again.
     """
     longest = max(part.recording.blocks, key=len)
+    if not part.is_own:
+        check_enough(part.name, len(longest))
     for found in inspect(longest.position, longest.force, longest.sample_period).findings:
         if found.fatal and not part.is_own:
             raise MeasurementError(f"{part.name}: {found.sentence}")

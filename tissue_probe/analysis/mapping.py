@@ -40,7 +40,7 @@ from tissue_probe.recording.open_bag import is_bag
 from tissue_probe.recording.ply import write_ply
 from tissue_probe.recording.point_pairs import read_pairs
 from tissue_probe.recording.reader import read_estimates
-from tissue_probe.recording.site_table import is_site_table, read_sites
+from tissue_probe.recording.site_table import is_site_table, read_sites, refuse_misnamed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -289,7 +289,8 @@ def map_sites(
     ----------
     measured : Measurements, path, or table in memory
         The scan, with its announced sites; or a table with the columns x, y [m], k, k_sd [N/m] and
-        perhaps z [m], t [s] and site, a row a visit of a site.
+        perhaps z [m], t [s] and site, a row a visit of a site; or with other units in their names,
+        such as x_mm.
     estimators : sequence of str
         Filters to run on the samples of a scan; by default the recorded estimates are taken.
     effects : sequence of path
@@ -317,8 +318,8 @@ def map_sites(
     Raises
     ------
     TissueProbeError
-        If it cannot be read, has no recorded estimates, no sites, or none with a value; or if there
-        is no place for a further site.
+        If it cannot be read, has no recorded estimates, no sites, or none with a value; if all are
+        far from the area; or if there is no place for a further site.
     """
     area = _polygon(within, "within") if within is not None else None
     zones = [_polygon(zone, "no_go") for zone in no_go]
@@ -333,6 +334,8 @@ def map_sites(
         phantom: Phantom | FeltTable | None,
         notes: tuple[str, ...],
     ) -> MapResult:
+        if area is not None:
+            _check_near(area, sites)
         registration = _registration(pairs, sites) if pairs is not None else None
         sampled = Sampled.of(sites, area)
         found = read_out(sampled, sites, raster=raster, contrast=contrast)
@@ -359,6 +362,7 @@ def map_sites(
             columns["x"], columns["y"], z, columns.get("t"), columns["k"], columns["k_sd"]
         )
         return asked(sites, (), None, ())
+    refuse_misnamed_sites(measured)
     parts = measurements_of(measured).parts
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
@@ -381,6 +385,22 @@ def map_sites(
 def _polygon(corners: Source, parameter: str) -> Polygon:
     """Return a polygon that is given by a table of its corners; errors name the parameter."""
     return _read(parameter, corners, lambda table: Polygon(read_corners(table)), "its corners")
+
+
+def _check_near(area: Polygon, sites: Sites) -> None:
+    """Refuse an area from which all sites are farther than it is wide: no map joins the two."""
+    places = np.column_stack([sites.x, sites.y])
+    low, high = area.corners.min(axis=0), area.corners.max(axis=0)
+    off = np.maximum(np.maximum(low - places, places - high), 0.0)
+    if np.hypot(*off.T).min() > (high - low).max():
+        there, here = (
+            f"x {a[0]:.4g} to {b[0]:.4g} m, y {a[1]:.4g} to {b[1]:.4g} m"
+            for a, b in ((low, high), (places.min(axis=0), places.max(axis=0)))
+        )
+        raise ParameterError(
+            f"`within`: no site is in the area or near it: the area is at {there}, the sites are "
+            f"at {here}; give both in one frame and in m"
+        )
 
 
 def _registration(pairs: dict[str, np.ndarray], sites: Sites) -> Registration:
@@ -412,8 +432,27 @@ def is_sites(measured: Source) -> bool:
     return _site_table(measured) is not None
 
 
+def refuse_misnamed_sites(measured: Source) -> None:
+    """Refuse a table of places whose stiffness has another name than a table of sites needs.
+
+    Raises
+    ------
+    RecordingError
+        Says which columns it needs.
+    """
+    columns = _columns(measured)
+    if columns is not None:
+        refuse_misnamed(columns)
+
+
 def _site_table(measured: Source) -> Columns | None:
     """Return the table of sites that is given, if it is one."""
+    columns = _columns(measured)
+    return columns if columns is not None and is_site_table(columns) else None
+
+
+def _columns(measured: Source) -> Columns | None:
+    """Return the columns of what is given, if it is a table."""
     if isinstance(measured, Measurements):
         return None
     try:
@@ -421,7 +460,6 @@ def _site_table(measured: Source) -> Columns | None:
             path = Path(measured)
             if path.is_dir() or is_bag(path):
                 return None
-        columns = _table(measured)
+        return _table(measured)
     except RecordingError:
         return None  # whoever reads samples says why
-    return columns if is_site_table(columns) else None

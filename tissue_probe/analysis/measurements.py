@@ -10,11 +10,13 @@ import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissue_probe.errors import ParameterError
 from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.source import Progress
@@ -57,6 +59,17 @@ class ReadRecording:
     notes: tuple[str, ...]
     is_own: bool = False
     origin: int = 0
+
+    def is_same(self, other: ReadRecording) -> bool:
+        """Whether it has the very samples of another: the same file, by whatever path, or a copy.
+
+        Two sheets of a file, or two sensors of a bag, are two recordings.
+        """
+        ours, theirs = self.recording, other.recording
+        return len(ours) == len(theirs) and all(
+            np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=True)
+            for name in ("position", "force")
+        )
 
     def digest(self) -> str:
         """Return the SHA-256 of the file's bytes, or of the samples where there is no file."""
@@ -181,6 +194,8 @@ def read(
     ------
     RecordingError
         If something cannot be read, or does not tell all that is needed; names the parameter.
+    ParameterError
+        If a recording is given twice.
     """
     if not sources:
         raise TypeError("read() needs a file or a table")
@@ -197,6 +212,7 @@ def read(
         samples_topic=samples_topic,
         clock=clock,
     )
+    layout.check_signals()
     return read_by(layout, sources, progress)
 
 
@@ -213,7 +229,18 @@ def read_by(
             told((before + share) / count)
 
         parts += _read_one(source, layout, advance, f"{IN_MEMORY} {number + 1}")
+    _refuse_repeats(parts)
     return Measurements(tuple(parts))
+
+
+def _refuse_repeats(parts: Sequence[ReadRecording]) -> None:
+    """Refuse a recording that is given twice: it would count twice, and look surer than it is."""
+    for one, other in combinations(parts, 2):
+        if one.is_same(other):
+            raise ParameterError(
+                f"{other.name} has the same samples as {one.name}, which would count twice: leave "
+                "one of them out"
+            )
 
 
 def measurements_of(source: Source | Sequence[Source]) -> Measurements:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -107,7 +107,10 @@ def question(
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     instrument = _instrument(begun.composition.rig, known_rig, constants or {})
-    return Question(begun, instrument, notes)
+    asked = Question(begun, instrument, notes)
+    if begun.effect_files:
+        _ = asked.library  # a file that cannot be used is told before anything is fitted
+    return asked
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
@@ -138,7 +141,7 @@ def _begun(
     if model is None:
         plain = Composition(rig or "compliant_probe", tissue or "kelvin_voigt")
         return FittedModel(plain, {}, {}, effect_files=effect_files)
-    found = model if isinstance(model, FittedModel) else _load(model, effect_files)
+    found = _load(model, effect_files)
     for name, given, own in (
         ("rig", rig, found.composition.rig),
         ("tissue", tissue, found.composition.tissue),
@@ -152,11 +155,14 @@ def _begun(
     return found
 
 
-def _load(path: str | Path, effect_files: tuple[Path, ...]) -> FittedModel:
-    """Read a model file; what reads YAML is imported only where there is one."""
+def _load(model: str | Path | FittedModel, effect_files: tuple[Path, ...]) -> FittedModel:
+    """Return a model with the user's files of effects; what reads YAML is imported for a file."""
+    if isinstance(model, FittedModel):
+        files = dict.fromkeys((*model.effect_files, *effect_files))
+        return replace(model, effect_files=tuple(files))
     from tissue_probe.physics.model_file import load
 
-    return load(path, effect_files)
+    return load(model, effect_files)
 
 
 def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
@@ -165,6 +171,10 @@ def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
     flicker_noise = None
     for name, given in constants.items():
         value, deviation = given if isinstance(given, tuple) else (given, 0.0)
+        if not 0.0 <= deviation < math.inf:
+            raise ParameterError(
+                f"`constant` {name}: its standard deviation is {deviation:g}; give 0 or more"
+            )
         if name == FLICKER:
             if not 0.0 <= value < math.inf:
                 raise ParameterError(

@@ -13,7 +13,7 @@ from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
-from tissue_probe.diagnosis.inspection.information import ENOUGH, stiffness_deviation
+from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffness_deviation
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import Quantity
@@ -117,7 +117,7 @@ def segments(
     Raises
     ------
     RecordingError
-        If a file has no sample that is known, or no such site.
+        If a file has no sample that is known, too few of them, or no such site.
     ParameterError
         If ``starts`` or ``course`` is none of these.
     """
@@ -137,6 +137,7 @@ def _segments(
     stretches = [stretch for found, _ in cut for stretch in found]
     if not stretches:
         raise RecordingError(f"{part.name} has no sample whose position and force are both known")
+    check_enough(part.name, max(map(len, stretches)))
     known = [found for found, _ in cut]
     told = [
         *part.notes,
@@ -146,7 +147,7 @@ def _segments(
     chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
     found = []
     for number, piece in enumerate(chosen):
-        stretch = lowpassed(piece, lowpass) if lowpass else piece
+        stretch = piece if lowpass is None else lowpassed(piece, lowpass)
         every = round(stretch.sample_period / piece.sample_period)
         rested: Starts = starts if piece is stretches[0] or starts != "at-rest" else "moving"
         numbered = f", part {number + 1}" if len(chosen) > 1 else ""
@@ -162,11 +163,25 @@ def _segments(
                 part.name,
                 (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
                 part.recording.time_doubt,
-                None if lowpass else part.recording.noise,
+                part.recording.noise if lowpass is None else None,
                 tuple(told) if number == 0 else (),
             )
         )
     return found
+
+
+def check_enough(name: str, count: int) -> None:
+    """Refuse a recording whose longest stretch of samples is too short.
+
+    Raises
+    ------
+    RecordingError
+        If it is shorter than ``FEWEST``.
+    """
+    if count < FEWEST:
+        raise RecordingError(
+            f"{name} has {count} samples without a gap, which tell nothing; give at least {FEWEST}"
+        )
 
 
 def _is_long(block: SampleBlock) -> bool:

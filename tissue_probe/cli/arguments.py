@@ -14,14 +14,16 @@ def in_a_folder(path: Path | None) -> Path | None:
     Raises
     ------
     ValueError
-        If there is no such folder.
+        If there is no such folder, or it is itself a folder.
     """
+    if path and path.is_dir():
+        raise ValueError(f"{path} cannot be written: it is a folder; give the name of a file")
     if path and not path.parent.is_dir():
         raise ValueError(f"{path} cannot be written: there is no folder {path.parent}; make it")
     return path
 
 
-def picture(path: Path) -> Path:
+def picture(path: Path) -> Path | None:
     """Return a picture that is to be written.
 
     Raises
@@ -47,6 +49,7 @@ Table = Annotated[
         "--output",
         "-o",
         metavar="FILE",
+        callback=in_a_folder,
         help="Table to write: .csv or .parquet; replaced if there.",
     ),
 ]

@@ -73,6 +73,11 @@ def _tell_bag(samples: Path, parameters: bool) -> None:
     from tissue_probe.signals import NANOSECONDS
 
     summary = summarize(samples)
+    if summary.truncated and not summary.topics and not summary.metadata:
+        raise ValueError(
+            f"{samples}: nothing in it can be read: it was cut off before its first message; give "
+            "another recording"
+        )
     begin = (
         datetime.fromtimestamp(summary.start / NANOSECONDS).isoformat(" ", "seconds")
         if summary.start is not None

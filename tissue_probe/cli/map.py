@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
 
 if TYPE_CHECKING:
+    from rich.table import Column
+
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Source
     from tissue_probe.mapping.posterior.results import Inclusion
 
 #: Inclusions that are less probable are in the file for programs alone.
 TOLD = 0.5
+#: Head of a column, no wider than its numbers: all are to fit 80 characters.
+PROBABILITY = "proba-\nbility"
 
 
 def map_command(
@@ -25,7 +30,11 @@ def map_command(
     output: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Picture to write: .png, .svg or .pdf."
+            "--output",
+            "-o",
+            metavar="FILE",
+            callback=picture,
+            help="Picture to write: .png, .svg or .pdf.",
         ),
     ] = Path("map.png"),
     estimator: Annotated[
@@ -79,32 +88,50 @@ def map_command(
         ),
     ] = None,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="The map for programs.")
+        Path | None,
+        typer.Option("--json", metavar="FILE", callback=in_a_folder, help="The map for programs."),
     ] = None,
     csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The surface as a table, .csv.")
+        Path | None,
+        typer.Option(metavar="FILE", callback=in_a_folder, help="The surface as a table, .csv."),
     ] = None,
     ply: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The surface as a point cloud, .ply.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", callback=in_a_folder, help="The surface as a point cloud, .ply."
+        ),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The map as a page for people, .html.")
+        Path | None,
+        typer.Option(
+            metavar="FILE", callback=in_a_folder, help="The map as a page for people, .html."
+        ),
     ] = None,
 ) -> None:
     """Map a scan or a table of sites, and what could hide.
 
-    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site.
+    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site, or
+    with other units in their names (x_mm, k [N/mm]).
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
     """
-    from tissue_probe.analysis.mapping import is_sites, map_sites
+    from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
+    from tissue_probe.recording.layout import Layout
 
     measured.check_there([samples])
     source: Source = samples
-    if not is_sites(samples):
-        layout = measured.layout(
-            position, force, time, sample_rate, position_unit, force_unit, time_unit,
-            force_polarity, position_polarity, topic, clock,
-        )  # fmt: skip
+    layout = measured.layout(
+        position, force, time, sample_rate, position_unit, force_unit, time_unit,
+        force_polarity, position_polarity, topic, clock,
+    )  # fmt: skip
+    if is_sites(samples):
+        if layout != Layout():
+            raise ValueError(
+                f"{samples} is a table of sites, which has no samples: leave out the options on "
+                "position, force, time, topic and clock"
+            )
+    else:
+        if layout == Layout():
+            refuse_misnamed_sites(samples)
         source = measured.read([samples], layout)
         measured.tell(source.notes)
     result = map_sites(
@@ -136,7 +163,7 @@ def map_command(
 def summarize(result: MapResult) -> None:
     """Print what became of the sites, and the inclusions, beside the true nodules if known."""
     from rich.console import Console
-    from rich.table import Column, Table
+    from rich.table import Table
 
     from tissue_probe.mapping.matching import match
     from tissue_probe.physics.phantom import Phantom
@@ -146,8 +173,8 @@ def summarize(result: MapResult) -> None:
     found = [one for one in result.map.inclusions if one.probability >= TOLD]
     phantom = result.phantom
     if not isinstance(phantom, Phantom):
-        titles = ["inclusion", "x, y [mm]", "probability", "stiffness [N/m]", "over background"]
-        table = Table(*titles, *(["truth there"] if phantom else []))
+        titles = ["inclusion", "x, y\n[mm]", PROBABILITY, "stiffness\n[N/m]", "over back-\nground"]
+        table = Table(*_columns([*titles, *(["truth\n[N/m]"] if phantom else [])]))
         for number, one in enumerate(found, 1):
             true = [f"{phantom.stiffness(one.x, one.y):.1f}"] if phantom else []
             ratio = f"{one.contrast:.2f}"
@@ -155,15 +182,15 @@ def summarize(result: MapResult) -> None:
         console.print(table)
         return
     titles = (
-        "true nodule\nat x, y [mm]",
+        "nodule at\nx, y [mm]",
         "depth\n[mm]",
-        "found\nat x, y [mm]",
-        "off by\n[mm]",
-        "probability",
-        "stiffness\nthere [N/m]",
-        "truth\nthere",
+        "found at\nx, y [mm]",
+        "off\n[mm]",
+        PROBABILITY,
+        "stiffness\n[N/m]",
+        "truth\n[N/m]",
     )
-    table = Table(*(Column(title, no_wrap=True) for title in titles))
+    table = Table(*_columns(titles))
     matched = match([(one.x, one.y) for one in found], [(n.x, n.y) for n in phantom.nodules])
     by_nodule = {nodule: (found[one], off) for one, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
@@ -192,6 +219,13 @@ def tell_next(result: MapResult) -> None:
     for number, one in enumerate(result.next, 1):
         table.add_row(str(number), _place(one), f"{1e6 * one.gain:.2f}")
     Console(highlight=False, markup=False).print(table)
+
+
+def _columns(titles: Sequence[str]) -> list[Column]:
+    """Return columns that break in a narrow window, where others would be cut."""
+    from rich.table import Column
+
+    return [Column(title, overflow="fold") for title in titles]
 
 
 def _place(thing) -> str:

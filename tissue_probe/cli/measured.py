@@ -228,7 +228,7 @@ def layout(
     """
     from tissue_probe.recording.layout import Layout
 
-    return Layout(
+    found = Layout(
         position=position,
         force=force,
         time=time,
@@ -241,6 +241,8 @@ def layout(
         samples_topic=topic,
         clock=clock.value if clock else None,
     )
+    found.check_signals()
+    return found
 
 
 def read(paths: Sequence[Path], layout: Layout) -> MeasurementsRead:

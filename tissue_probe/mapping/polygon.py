@@ -28,7 +28,7 @@ class Polygon:
     Raises
     ------
     ParameterError
-        If there are fewer than three corners, one is not finite, or nothing is inside.
+        If there are fewer than three corners, one is not finite, sides cross, or nothing is inside.
     """
 
     corners: FloatArray
@@ -40,8 +40,24 @@ class Polygon:
             )
         if not np.isfinite(self.corners).all():
             raise ParameterError("a corner of a polygon is not finite: give numbers in m")
+        if crossed := self._crossed():
+            one, other = crossed
+            raise ParameterError(
+                f"the sides of a polygon cross: that from corner {one + 1} on and that from corner "
+                f"{other + 1} on; give the corners in their order around the area"
+            )
         if not self.area > _ON_EDGE * float(np.ptp(self.corners, axis=0).max()):
             raise ParameterError("the corners of a polygon lie on one line: nothing is inside")
+
+    def _crossed(self) -> tuple[int, int] | None:
+        """Return two sides that cross, each by the number of its first corner; None if none do."""
+        starts, ends = self.corners, np.roll(self.corners, -1, axis=0)
+        for side, (start, end) in enumerate(zip(starts, ends, strict=True)):
+            apart = _left(start, end, starts) * _left(start, end, ends) < 0.0
+            apart &= _left(starts, ends, start) * _left(starts, ends, end) < 0.0
+            if apart.any():
+                return side, int(np.flatnonzero(apart)[0])
+        return None
 
     @property
     def area(self) -> float:
@@ -63,3 +79,9 @@ class Polygon:
             between = (x - ax) * (x - bx) + (y - ay) * (y - by) <= 0.0
             on_edge |= between & (np.abs(off) <= _ON_EDGE * np.hypot(bx - ax, by - ay))
         return inside | on_edge
+
+
+def _left(start: FloatArray, end: FloatArray, place: FloatArray) -> FloatArray:
+    """Return which side of a line places are on: positive to its left, 0 on it."""
+    (ax, ay), (bx, by), (x, y) = start.T, end.T, place.T
+    return np.sign((bx - ax) * (y - ay) - (by - ay) * (x - ax))

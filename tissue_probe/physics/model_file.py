@@ -18,6 +18,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tissue_probe import bounded_yaml
+from tissue_probe.errors import check_file
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS, Effect
 from tissue_probe.physics.entry import Entry
@@ -231,10 +232,13 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         If it needs an effect that is neither in the library nor in those files.
     ModelFileError
         If it is no model file, or what it says does not go together.
+    NoFileError
+        If there is no such file.
     OSError
         If it cannot be read.
     """
     path = Path(path)
+    check_file(path)
     file = _validated(path, _content(path))
     # One file may be named twice, by different ways to it.
     own_files = tuple({Path(each).resolve(): Path(each) for each in effect_files}.values())

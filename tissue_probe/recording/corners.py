@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_probe.recording.columns.source import Columns
-from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.quantity_columns import read_quantities
+from tissue_probe.recording.units import POSITION_UNITS
 from tissue_probe.signals import FloatArray
 
 
@@ -20,10 +21,5 @@ def read_corners(columns: Columns) -> FloatArray:
     RecordingError
         If a column is missing, or one holds no numbers.
     """
-    names = ("x", "y")
-    columns.require(names)
-    loaded = columns.read(list(names)).columns
-    for name, values in zip(names, loaded, strict=True):
-        if values.dtype.kind not in "fiu":
-            raise RecordingError(f"{columns.path}: column {name} holds no numbers")
-    return np.column_stack([values.astype(np.float64) for values in loaded])
+    found = read_quantities(columns, {"x": POSITION_UNITS, "y": POSITION_UNITS}, ("x", "y"))
+    return np.column_stack([found["x"], found["y"]])

@@ -6,6 +6,7 @@ What belongs here: the user's statements. What does not: reading files by them (
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Literal
 
 from tissue_probe.errors import ParameterError
@@ -66,6 +67,21 @@ class Layout:
             raise ParameterError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
         if self.sample_rate is not None and (self.time or self.time_unit):
             raise ParameterError("`time` and `sample_rate` exclude each other; give one of them")
+
+    def check_signals(self) -> None:
+        """Refuse one column or field for two signals.
+
+        Raises
+        ------
+        ParameterError
+            If two of ``position``, ``force`` and ``time`` have the same name.
+        """
+        stated = {"position": self.position, "force": self.force, "time": self.time}
+        for one, other in combinations([name for name, given in stated.items() if given], 2):
+            if stated[one] == stated[other]:
+                raise ParameterError(
+                    f"`{one}` and `{other}` are both {stated[one]}: give one of each"
+                )
 
     @property
     def force_sign(self) -> float:

@@ -28,13 +28,22 @@ from mcap.writer import MCAP0_MAGIC
 
 from tissue_probe.recording.bag import RawMessage, Topic
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.unpacking import DAMAGED, LARGEST, Budget, unpack, unpack_message
+from tissue_probe.recording.unpacking import (
+    DAMAGED,
+    LARGEST,
+    Budget,
+    unpack,
+    unpack_beginning,
+    unpack_message,
+)
 
 _log = logging.getLogger(__name__)
 
 _PREFIX = Struct("<BQ")  # opcode, length
 _MESSAGE = Struct("<HIQQ")  # channel, sequence, log time, publish time
 _CHANNEL = Struct("<H")  # of a message
+_CHUNK = Struct("<QQQII")  # its times, size and checksum unpacked, length of its packing's name
+_LENGTH = Struct("<Q")  # of what is packed
 _UP_TO_CRC = 16  # bytes of a footer before the summary's checksum, which counts them too
 _BLOCK = 2**20
 _NO_SCHEMA = Schema(id=0, data=b"", encoding="", name="")
@@ -49,6 +58,7 @@ class _Part(NamedTuple):
     end: int
     chunk: bool
     channels: frozenset[int] = frozenset()
+    cut: bool = False
 
 
 class _Summary(NamedTuple):
@@ -60,6 +70,8 @@ class _Summary(NamedTuple):
 
 class McapBag:
     """An MCAP file (``bag.Bag``); of one that was cut off, everything before the cut.
+
+    Of a packed chunk that the cut goes through, the blocks of the packing that are complete.
 
     It is read through once when it is opened. What its checksums contradict is told by a warning,
     and left out where it can be told which records are meant. The caller has checked that
@@ -75,7 +87,7 @@ class McapBag:
     Raises
     ------
     RecordingError
-        If more would be unpacked than a measurement holds.
+        If more would be unpacked than a measurement holds, or no record can be read.
     """
 
     def __init__(self, path: Path, name: object = None) -> None:
@@ -134,6 +146,12 @@ class McapBag:
                 return _Summary()
             self._take(opcode, file, begin, end)
             complete = end
+        if complete == len(MCAP0_MAGIC):
+            raise RecordingError(
+                f"{self._name} begins as an MCAP file does, and nothing that follows can be read: "
+                "it was cut off at once, or is damaged; give another recording"
+            )
+        self._take_beginning(file, complete)
         self._warn_of_end(file, complete)
         return _Summary()
 
@@ -170,6 +188,14 @@ class McapBag:
             else:
                 self._parts.append(_Part(begin, end, chunk=False))
 
+    def _take_beginning(self, file: BinaryIO, begin: int) -> None:
+        """Note the chunk that a cut goes through: its complete messages are read, too."""
+        prefix = _content(file, begin, begin + _PREFIX.size)
+        if len(prefix) < _PREFIX.size or _is_closed(file):
+            return
+        if _PREFIX.unpack(prefix)[0] == Opcode.CHUNK:
+            self._parts.append(_Part(begin + _PREFIX.size, _size(file), chunk=True, cut=True))
+
     def _examine_parts(self, file: BinaryIO) -> None:
         """Learn from each part which topics there are, and which are in it."""
         budget = Budget(self._path, self._name)
@@ -184,7 +210,7 @@ class McapBag:
                 elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                     self._learn(opcode, data[begin:end])
                 complete = end
-            if complete != len(data):
+            if complete != len(data) and not part.cut:
                 self._warn_of_damage(part, f"its records end at byte {complete} of {len(data)}")
             self._counts.update(counts)
             self._parts[number] = part._replace(channels=frozenset(counts))
@@ -223,7 +249,10 @@ class McapBag:
         try:
             if part.end - part.begin > LARGEST:
                 raise ValueError(f"it is longer than {LARGEST >> 20} MiB")
-            chunk = Chunk.read(_stream(_content(file, part.begin, part.end)))
+            content = _content(file, part.begin, part.end)
+            if part.cut:
+                return _beginning(self._name, content)
+            chunk = Chunk.read(_stream(content))
             data = unpack(self._name, chunk.compression, chunk.data, chunk.uncompressed_size)
             if chunk.uncompressed_crc and chunk.uncompressed_crc != zlib.crc32(data):
                 raise ValueError("it does not have the checksum that it carries")
@@ -291,20 +320,58 @@ class McapBag:
         _log.warning("%s: skipping %s at byte %d (%s)", self._name, what, part.begin, said)
 
     def _warn_of_end(self, file: BinaryIO, complete: int) -> None:
-        size = file.seek(0, SEEK_END)
-        file.seek(max(size - len(MCAP0_MAGIC), 0))
-        closed = file.read() == MCAP0_MAGIC and complete < size
+        whole = sum(part.chunk and not part.cut for part in self._parts)
+        if any(part.cut for part in self._parts):
+            _log.warning(
+                "%s was not closed by its recorder; reading its %d complete chunks and what there "
+                "is of the next",
+                self._name, whole,
+            )  # fmt: skip
+            return
+        size = _size(file)
+        closed = _is_closed(file) and complete < size
         _log.warning(
             "%s %s; reading its %d complete chunks, leaving out the last %d bytes",
             self._name,
             f"is damaged at byte {complete}" if closed else "was not closed by its recorder",
-            sum(part.chunk for part in self._parts),
+            whole,
             size - complete,
         )
 
 
 def _stream(data: bytes) -> ReadDataStream:
     return ReadDataStream(BytesIO(data))
+
+
+def _size(file: BinaryIO) -> int:
+    return file.seek(0, SEEK_END)
+
+
+def _is_closed(file: BinaryIO) -> bool:
+    """Whether a file ends as a closed one does."""
+    file.seek(max(_size(file) - len(MCAP0_MAGIC), 0))
+    return file.read() == MCAP0_MAGIC
+
+
+def _beginning(name: object, data: bytes) -> bytes:
+    """Return the records of a chunk that was cut off, as far as they go.
+
+    Raises
+    ------
+    ValueError
+        If the chunk is not cut off by its own length: then it is damaged.
+    """
+    data = data.rstrip(b"\0")  # a crashed file system leaves zeros
+    if len(data) < _CHUNK.size:
+        return b""
+    begin = _CHUNK.size + _CHUNK.unpack_from(data)[-1] + _LENGTH.size
+    if len(data) < begin:
+        return b""
+    packing = data[_CHUNK.size : begin - _LENGTH.size].decode()
+    (length,) = _LENGTH.unpack_from(data, begin - _LENGTH.size)
+    if length <= len(data) - begin:
+        raise ValueError("its lengths contradict one another")
+    return unpack_beginning(name, packing, data[begin:])
 
 
 def _content(file: BinaryIO, begin: int, end: int) -> bytes:
@@ -322,7 +389,7 @@ def _checksum(file: BinaryIO, begin: int, end: int) -> int:
 
 def _records_in_file(file: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
     """Yield opcode, begin and end of each complete record's content."""
-    size = file.seek(0, SEEK_END)
+    size = _size(file)
     while offset + _PREFIX.size <= size:
         opcode, length = _PREFIX.unpack(_content(file, offset, offset + _PREFIX.size))
         begin = offset + _PREFIX.size

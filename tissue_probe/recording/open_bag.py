@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from tissue_probe.errors import check_file
 from tissue_probe.recording.bag import Bag
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.folder_bag import FolderBag, files_of
@@ -27,7 +28,7 @@ def open_bag(path: str | Path) -> Bag:
     ------
     RecordingError
         If it is none of these, cannot be read, or unpacks to more than a measurement holds.
-    FileNotFoundError
+    NoFileError
         If nothing has that name.
     """
     path = Path(path)
@@ -43,7 +44,7 @@ def is_bag(path: str | Path) -> bool:
 
     Raises
     ------
-    FileNotFoundError
+    NoFileError
         If nothing has that name.
     """
     path = Path(path)
@@ -71,6 +72,7 @@ def _opened(path: Path, name: Path) -> Bag:
 
 
 def _head(path: Path) -> bytes:
+    check_file(path)
     with path.open("rb") as file:
         return file.read(16)
 

@@ -6,10 +6,10 @@ What belongs here: its columns. What does not: the motion between the frames
 
 from __future__ import annotations
 
-import numpy as np
-
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.quantity_columns import read_quantities
+from tissue_probe.recording.units import POSITION_UNITS
 from tissue_probe.signals import FloatArray
 
 NEEDED, OPTIONAL = ("x", "y", "X", "Y"), ("z", "Z")
@@ -23,13 +23,8 @@ def read_pairs(columns: Columns) -> dict[str, FloatArray]:
     RecordingError
         If a needed column is missing, or one holds no numbers, or there is z without Z.
     """
-    columns.require(NEEDED)
-    names = [*NEEDED, *(name for name in OPTIONAL if name in columns.names)]
-    if "z" in names and "Z" not in names:
+    units = dict.fromkeys((*NEEDED, *OPTIONAL), POSITION_UNITS)
+    found = read_quantities(columns, units, NEEDED, any_case=False)
+    if "z" in found and "Z" not in found:
         raise RecordingError(f"{columns.path} has a column z, but no Z: give both, or Z, or none")
-    found = {}
-    for name, values in zip(names, columns.read(names).columns, strict=True):
-        if values.dtype.kind not in "fiu":
-            raise RecordingError(f"{columns.path}: column {name} holds no numbers")
-        found[name] = values.astype(np.float64)
     return found

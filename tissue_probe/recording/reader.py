@@ -104,7 +104,7 @@ def read_map(path: str | Path) -> RecordedMap | None:
 def iterate_raw(path: str | Path, topics: Collection[str]) -> Iterator[RawMessage]:
     """Yield the messages of the topics as recorded, in the order of their log times.
 
-    A file cut off ends where its last complete chunk does.
+    A file cut off ends where it was cut.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import combinations
 
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
@@ -106,6 +107,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
         if len(periods) == 1:
             rate = 1.0 / periods.pop()
             del names["time"]
+    _refuse_one_for_two(source, names, wanted)
     if missing := [role for role, name in names.items() if name is None]:
         raise RecordingError(_what_is_not_told(source, missing))
     found = {role: name for role, name in names.items() if name is not None}
@@ -118,6 +120,18 @@ def roles(source: Columns, layout: Layout) -> Roles:
         told.append(f"{rate:.6g} samples a second, as the file says")
     units = _units(source, layout, found)
     return Roles(found, units, rate, tuple(told))
+
+
+def _refuse_one_for_two(
+    source: Columns, names: dict[str, str | None], stated: dict[str, str | None]
+) -> None:
+    """Refuse a column that is stated for one signal, and would be found for another, too."""
+    for one, other in combinations([role for role, name in names.items() if name], 2):
+        if names[one] == names[other] and not (stated[one] and stated[other]):
+            raise RecordingError(
+                f"{source.path}: column {names[one]} cannot be both the {one} and the {other}: "
+                f"give another `{one}` or `{other}`; {source.has()}"
+            )
 
 
 def _what_is_not_told(source: Columns, missing: list[str]) -> str:

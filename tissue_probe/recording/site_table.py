@@ -5,36 +5,52 @@ What belongs here: the columns of such a table. What does not: what is made of i
 
 from __future__ import annotations
 
-import numpy as np
-
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.quantity_columns import find_quantities, read_quantities
+from tissue_probe.recording.units import POSITION_UNITS, STIFFNESS_UNITS, TIME_UNITS
 from tissue_probe.signals import FloatArray
 
-#: Columns that a table of sites has, and those that it may have; m, s and N/m.
+#: Columns that a table of sites has.
 NEEDED = ("x", "y", "k", "k_sd")
-OPTIONAL = ("z", "t", "site")
+#: These and those that it may have, each with its units.
+_UNITS = {
+    **dict.fromkeys(("x", "y"), POSITION_UNITS),
+    **dict.fromkeys(("k", "k_sd"), STIFFNESS_UNITS),
+    "z": POSITION_UNITS,
+    "t": TIME_UNITS,
+    "site": {},
+}
 
 
 def is_site_table(columns: Columns) -> bool:
     """Whether a table is one of sites: it names places and their stiffness."""
-    return {"x", "y", "k"} <= set(columns.names)
+    return {"x", "y", "k"} <= set(find_quantities(columns, _UNITS))
+
+
+def refuse_misnamed(columns: Columns) -> None:
+    """Refuse a table that names places, and nothing of what was felt there.
+
+    Raises
+    ------
+    RecordingError
+        If it has x and y, but no k, and is no exported scan.
+    """
+    found = find_quantities(columns, _UNITS)
+    if {"x", "y"} <= set(found) and "k" not in found and "sequence" not in columns.names:
+        raise RecordingError(
+            f"{columns.path} has places, but no k: a table of sites has the columns x, y [m], k, "
+            f"k_sd [N/m], or with another unit in the name (x_mm, k [N/mm]); {columns.has()}; if "
+            "it is a recording, state `position` and `force`"
+        )
 
 
 def read_sites(columns: Columns) -> dict[str, FloatArray]:
-    """Return the columns of a table of sites by name, those that it has.
+    """Return the columns of a table of sites by name, those that it has, in SI.
 
     Raises
     ------
     RecordingError
         If a needed column is missing, or one holds no numbers.
     """
-    columns.require(NEEDED)
-    names = [*NEEDED, *(name for name in OPTIONAL if name in columns.names)]
-    loaded = columns.read(names).columns
-    found = {}
-    for name, values in zip(names, loaded, strict=True):
-        if values.dtype.kind not in "fiu":
-            raise RecordingError(f"{columns.path}: column {name} holds no numbers")
-        found[name] = values.astype(np.float64)
-    return found
+    return read_quantities(columns, _UNITS, NEEDED)

@@ -70,9 +70,11 @@ def read_columns(
     Raises
     ------
     RecordingError
-        If a column cannot be read or is not found, or a unit or the polarity is not known.
+        If a column cannot be read or is not found, a unit or the polarity is not known, or
+        something is stated that only bags have.
     """
     path = source.path
+    _refuse_statements_on_bags(path, layout)
     found = roles(source, layout)
     columns, told, place = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
@@ -82,6 +84,12 @@ def read_columns(
     said += time.told
     position = _position(source, found, layout, signals, time, said)
     force = _scaled(source, found, "force", signals.pop("force"), layout.force_sign)
+    for role, values in (("position", position), ("force", force)):
+        if not np.isfinite(values).any():
+            raise RecordingError(
+                f"{path}: column {found.names[role]}, the {role}, has no number in any row; give "
+                f"another by `{role}`"
+            )
     notes = [f"{path}: {'; '.join(said)}"] if said else []
     sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
     known = np.isfinite(time.seconds)
@@ -112,6 +120,15 @@ def read_columns(
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
     return Recording(blocks, sites, time_doubt=doubt, noise=noise), tuple(notes)
+
+
+def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
+    """Refuse what is stated of a bag's topics and clocks: a table has neither."""
+    for name, stated in (("samples_topic", layout.samples_topic), ("clock", layout.clock)):
+        if stated is not None:
+            raise RecordingError(
+                f"{path} is a table, which has no topics and one clock: leave out `{name}`"
+            )
 
 
 def _among_all(row: int, taken: Sequence[np.ndarray]) -> int:

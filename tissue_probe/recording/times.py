@@ -57,12 +57,13 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
     Raises
     ------
     RecordingError
-        If the unit is ambiguous, or cannot be what the name says.
+        If the unit is ambiguous, or cannot be what the name says, or all times are the same.
     """
     if column.dtype.kind == "M":
         return _dates(column)
     if column.dtype.kind == "m":
         return _clock(column)
+    _refuse_standing(column, name, where)
     told = []
     whole = column.dtype.kind in "iu"
     if unit is None:
@@ -91,6 +92,16 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
     if bits:
         told.append(f"{name} began again at 2^{bits} and is counted on")
     return _since(column, size, tuple(told))
+
+
+def _refuse_standing(column: np.ndarray, name: str, where: str) -> None:
+    """Refuse times that are all the same."""
+    known = column[np.isfinite(column)]
+    if known.size > 1 and bool((known == known[0]).all()):
+        raise RecordingError(
+            f"{where}: time stands still: column {name} is {known[0]:g} in every row; give another "
+            "column by `time`, or `sample_rate`"
+        )
 
 
 def _since(column: np.ndarray, size: float, told: tuple[str, ...]) -> Times:

@@ -136,9 +136,11 @@ def _find(bag: Bag, path: object, name: str) -> tuple[Topic, str]:
     topic_name, _, asked = name.partition(".")
     topics = {topic.name: topic for topic in bag.topics}
     if topic_name not in topics:
-        raise RecordingError(
-            f"{path} has no topic {topic_name}; it has {', '.join(topics) or 'none'}"
-        )
+        if not topics:
+            raise RecordingError(
+                f"{path} has no topics, as a recorder leaves it that heard none: record again"
+            )
+        raise RecordingError(f"{path} has no topic {topic_name}; give one of {', '.join(topics)}")
     return topics[topic_name], asked
 
 

@@ -32,6 +32,13 @@ FORCE_UNITS = {
 }
 """Newtons in one of each."""
 
+STIFFNESS_UNITS = {
+    f"{force}/{length}": newtons / metres
+    for force, newtons in FORCE_UNITS.items()
+    for length, metres in POSITION_UNITS.items()
+}
+"""Newtons a metre in one of each."""
+
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """Seconds in one of each."""
 

@@ -28,6 +28,8 @@ DAMAGED = (zstandard.ZstdError, RuntimeError, EOFError, OSError, ValueError)
 
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _BLOCK = 2**20
+#: Bytes of a chunk that was cut off which are unpacked at once: no more come out than memory holds.
+_PIECE = 2**10
 
 
 def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
@@ -68,6 +70,41 @@ def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
     if len(found) != size:
         raise ValueError(f"it says that it unpacks to {size} bytes, and does not")
     return found
+
+
+def unpack_beginning(name: object, packing: str, data: bytes) -> bytes:
+    """Unpack what there is of a chunk that was cut off: its blocks that are complete.
+
+    Parameters
+    ----------
+    name, packing
+        As ``unpack`` has them; nothing comes out of a packing that is not known.
+    data : bytes
+        The beginning of what is packed.
+
+    Raises
+    ------
+    RecordingError
+        If more than ``LARGEST`` would come out of it.
+    """
+    if packing in ("", "none"):
+        return data
+    streams = {
+        "zstd": lambda: zstandard.ZstdDecompressor().decompressobj(),
+        "lz4": LZ4FrameDecompressor,
+        "bz2": bz2.BZ2Decompressor,
+    }
+    if packing not in streams:
+        return b""
+    stream, found = streams[packing](), bytearray()
+    for begin in range(0, len(data), _PIECE):
+        try:
+            found += stream.decompress(data[begin : begin + _PIECE])
+        except DAMAGED:
+            break
+        if len(found) > LARGEST:
+            raise _too_large(name, f"a chunk of it unpacks to more than {LARGEST >> 20} MiB")
+    return bytes(found)
 
 
 def unpack_message(name: object, data: bytes, budget: Budget) -> bytes:

@@ -135,9 +135,10 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
     """
     state, relevant, states = _relevant(sampled, sought)
     none = 1.0 - np.unique(state).size / states
-    if sampled.felt.x.size < LEAST_SITES:
+    places = len(sampled.felt.visits)
+    if places < LEAST_SITES:
         few = (
-            f"{sampled.felt.x.size} sites cannot tell an inclusion from a tilted background: give "
+            f"{places} sites cannot tell an inclusion from a tilted background: give "
             f"{LEAST_SITES} or more"
         )
         return Answer(sought, none, none, (), False, "not known yet", (few,))

@@ -27,7 +27,7 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Felt, Sampled
+from tissue_probe.mapping.posterior.sampled import FORM, LEAST_SITES, Felt, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -40,6 +40,9 @@ _ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
 _SHARE_STATES = 1000
 _TREND_STATES = 200
+#: Visits of one place contradict one another where they are so many times apart, and by so many of
+#: their standard deviations.
+_APART, _SURE = 1.25, 5.0
 _COARSEST = 1.5  # mm, of the raster of what could hide: no finer than its radii are of use
 
 
@@ -99,7 +102,7 @@ def read_out(
         rows, count, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
         inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
-    if felt.x.size < LEAST_SITES:
+    if len(felt.visits) < LEAST_SITES:
         inclusions = []
     unknown = ~domain.known(x, y)
     for layer in (mean, sd, share):
@@ -125,11 +128,20 @@ def read_out(
 
 
 def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
-    told = []
-    if felt.x.size < LEAST_SITES:
+    told = _contradictions(felt)
+    places = len(felt.visits)
+    if places < LEAST_SITES:
+        given = f"{places} site{'s' if places > 1 else ''}"
+        if places < felt.x.size:
+            given = f"{felt.x.size} visits of {given}"
         told.append(
-            f"{felt.x.size} sites cannot tell an inclusion from a tilted background: "
-            f"give {LEAST_SITES} or more"
+            f"{given} cannot tell an inclusion from a tilted background: give {LEAST_SITES} or "
+            "more places"
+        )
+    if exact := int((felt.noise == 0.0).sum()):
+        told.append(
+            f"k_sd is 0 at {exact} of {felt.x.size} sites: taken as exact, but for the {FORM:.0%} "
+            "by which an inclusion may have another form than the model's"
         )
     if disagreement > AGREEMENT:
         told.append(
@@ -142,6 +154,22 @@ def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
             f"probability {probability:.3f}): surface and inclusions are those of a Gaussian "
             "process, and what could hide is not reliable"
         )
+    return told
+
+
+def _contradictions(felt: Felt) -> list[str]:
+    """Say where visits of one place differ by far more than their errors."""
+    told = []
+    for rows in felt.visits:
+        low, high = (int(rows[extreme(felt.log_k[rows])]) for extreme in (np.argmin, np.argmax))
+        apart = felt.log_k[high] - felt.log_k[low]
+        if apart > math.log(_APART) and apart > _SURE * math.hypot(*felt.noise[[low, high]]):
+            k = np.exp(felt.level + felt.log_k[[low, high]])
+            told.append(
+                f"at x {felt.x[low]:.4g} mm, y {felt.y[low]:.4g} mm visits felt {k[0]:.4g} and "
+                f"{k[1]:.4g} N/m, which their errors do not explain: did the tissue change, is the "
+                "place wrong, or k_sd too small?"
+            )
     return told
 
 
@@ -163,16 +191,27 @@ def _inclusion(
 
 
 def _tissue(states: States, background: Background, felt: Felt) -> TissueBackground:
-    """Return the background: coefficients of the trend, less the mean of what inclusions add."""
+    """Return the background: of each state the trend, less what its inclusions add; their median.
+
+    A site alone may lie on an inclusion or not, and states differ by that: their spread is in the
+    error, and the median follows what most of them say.
+    """
     rows, count, level = states.some(_TREND_STATES)
-    explained = np.log(sums_at(rows, count, background.x, background.y)).mean(axis=0)
-    used = int(np.bincount(level).argmax())
-    trend = background.trend(used, felt.log_k - explained)
-    middle = math.exp(felt.level + trend.level)
+    added = np.log(sums_at(rows, count, background.x, background.y))
+    trends = [
+        background.trend(int(used), felt.log_k - one)
+        for used, one in zip(level, added, strict=True)
+    ]
+    levels = np.array([trend.level for trend in trends])
+    middle = float(np.median(levels))
+    within = np.array([trend.level_sd for trend in trends])
+    deviation = math.sqrt(float((within**2 + (levels - middle) ** 2).mean()))
+    tilt = _MM * np.median([trend.tilt for trend in trends], axis=0)
+    stiffness = math.exp(felt.level + middle)
     return TissueBackground(
-        middle,
-        middle * trend.level_sd,
-        (_MM * trend.tilt[0], _MM * trend.tilt[1]),
+        stiffness,
+        stiffness * deviation,
+        (float(tilt[0]), float(tilt[1])),
         float(np.mean([background.levels.size(int(each)) for each in level])),
-        math.exp(trend.drift) - 1.0,
+        math.expm1(float(np.median([trend.drift for trend in trends]))),
     )

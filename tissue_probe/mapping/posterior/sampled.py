@@ -17,7 +17,7 @@ from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.found import Found, found_in
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, Chains, States
 from tissue_probe.mapping.sites import Sites
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 _MM = 1e3
 #: A plane takes three sites; a fourth is the first to contradict it.
@@ -25,7 +25,7 @@ LEAST_SITES = 4
 #: How far an inclusion's true form is from the model's, relative to k at a site. Those of finite
 #: elements are off by 0.5 % (rms), and by 2 % where most. Sites that are more exact would be
 #: explained by further inclusions, which are not there, and each chain would find some of its own.
-_FORM = 0.02
+FORM = 0.02
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,13 @@ class Felt:
         t = sites.t[felt] if sites.t is not None else None
         noise = sites.k_sd[felt] / sites.k[felt]
         return Felt(_MM * sites.x[felt], _MM * sites.y[felt], t, log_k - level, noise, level)
+
+    @property
+    def visits(self) -> list[IntArray]:
+        """The rows of each place, in the order of places."""
+        at = np.round(np.column_stack([self.x, self.y]), 3)
+        place = np.unique(at, axis=0, return_inverse=True)[1].ravel()
+        return [np.flatnonzero(place == number) for number in range(place.max() + 1)]
 
 
 @dataclass(frozen=True)
@@ -106,7 +113,7 @@ class Sampled:
         felt = Felt.of(sites)
         hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
         domain = Domain.of(felt.x, felt.y, hanging, within)
-        error = np.hypot(felt.noise, _FORM)
+        error = np.hypot(felt.noise, FORM)
         background = Background.of(felt.x, felt.y, felt.t, error)
         chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
         parts: list[States] = []

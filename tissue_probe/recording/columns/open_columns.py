@@ -10,6 +10,7 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
+from tissue_probe.errors import check_file
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
 
@@ -24,8 +25,11 @@ def open_columns(path: str | Path) -> Columns:
     ------
     RecordingError
         If it is none of these, or cannot be read.
+    NoFileError
+        If there is no such file.
     """
     path = Path(path)
+    check_file(path)
     with path.open("rb") as file:
         head = file.read(128)
     if not head:
