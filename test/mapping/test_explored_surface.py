@@ -45,7 +45,8 @@ def test_a_dome_is_followed_from_nine_felt_places_in_height_and_normal():
         assert point[2] == pytest.approx(dome(*place), abs=2e-4)
         x, y = place
         true = np.array([x - 0.015, y - 0.015, dome(x, y) + 0.06]) / 0.06
-        assert np.degrees(np.arccos(normal @ true)) < 3.0
+        # The plane would be off by up to 12 degrees.
+        assert np.degrees(np.arccos(normal @ true)) < 5.0
 
 
 def test_one_felt_place_moves_what_is_near_it_and_twice_the_same_is_no_error():

@@ -22,7 +22,7 @@ from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.adequacy import is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
-from tissue_probe.diagnosis.fitting.coloured import filtered, whitened
+from tissue_probe.diagnosis.fitting.coloured import filtered, with_input_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -95,7 +95,8 @@ class Diagnosis:
     seconds : float
         Time that it took.
     validation_noise : float
-        Standard deviation of the output's white noise on the validating recordings; NaN without.
+        Noise on the validating recordings, rms: white, and that which errors of the position make;
+        NaN without.
     command : DriverCommand or None
         What runs the suggested experiment.
     uncertainty : float
@@ -354,7 +355,6 @@ def told_by(
     that no model follows there. All models are tried on the same samples. Where the last model
     diverges, it shows nothing.
     """
-    held = {name: fit.named()[name] for name in of_specimen(fit.composition)}
 
     def moved(samples: Sequence[Measurement]) -> Fit | None:
         return carried(fit.composition, fit.named(), samples, instrument)
@@ -362,7 +362,7 @@ def told_by(
     found = moved(measurements)
     if found is None:
         return measurements
-    found = whitened(found, instrument, held)
+    found = moved(with_input_noise(found, instrument)) or found
     undecided = partial(without_undecided, instrument=instrument)
     for without in (without_corners, undecided, without_outliers):
         kept = without(found)
@@ -387,9 +387,16 @@ def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:
-    """Return the white noise over all measurements, as `Fit.noise` does; NaN without any."""
-    squares = np.concatenate([np.full(np.sum(m.used), m.noise**2) for m in measurements] or [[]])
-    return math.sqrt(np.mean(squares)) if squares.size else math.nan
+    """Return the noise over all measurements, with what errors of the position make; NaN if none.
+
+    The excess of a fit has such errors, too, but those of its own measurements: a quicker motion
+    has larger ones.
+    """
+    if not measurements:
+        return math.nan
+    counts = [int(np.sum(each.used)) for each in measurements]
+    powers = [m.noise**2 + (m.shaken.size**2 if m.shaken else 0.0) for m in measurements]
+    return math.sqrt(np.average(powers, weights=counts))
 
 
 def _command(

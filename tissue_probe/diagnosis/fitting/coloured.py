@@ -46,6 +46,12 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
     return _again(fit, filtered(fit, instrument), instrument, held)
 
 
+def with_input_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
+    """Return the measurements of a fit with the noise that errors of what drives it make."""
+    of_force = fit.composition.input is FORCE
+    return filtered(fit, instrument) if of_force else shaken(fit, instrument)
+
+
 def _steadied(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None) -> Fit:
     """Fit again with the noise that a noisy position leaves, and what the output tells of it."""
     if all(m.motion is None for m in fit.measurements):

@@ -115,8 +115,8 @@ class Fit:
 
     def error(self, index: int) -> float:
         """Root mean square of the residual of one measurement."""
-        used = self.residuals[index][self.measurements[index].used]
-        return float(np.sqrt(np.mean(used**2)))
+        counted = self.residuals[index][self.measurements[index].counted]
+        return float(np.sqrt(np.mean(counted**2)))
 
     @property
     def worst(self) -> int:
@@ -129,8 +129,8 @@ class Fit:
         return self.composition.output
 
     def _rms(self, parts: Sequence[FloatArray]) -> float:
-        used = [part[m.used] for part, m in zip(parts, self.measurements, strict=True)]
-        return float(np.sqrt(np.mean(np.concatenate(used) ** 2)))
+        counted = [part[m.counted] for part, m in zip(parts, self.measurements, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(counted) ** 2)))
 
     @cached_property
     def ratio(self) -> float:

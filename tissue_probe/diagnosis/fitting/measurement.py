@@ -196,6 +196,15 @@ class Measurement:
         return max(floor / self._left, LEAST * self.scale.of(self.output.unit))
 
     @property
+    def counted(self) -> BoolArray:
+        """Which samples tell how large an error is, shape (n,).
+
+        Of those used not the first and last few where errors of the position count: a state at the
+        start is bound by none of them.
+        """
+        return self.used if self.shaken is None else self.shaken.inside(self.used)
+
+    @property
     def position_noise(self) -> float:
         """Standard deviation of the white noise of the position [m].
 

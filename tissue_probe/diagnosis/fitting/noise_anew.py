@@ -60,7 +60,7 @@ def _told(fit: Fit, instrument: Instrument) -> list[Measurement]:
 
 def _no_more(measurement: Measurement, residual: FloatArray) -> Measurement:
     """Return a measurement whose noise is no more than a residual."""
-    beyond = float(np.mean(residual[measurement.used] ** 2)) - measurement.noise**2
+    beyond = float(np.mean(residual[measurement.counted] ** 2)) - measurement.noise**2
     if measurement.shaken is None or beyond <= 0.0:
         return replace(measurement.with_noise_of(residual), shaken=None)
     share = min(np.sqrt(beyond) / measurement.shaken.size, 1.0)

@@ -78,9 +78,15 @@ class Shaken:
         """
         from tissue_probe.diagnosis.fitting.innovations import gains  # compiled code, seldom needed
 
+        return gains(
+            self.chain, self.taps, self.memory, noise**2, self.beside**2, self.inside(used)
+        )
+
+    def inside(self, used: BoolArray) -> BoolArray:
+        """Return which of the samples that count have neighbours on both sides, shape (n,)."""
         inside = used.copy()
         inside[:NEAR] = inside[-NEAR:] = False
-        return gains(self.chain, self.taps, self.memory, noise**2, self.beside**2, inside)
+        return inside
 
     def white(self, columns: FloatArray, gains: FloatArray, deviations: FloatArray) -> FloatArray:
         """Return what each sample of columns, shape (n, m), has beside what those before tell."""
