@@ -59,11 +59,14 @@ def test_a_value_that_one_part_alone_tells_asks_for_a_second_record(second):
     time = 0.01 * np.arange(3000)
     depth = 1e-3 * np.clip(time / 2.0, 0.0, 1.0)
     force = STIFFNESS * depth + 300.0 * np.where(time < 2.0, 0.5e-3, 0.0)
-    force += 1e-3 * np.random.default_rng(0).standard_normal(time.size)
-    record = {"t": time, "u": depth, "F": force}
+
+    def record(seed):
+        noise = 1e-3 * np.random.default_rng(seed).standard_normal(time.size)
+        return {"t": time, "u": depth, "F": force + noise}
+
     answer = tp.diagnose(
-        record,
-        validate=record if second else None,
+        record(0),
+        validate=record(1) if second else None,
         rig="rigid_probe",
         constants={"tip_mass": 0.0},
     ).to_dict()
