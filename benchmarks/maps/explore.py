@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 import tissue_probe as tp
@@ -191,7 +192,7 @@ def _statements(found: Mapping[str, Any]) -> Table:
     probes = [one.probes for one in told]
     table.add_row("after so many probes, median", f"{np.median(probes):.0f}" if probes else "-")
     times = 1e3 * np.array(found["decisions"])
-    table.add_row("a decision: processor time [ms], median", f"{np.median(times):.0f}")
+    table.add_row(escape("a decision: processor time [ms], median"), f"{np.median(times):.0f}")
     table.add_row("longest of 95 %", f"{np.quantile(times, 0.95):.0f}")
     return table
 

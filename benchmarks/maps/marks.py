@@ -40,6 +40,8 @@ class Marks:
         such a nodule.
     held : list of bool
         Whether the boundary of 95 % holds all of the nodule, of hits.
+    felt : list of float
+        How many times stiffer than the background each sphere of a block feels.
     seconds : float
         Of the processor.
     """
@@ -55,6 +57,7 @@ class Marks:
     dice: list[float] = field(default_factory=list)
     stated: list[tuple[float, bool]] = field(default_factory=list)
     held: list[bool] = field(default_factory=list)
+    felt: list[float] = field(default_factory=list)
     covered: float = np.nan
     covered_in: float = np.nan
     hidden: bool | None = None
@@ -97,13 +100,14 @@ def marks_of_block(found: dict[str, Any], of: Block, seconds: float) -> Marks:
     sure = [one for one in found["inclusions"] if one["probability"] >= DECLARED]
     centres = 1e3 * np.array([(one["x"], one["y"]) for one in sure]).reshape(-1, 2)
     distance = cdist(centres, np.array([(one.x, one.y) for one in of.spheres]))
-    felt = [of.contrast(sphere) >= FELT for sphere in of.spheres]
+    felt = [of.contrast(sphere) for sphere in of.spheres]
     pairs = _paired(distance)
     return Marks(
         "spheres",
-        nodules=sum(felt),
-        hits=sum(felt[b] for _, b in pairs),
+        nodules=sum(each >= FELT for each in felt),
+        hits=sum(felt[b] >= FELT for _, b in pairs),
         false=len(sure) - len(pairs),
+        felt=felt,
         seconds=seconds,
     )
 

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.maps.marks import Marks
@@ -23,6 +24,11 @@ def told(values: Iterable[float]) -> str:
         return "-"
     error = known.std(ddof=1) / math.sqrt(known.size) if known.size > 1 else math.nan
     return f"{known.mean():.3f} ± {error:.3f}"
+
+
+def span(values: Sequence[float]) -> str:
+    """Return the least and the largest of some values."""
+    return f"{min(values):.1f} to {max(values):.1f}" if values else "-"
 
 
 def share(hits: int, of: int) -> str:
@@ -58,6 +64,7 @@ ROWS: Mapping[str, Callable[[Sequence[Marks]], str]] = {
     "an inclusion where none could hide": lambda m: share(
         sum(bool(one.hidden) for one in m), sum(one.hidden is not None for one in m)
     ),
+    "spheres feel so many times stiffer": lambda m: span(_all(m, "felt")),
     "processor time [ms], median": lambda m: f"{1e3 * np.median([one.seconds for one in m]):.0f}",
     "longest of 95 %": lambda m: f"{1e3 * np.quantile([one.seconds for one in m], 0.95):.0f}",
 }
@@ -69,7 +76,7 @@ def table(title: str, sets: Mapping[str, Sequence[Marks]]) -> Table:
     for name, of in ROWS.items():
         cells = [of(marks) for marks in sets.values()]
         if set(cells) != {"-"}:
-            found.add_row(name, *cells)
+            found.add_row(escape(name), *cells)
     return found
 
 
