@@ -164,8 +164,8 @@ def _check_sign(
     if wrong or (floats and inertia > 0.3):
         yield Finding(
             "wrong_polarity",
-            "The force falls as the probe goes in: force or position has the wrong sign; state the other "
-            "`force_polarity`, or `position_polarity` for heights.",
+            "The force falls as the probe goes in: force or position has the wrong sign; state the "
+            "other `force_polarity`, or `position_polarity` for heights.",
             fatal=True,
         )
     elif floats or (
