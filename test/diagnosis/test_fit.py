@@ -333,3 +333,16 @@ def test_out_of_contact_no_branch_is_stretched():
     (rate,) = made.answer.parameters["standard_linear_solid"]["branch_rate"]
     assert fit.named()["relaxing_stiffness"] == pytest.approx(stiffness, rel=0.03)
     assert fit.named()["relaxation_rate"] == pytest.approx(rate, rel=0.03)
+
+
+def test_a_search_settles_where_no_step_lowers_the_cost_any_more():
+    """A bottom of the cost that is flat to its last digits: every further step is refused there."""
+    random, time = np.random.default_rng(18), np.arange(5000) / 1000.0
+    rates, phases = 2.0 * np.pi * random.uniform(1.0, 30.0, 12), random.uniform(0.0, 6.28, 12)
+    angles = rates * time[:, np.newaxis] + phases
+    depth, speed = 4e-3 + 3e-4 * np.sin(angles).sum(1), 3e-4 * (rates * np.cos(angles)).sum(1)
+    force = 500.0 * depth + 3.0 * speed + 5e-5 * random.standard_normal(time.size)
+    record = {"t": time, "u": depth, "F": force}
+    found = tp.compare(record, rig="rigid_probe", constants={"tip_mass": 0.0})
+    assert found.fit.converged
+    assert found.fit.named()["stiffness"] == pytest.approx(500.0, abs=0.02)

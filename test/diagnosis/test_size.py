@@ -210,3 +210,12 @@ def test_a_record_that_holds_still_is_as_large_as_what_comes_before(hold):
     position = 1e-3 * (1.0 - np.exp(-np.arange(4000) / 800.0))
     record = Measurement(position, force, 2e-3, noise=1e-6)
     assert size_of([record]).is_usual
+
+
+def test_a_quick_ramp_and_a_long_hold_are_as_large_as_the_ramp():
+    """Five samples of a ramp, 1500 of a hold with an error of a 2000th of the travel."""
+    random, time = np.random.default_rng(2), 0.02 * np.arange(1500)
+    travel = 4e-3 * np.clip(time / 0.1, 0.0, 1.0) + 2e-6 * random.standard_normal(time.size)
+    force = 0.3 * np.exp(-0.5 * time) * (time > 0.09) + 250.0 * travel
+    measured = Measurement(travel, force, 0.02)
+    assert size_of([measured]).length == 1.0

@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.scale import STEP, USUAL, Scale, UnitError, nearest
+from tissue_probe.physics.scale import USUAL, Scale, UnitError, nearest
 from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
@@ -122,7 +122,4 @@ def _range(values: FloatArray) -> float:
     noise of the others: those that stay there for longer than a disturbance, or begin the record.
     """
     low, high = np.quantile(values, [APART, 1.0 - APART])
-    within, whole = float(high - low), float(np.ptp(values))
-    if whole < STEP * within:  # of about the same size, whichever it is
-        return within
-    return lasting_range(values, LONGEST)
+    return max(float(high - low), lasting_range(values, LONGEST))

@@ -22,8 +22,6 @@ from tissue_probe.signals import BoolArray, FloatArray
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
-#: A step that is damped by more gains little because it is short, and settles nothing.
-SHORT = 1.0
 #: Damping that holds no step back: the narrowest valleys are as many times longer than wide.
 UNDAMPED = 1e-6
 #: A search is given up where ten more steps like the last leave more than this times the best.
@@ -184,13 +182,12 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
         trial = point_at(problem, values, starts, point.cost)
         if trial is None:
             damping, ease = max(damping, 1e-7) * 8.0, CAREFUL
-            if damping > 1e6:
+            if damping > 1e6 or _is_lowest(problem, point):
                 settled = True
                 break
             continue
         gain = point.cost - trial.cost
-        least = max(SETTLED_SHARE * trial.cost, SETTLED)
-        settled = damping < SHORT and gain < least and _is_end(problem, trial, damping, least)
+        settled = gain < _least(trial) and (damping < UNDAMPED or _is_lowest(problem, trial))
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
@@ -198,9 +195,15 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
     return finished(problem, point, settled)
 
 
-def _is_end(problem: Problem, point: Point, damping: float, least: float) -> bool:
-    """Whether a step that is not damped would gain little, too, or damping is all but none.
+def _least(point: Point) -> float:
+    """Return the gain below which a cost counts as settled."""
+    return max(SETTLED_SHARE * point.cost, SETTLED)
 
-    Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere.
+
+def _is_lowest(problem: Problem, point: Point) -> bool:
+    """Whether a step that is not damped would gain little.
+
+    Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere; and
+    where the cost is the lowest to its last digits, every other step is refused.
     """
-    return damping < UNDAMPED or point.cost - _solve(problem, point, 1e-9)[2] < least
+    return point.cost - _solve(problem, point, 1e-9)[2] < _least(point)
