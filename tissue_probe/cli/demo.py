@@ -53,7 +53,8 @@ def demo(
 
     Records run.mcap, draws map.png and estimates.png, and prints the true and the found nodules.
     """
-    _say("step 1 of 3: the nodes are loaded and started, then 25 sites are palpated")
+    then = "its area is explored" if explore else "25 sites are palpated"
+    _say(f"step 1 of 3: the nodes are loaded and started, then {then}")
     try:
         from tissue_probe.nodes.session import SessionError
     except ModuleNotFoundError as error:
