@@ -218,7 +218,7 @@ def diagnose(
             ladder = climbed(taken, instrument)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
-        hidden = unseen(ladder.final, admitted, instrument, composition)
+        hidden = unseen(ladder.final, admitted, instrument, composition, ladder.ranking)
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))

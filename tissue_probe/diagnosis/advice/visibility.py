@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.improvement.moves import addable
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.composition import Composition
@@ -61,12 +62,31 @@ def visibilities(
 
 
 def unseen(
-    fit: Fit, library: Mapping[str, Effect], instrument: Instrument, alone: Composition
+    fit: Fit,
+    library: Mapping[str, Effect],
+    instrument: Instrument,
+    alone: Composition,
+    tried: Iterable[Fit] = (),
 ) -> tuple[str, ...]:
-    """Name the effects that the measurements could not have shown (see ``visibilities``)."""
+    """Name the effects that the measurements could not have shown.
+
+    See ``visibilities``; and of the models that were ``tried`` with one effect more, those whose
+    strength is known no better than what is typical of it: in a single ramp dry friction poses as
+    damping, whatever its steps change by themselves.
+    """
     others = addable(fit.composition, library)
     seen = visibilities(fit, others.values(), instrument, alone)
-    return tuple(name for name, size in zip(others, seen, strict=True) if size < SEEN)
+    hidden = {added(each).name for each in tried if _is_unknown(each)}
+    return tuple(
+        name for name, size in zip(others, seen, strict=True) if size < SEEN or name in hidden
+    )
+
+
+def _is_unknown(fit: Fit) -> bool:
+    """Whether the strength of the effect that a model has more may be as large as is typical."""
+    strengths = added(fit).parameters[:1]
+    known = fit.deviations()
+    return any(known.get(each.name, 0.0) > abs(each.default) for each in strengths)
 
 
 class _Absorbed:
