@@ -22,6 +22,8 @@ from tissue_probe.signals import BoolArray, FloatArray
 MOST_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
+#: A step that is damped by more gains little because it is short, and settles nothing.
+SHORT = 1.0
 #: Damping that holds no step back: the narrowest valleys are as many times longer than wide.
 UNDAMPED = 1e-6
 #: A search is given up where ten more steps like the last leave more than this times the best.
@@ -182,12 +184,16 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
         trial = point_at(problem, values, starts, point.cost)
         if trial is None:
             damping, ease = max(damping, 1e-7) * 8.0, CAREFUL
-            if damping > 1e6 or _is_lowest(problem, point):
+            if damping > 1e6 or (gain < _least(point) and _is_lowest(problem, point)):
                 settled = True
                 break
             continue
         gain = point.cost - trial.cost
-        settled = gain < _least(trial) and (damping < UNDAMPED or _is_lowest(problem, trial))
+        settled = (
+            damping < SHORT
+            and gain < _least(trial)
+            and (damping < UNDAMPED or _is_lowest(problem, trial))
+        )
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
@@ -204,6 +210,6 @@ def _is_lowest(problem: Problem, point: Point) -> bool:
     """Whether a step that is not damped would gain little.
 
     Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere; and
-    where the cost is the lowest to its last digits, every other step is refused.
+    where a step gained next to nothing, and the next is refused, this tells a bottom from a bend.
     """
     return point.cost - _solve(problem, point, 1e-9)[2] < _least(point)
