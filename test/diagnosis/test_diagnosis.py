@@ -294,10 +294,13 @@ def test_what_may_hide_comes_before_what_would_have_shown():
 
 
 def test_a_slow_rest_of_what_the_library_lacks_is_not_explained_away():
-    """Of a load cell that warms up, a slow sine leaves little, but not of any colour."""
+    """Of a load cell that warms up, a slow sine leaves little, but not of any colour.
+
+    That some drift or bias is missing is right, and may be said; no law of those is.
+    """
     linear = {"force_drift": EFFECTS["force_drift"].plain}
     found = diagnose(_warming_up(), library("tissue_motion", "force_bias") | linear)
-    assert found.verdict == "unexplained"
+    assert (found.verdict, found.ladder.family) in (("unexplained", None), ("ambiguous", "offset"))
     assert found.ladder.final.ratio < MUCH
 
 
