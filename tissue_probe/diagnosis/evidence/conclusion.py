@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, explained
-from tissue_probe.diagnosis.evidence.posterior import SURE, Posterior, posterior
+from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, explained
+from tissue_probe.diagnosis.evidence.posterior import FORM, SURE, Posterior, posterior
 from tissue_probe.diagnosis.fitting.fit import Fit
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
@@ -152,14 +152,22 @@ def _family(told: Posterior) -> str | None:
 
 
 def _nearest(family: str, told: Posterior) -> Fit | None:
-    """Return the best form of a family, alone; None where it is not nearly right."""
+    """Return the best form of a family, alone; None where it is not nearly right.
+
+    Where models of more effects are more probable, it must leave no more than noise, of whatever
+    colour, or than a law's form is wrong by: else what it leaves is another effect's.
+    """
     alone = [
         fit
         for fit in told.models
         if len(told.more(fit)) == 1 and fit.composition.effects[-1].family == family
     ]
     nearest = min(alone, key=lambda fit: fit.ratio, default=None)
-    return nearest if nearest is not None and nearest.ratio < ROUGHLY else None
+    if nearest is None or nearest.ratio >= ROUGHLY:
+        return None
+    removed = told.base.ratio**2 - nearest.ratio**2
+    little = excess_of(nearest) < 1.0 or nearest.ratio**2 - 1.0 <= FORM**2 * removed
+    return nearest if little or len(told.more(told.models[0])) == 1 else None
 
 
 def _path(best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: Posterior) -> list[Fit]:
