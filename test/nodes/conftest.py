@@ -297,14 +297,18 @@ CYCLONE_CONFIGURATION = """
 """
 
 
-def foreign_process(program: str) -> subprocess.Popen:
-    """Start a program of this folder that speaks DDS without ROS, in the test's domain."""
+@contextmanager
+def foreign_process(program: str) -> Iterator[subprocess.Popen]:
+    """Start a program of this folder that speaks DDS without ROS, in the test's domain.
+
+    It ends when its standard input does, or here.
+    """
     environment = {
         name: value
         for name, value in os.environ.items()
         if not name.startswith(("ROS", "RMW", "AMENT", "LD_"))
     }
-    return subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, str(Path(__file__).parent / program)],
         env={
             **environment,
@@ -315,6 +319,18 @@ def foreign_process(program: str) -> subprocess.Popen:
         stdout=subprocess.PIPE,
         text=True,
     )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def robot() -> Iterator[subprocess.Popen]:
+    """Start a robot that shares no code with us."""
+    with foreign_process("foreign_robot.py") as process:
+        yield process
 
 
 @pytest.fixture

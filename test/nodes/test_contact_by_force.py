@@ -16,7 +16,6 @@ from conftest import (
     command,
     driver,
     estimator,
-    foreign_process,
     goal,
 )
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
@@ -26,6 +25,11 @@ from tissue_probe_msgs.msg import PalpationSite, SiteResults, StiffnessMap
 
 FILTERS = ["robust_ekf"]
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": FILTERS})
+#: Whom the suite's nodes hear, and by whom they are heard.
+HEARD = (
+    {"/probe/driver": 2, "/probe/robust_ekf": 2},
+    {"/probe/robust_ekf": 2, "/probe/mapper": 2},
+)
 
 
 def scan(**parameters: float) -> NodeProcess:
@@ -53,9 +57,7 @@ def test_the_surface_is_found_where_it_is_and_a_site_without_one_is_unknown(sess
     )
     sites = collect(running.node, PalpationSite, "/probe/palpation_site", ANNOUNCEMENTS)
     results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
-    running.activate(
-        {"/probe/driver": 2, "/probe/robust_ekf": 2}, {"/probe/robust_ekf": 2, "/probe/mapper": 2}
-    )
+    running.activate(*HEARD)
     answer = Scanning(running, goal(columns=4, dwell_time=0.5)).result()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
     assert answer.result.message.startswith(
@@ -126,9 +128,7 @@ def test_given_sites_on_a_tilted_surface_are_found_and_left_along_their_normals(
     )
     results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
-    running.activate(
-        {"/probe/driver": 2, "/probe/robust_ekf": 2}, {"/probe/robust_ekf": 2, "/probe/mapper": 2}
-    )
+    running.activate(*HEARD)
     # Given as too high and as too low; up and down the slope.
     places = [(0.02, 0.0, 0.0003), (0.005, 0.01, -0.0003), (0.025, 0.02, 0.0)]
     wanted = ScanSites.Goal(
@@ -150,15 +150,6 @@ def test_given_sites_on_a_tilted_surface_are_found_and_left_along_their_normals(
         assert np.linalg.norm(seen - above, axis=1).min() < 0.0003
 
 
-@pytest.fixture
-def robot():
-    """Start a robot that shares no code with us; it ends when its standard input does."""
-    process = foreign_process("foreign_robot.py")
-    yield process
-    process.kill()
-    process.wait()
-
-
 @pytest.mark.crowded
 @pytest.mark.slow
 def test_an_exploration_with_a_foreign_robot_follows_a_surface_that_bends(session, tmp_path, robot):
@@ -173,9 +164,7 @@ def test_an_exploration_with_a_foreign_robot_follows_a_surface_that_bends(sessio
         MAPPER,
     )
     results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
-    running.activate(
-        {"/probe/driver": 2, "/probe/robust_ekf": 2}, {"/probe/robust_ekf": 2, "/probe/mapper": 2}
-    )
+    running.activate(*HEARD)
     command(running, namespace, "enable")
     corners = ((0.0, 0.0), (0.03, 0.0), (0.03, 0.03), (0.0, 0.03))
     wanted = Explore.Goal(

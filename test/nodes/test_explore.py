@@ -172,10 +172,8 @@ def test_a_pause_without_a_scan_is_refused(session):
 def short_robot(monkeypatch):
     """Start a foreign robot that comes no farther than x = 20 mm."""
     monkeypatch.setenv("REACH", "0.02")
-    process = foreign_process("foreign_robot.py")
-    yield process
-    process.kill()
-    process.wait()
+    with foreign_process("foreign_robot.py") as process:
+        yield process
 
 
 @pytest.mark.crowded

@@ -25,11 +25,9 @@ from tissue_probe_msgs.msg import ProbeSamples
 
 @pytest.fixture
 def foreign():
-    """Start the foreign client; it ends when its standard input does."""
-    client = foreign_process("foreign_client.py")
-    yield client
-    client.kill()
-    client.wait()
+    """Start the foreign client."""
+    with foreign_process("foreign_client.py") as client:
+        yield client
 
 
 @pytest.mark.crowded

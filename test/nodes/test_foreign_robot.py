@@ -21,7 +21,6 @@ from conftest import (
     deactivate,
     driver,
     estimator,
-    foreign_process,
 )
 from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.qos import LATCHED, POSES
@@ -30,15 +29,6 @@ from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import StiffnessMap
 
 ROBOT = "/dvrk/PSM1"
-
-
-@pytest.fixture
-def robot():
-    """Start the foreign robot; it ends when its standard input does."""
-    process = foreign_process("foreign_robot.py")
-    yield process
-    process.kill()
-    process.wait()
 
 
 def states_of(running, namespace: str) -> list[OperatingState]:

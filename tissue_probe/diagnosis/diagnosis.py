@@ -395,8 +395,7 @@ def _noise(measurements: Sequence[Measurement]) -> float:
     if not measurements:
         return math.nan
     counts = [int(np.sum(each.used)) for each in measurements]
-    powers = [m.noise**2 + (m.shaken.size**2 if m.shaken else 0.0) for m in measurements]
-    return math.sqrt(np.average(powers, weights=counts))
+    return math.sqrt(np.average([each.noise_power for each in measurements], weights=counts))
 
 
 def _command(

@@ -72,7 +72,7 @@ def unseen(
 
     See ``visibilities``; and of the models that were ``tried`` with one effect more, those whose
     strength is known no better than what is typical of it: in a single ramp dry friction poses as
-    damping, whatever its steps change by themselves.
+    damping, though its steps would show by themselves.
     """
     others = addable(fit.composition, library)
     seen = visibilities(fit, others.values(), instrument, alone)

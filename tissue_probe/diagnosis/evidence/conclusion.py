@@ -154,8 +154,8 @@ def _family(told: Posterior) -> str | None:
 def _nearest(family: str, told: Posterior) -> Fit | None:
     """Return the best form of a family, alone; None where it is not nearly right.
 
-    Where models of more effects are more probable, it must leave no more than noise, of whatever
-    colour, or than a law's form is wrong by: else what it leaves is another effect's.
+    Where models of more effects are more probable, it must leave no more than noise, of any colour,
+    or than a law's form is wrong by: else its residual is another effect's.
     """
     alone = [
         fit

@@ -205,6 +205,11 @@ class Measurement:
         return self.used if self.shaken is None else self.shaken.inside(self.used)
 
     @property
+    def noise_power(self) -> float:
+        """Square of all noise in the output: its own, and that by errors of the position."""
+        return self.noise**2 + (self.shaken.size**2 if self.shaken is not None else 0.0)
+
+    @property
     def position_noise(self) -> float:
         """Standard deviation of the white noise of the position [m].
 

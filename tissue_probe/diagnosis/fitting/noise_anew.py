@@ -7,11 +7,12 @@ its noise (``evidence.adequacy``), the noise as the channels alone tell it
 The noise of a channel is told from its roughness. A force that jumps between two samples, as dry
 friction does where the motion turns, is rough too. And an error of the position shakes the force by
 damping and mass, of which a model that lacks an effect has wrong values. The residual of a model
-that has the effect is the noise alone, and what errors of the position make in it is as they do.
+that has the effect is the noise alone, and errors of the position shake it as they shake the probe.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,20 +32,29 @@ MORE = 0.1
 def quieter(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit with the noise that it leaves; None where it is as much."""
     told = _told(fit, instrument)
-    pairs = zip(told, fit.measurements, strict=True)
-    return told if any(_power(new) < LESS * _power(old) for new, old in pairs) else None
+    return told if _is_less(told, fit) else None
 
 
-def louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
-    """Return the measurements of a fit with the noise that errors of the position make in it.
+def anew(fit: Fit, instrument: Instrument, quiet: bool) -> list[Measurement] | None:
+    """Return the measurements of a fit with the noise that it tells; None where it is as much.
 
-    None where that is hardly more than was counted.
+    It may be more where errors of the position count, and less where the fit is ``quiet``.
     """
-    if all(each.motion is None for each in fit.measurements):
+    moving = any(each.motion is not None for each in fit.measurements)
+    if not moving and not quiet:
         return None
     told = _told(fit, instrument)
+    return told if (moving and _is_more(told, fit)) or (quiet and _is_less(told, fit)) else None
+
+
+def _is_less(told: Sequence[Measurement], fit: Fit) -> bool:
     pairs = zip(told, fit.measurements, strict=True)
-    return told if any(_power(new) > (1.0 + MORE) * _power(old) for new, old in pairs) else None
+    return any(new.noise_power < LESS * old.noise_power for new, old in pairs)
+
+
+def _is_more(told: Sequence[Measurement], fit: Fit) -> bool:
+    pairs = zip(told, fit.measurements, strict=True)
+    return any(new.noise_power > (1.0 + MORE) * old.noise_power for new, old in pairs)
 
 
 def _told(fit: Fit, instrument: Instrument) -> list[Measurement]:
@@ -65,9 +75,3 @@ def _no_more(measurement: Measurement, residual: FloatArray) -> Measurement:
         return replace(measurement.with_noise_of(residual), shaken=None)
     share = min(np.sqrt(beyond) / measurement.shaken.size, 1.0)
     return replace(measurement, shaken=measurement.shaken.times(share))
-
-
-def _power(measurement: Measurement) -> float:
-    """Return the square of all noise in the output: its own, and of errors of the position."""
-    by_position = measurement.shaken.size if measurement.shaken is not None else 0.0
-    return measurement.noise**2 + by_position**2

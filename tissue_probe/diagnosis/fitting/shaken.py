@@ -124,8 +124,8 @@ def no_louder(fit: Fit) -> list[Measurement]:
     """Return the measurements of a fit, errors of the position no larger than its residual is.
 
     They are told from how the motion changes from sample to sample. A motion that changes less at
-    random than that, such as a sine, has smaller ones. Whatever a model lacks makes its residual
-    larger.
+    random than that, such as a sine, has smaller ones. An effect that a model lacks makes its
+    residual larger, never smaller.
     """
     return [
         each if each.shaken is None else _limited(each, each.shaken, misfit / np.sum(each.used))
@@ -135,7 +135,7 @@ def no_louder(fit: Fit) -> list[Measurement]:
 
 def _limited(measurement: Measurement, noise: Shaken, left: float) -> Measurement:
     """Return a measurement whose noise is so large that of its square this share is left."""
-    square = left * (measurement.noise**2 + noise.size**2) - measurement.noise**2
+    square = left * measurement.noise_power - measurement.noise**2
     if square >= noise.size**2:
         return measurement
     told = noise.times(np.sqrt(square) / noise.size) if square > 0.0 else None

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.noise_anew import louder, quieter
+from tissue_probe.diagnosis.fitting.noise_anew import anew, quieter
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
@@ -40,7 +40,7 @@ MOST = 3
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 #: How often samples are weighed anew: without corners, without those that hang on the position's
-#: noise, without outliers, and with less noise or more.
+#: noise, without outliers, and with less noise or more: each once, and the noise again after them.
 ROUNDS = 6
 
 
@@ -129,7 +129,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
 def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
     """Return the measurements as the model that is asked about shows that they are to be weighed.
 
-    Less noise than it leaves there is not, whatever it lacks.
+    There is no more noise than it leaves, also where it lacks an effect.
     """
     if explained(base) or rounds == 0:
         return None
@@ -144,7 +144,7 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measure
     if explained(fit) or rounds == 0:
         return None
     # The noise first: by it outliers are told, and where there is more than was counted are none.
-    told = louder(fit, instrument) or (quieter(fit, instrument) if is_quiet(fit) else None)
+    told = anew(fit, instrument, is_quiet(fit))
     return told or without_undecided(fit, instrument) or without_outliers(fit)
 
 

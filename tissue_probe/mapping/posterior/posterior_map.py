@@ -40,9 +40,9 @@ _ALIKE = 0.25
 #: States that tell P(inclusion) of a place: enough for an error of 2 %.
 _SHARE_STATES = 1000
 _TREND_STATES = 200
-#: Visits of one place contradict one another where they are so many times apart, and by so many of
-#: their standard deviations.
-_APART, _SURE = 1.25, 5.0
+#: Visits of one place contradict one another where they are not alike, and differ by so many of
+#: their standard deviations: by chance one pair in a million does.
+_SURE = 5.0
 _COARSEST = 1.5  # mm, of the raster of what could hide: no finer than its radii are of use
 
 
@@ -163,7 +163,7 @@ def _contradictions(felt: Felt) -> list[str]:
     for rows in felt.visits:
         low, high = (int(rows[extreme(felt.log_k[rows])]) for extreme in (np.argmin, np.argmax))
         apart = felt.log_k[high] - felt.log_k[low]
-        if apart > math.log(_APART) and apart > _SURE * math.hypot(*felt.noise[[low, high]]):
+        if apart > math.log1p(_ALIKE) and apart > _SURE * math.hypot(*felt.noise[[low, high]]):
             k = np.exp(felt.level + felt.log_k[[low, high]])
             told.append(
                 f"at x {felt.x[low]:.4g} mm, y {felt.y[low]:.4g} mm visits felt {k[0]:.4g} and "
