@@ -12,7 +12,7 @@ TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "genera
 """Table I of the paper (``physics.tissues``)."""
 Starts = Literal["auto", "at-rest", "moving"]
 """Whether the probe had been at rest before the first sample."""
-Course = Literal["auto", "smooth", "straight", "held"]
+Course = Literal["auto", "smooth", "straight", "held", "jumping"]
 """How a force that drives goes on between two samples (``physics.response.Between``)."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)

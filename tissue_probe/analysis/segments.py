@@ -111,7 +111,7 @@ def segments(
         Only the dwells at this site of a scan.
     lowpass : float, optional
         Take out of position and force alike all that is faster [Hz].
-    course : {"auto", "smooth", "straight", "held"}
+    course : {"auto", "smooth", "straight", "held", "jumping"}
         How a force that drives goes on between two samples; ``auto`` tells it from the record.
 
     Raises

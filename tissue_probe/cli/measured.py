@@ -200,8 +200,9 @@ CourseOption = Annotated[
     Course,
     typer.Option(
         "--input",
-        help="How a force that drives goes on between two samples: smoothly, straight, or "
-        "held, as a converter puts out a command; auto tells it from the record.",
+        help="How a force that drives goes on between two samples: smooth, straight, held (as "
+        "a converter puts out a command) or jumping (smooth but for its jumps, which are at the "
+        "samples); auto tells it from the record.",
     ),
 ]
 

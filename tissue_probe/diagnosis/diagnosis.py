@@ -31,7 +31,7 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
-from tissue_probe.diagnosis.input_course import HELD, is_held, with_input
+from tissue_probe.diagnosis.input_course import COURSE, told, told_anew, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
@@ -41,7 +41,6 @@ from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE
 
 if TYPE_CHECKING:
@@ -208,9 +207,11 @@ def diagnose(
 
         taken = _coloured(composition, clean, instrument, library, begin_at)
         ladder = climbed(taken, instrument)
-        if as_held := is_held(ladder.final, instrument):
-            findings.append(Finding("held", HELD))
-            clean, taken = [replace(each, between=Between.held) for each in clean], as_held
+        known = any(each.between is not None for each in measurements)
+        if anew := [] if known else told_anew(ladder.final, instrument):
+            course, taken = anew[0].between, anew
+            findings = [each for each in findings if each.name != COURSE] + told(course)
+            clean = [replace(each, between=course) for each in clean]
             ladder = climbed(taken, instrument)
         if instrument.flicker_noise and is_quiet(ladder.final):
             instrument = replace(instrument, flicker_noise=0.0)

@@ -1,4 +1,4 @@
-"""How an input goes on between its samples: smoothly, straight, or held by a converter.
+"""How an input goes on between its samples: smoothly, straight, held by a converter, or jumping.
 
 What belongs here: telling it from the record. What does not: the course (``physics.response``).
 """
@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.interpolation import jumps
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE
 
@@ -25,6 +26,8 @@ from tissue_probe.quantities import FORCE
 #: which it overshoots a single step.
 OVERSHOT = 0.05
 DELAY = "channel_delay"
+#: Name of the finding.
+COURSE = "course"
 HELD = (
     "The model follows the force better as a command that a converter puts out, and that stays as "
     "each sample has it until the next: it is taken for one (`course`)."
@@ -32,6 +35,10 @@ HELD = (
 STRAIGHT = (
     "The model follows the force better along straight lines from sample to sample: so it is "
     "taken to go on (`course`)."
+)
+JUMPING = (
+    "The model follows the force better where it goes on smoothly up to each jump, and jumps at a "
+    "sample: so it is taken to go on (`course`)."
 )
 NOT_DRIVEN = (
     "`course`: the position drives a {}, and it is measured: it moves on between two samples; "
@@ -65,34 +72,55 @@ def with_input(
         return given, []
     if any(each.between is not None for each in given):
         return given, []
-    taken = {kind: _with(given, kind) for kind in Between}
-    fits = {kind: fit_base(composition, taken[kind], instrument, begin_at) for kind in Between}
-    jumps = any(map(_jumps, given))
-    commanded = jumps and all(each.is_commanded for each in given)
+    taken = {kind: _with(given, kind) for kind in _kinds(given)}
+    fits = {kind: fit_base(composition, taken[kind], instrument, begin_at) for kind in taken}
+    at_once = any(map(_overshoots, given))
+    commanded = at_once and all(each.is_commanded for each in given)
     usual = Between.held if commanded else Between.smooth
-    best = min(Between, key=lambda kind: fits[kind].bic - 2.0 * RIVAL * (kind is usual))
+    best = min(taken, key=lambda kind: fits[kind].bic - 2.0 * RIVAL * (kind is usual))
     smooth = fits[Between.smooth]
-    if not jumps and best is not Between.smooth:
+    if not at_once and best is not Between.smooth:
         delayed = _delayed(smooth, instrument) if best is Between.held else []
         if not (explained(fits[best]) and _is_as_good(fits[best], delayed)):
             best = Between.smooth
     if best is Between.smooth:
         return given, []
-    told = Finding("held", HELD) if best is Between.held else Finding("straight", STRAIGHT)
-    return taken[best], [told]
+    return taken[best], told(best)
 
 
-def is_held(final: Fit, instrument: Instrument) -> list[Measurement]:
-    """Return the measurements of a fit with a delay as held, where that does as well without it.
+def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
+    """Return the measurements of a fit on another course by which it fits better; empty if on none.
 
-    Beside all that the model lacked at first it can be told.
+    The course was chosen by a model that lacks what is missing. Half a sample of delay stands
+    between being held and going on straight: a model with a delay need fit no better without it.
     """
-    known = any(each.between is not None for each in final.measurements)
-    if final.composition.input is not FORCE or known or DELAY not in final.composition.names:
+    if final.composition.input is not FORCE:
         return []
-    held = _with(final.measurements, Between.held)
-    fit = refit(final, final.composition.without(DELAY), instrument, held)
-    return held if fit is not None and _is_as_good(fit, [final]) else []
+    delayed = DELAY in final.composition.names
+    model = final.composition.without(DELAY) if delayed else final.composition
+    kinds = _kinds(final.measurements)
+    others = [_with(final.measurements, kind) for kind in kinds if kind is not _course(final)]
+    fits = [refit(final, model, instrument, each) for each in others]
+    most = final.bic + (2.0 if delayed else -2.0) * RIVAL
+    found = [fit for fit in fits if fit is not None and fit.bic < most]
+    return list(min(found, key=lambda fit: fit.bic).measurements) if found else []
+
+
+def told(course: Between | None) -> list[Finding]:
+    """Return what is said of a course that the record told; a smooth one needs no word."""
+    sentences = {Between.held: HELD, Between.straight: STRAIGHT, Between.jumping: JUMPING}
+    return [Finding(COURSE, sentences[course])] if course in sentences else []
+
+
+def _kinds(measurements: Sequence[Measurement]) -> list[Between]:
+    """Return the courses that differ; a force that is measured jumps with its noise."""
+    known = all(each.is_commanded for each in measurements)
+    jumping = known and any(jumps(each.force).size for each in measurements)
+    return [kind for kind in Between if jumping or kind is not Between.jumping]
+
+
+def _course(fit: Fit) -> Between:
+    return fit.measurements[0].between or Between.smooth
 
 
 def _with(measurements: Sequence[Measurement], kind: Between) -> list[Measurement]:
@@ -111,7 +139,7 @@ def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:
     return fit_candidates(fit, [sized(EFFECTS[DELAY], fit.composition.scale)], instrument)
 
 
-def _jumps(measurement: Measurement) -> bool:
+def _overshoots(measurement: Measurement) -> bool:
     """Whether a smooth course through the samples of the force would overshoot them."""
     from scipy.interpolate import CubicSpline  # only where a force drives that has no noise
 

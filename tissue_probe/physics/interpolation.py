@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 from functools import cache
 from importlib import import_module
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from scipy.linalg import solve_banded
 from tissue_probe.physics import machine_code, numba_code
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 #: Fewer samples have no cubic spline.
 FEWEST = 4
@@ -75,6 +77,60 @@ def steps(values: FloatArray) -> FloatArray:
     pieces = np.zeros((4, values.size - 1))
     pieces[3] = values[:-1]
     return pieces
+
+
+def jumps(values: FloatArray) -> IntArray:
+    """Return the first samples after jumps: where a step is not the slope of either side.
+
+    That is, where the steps before and after it go less than half as far the same way. A sine has
+    none from six samples a period on.
+    """
+    steps = np.diff(values)
+    same_way = np.pad(steps, 1)
+    same_way = np.maximum(same_way[:-2] * np.sign(steps), same_way[2:] * np.sign(steps))
+    return 1 + np.flatnonzero((steps != 0.0) & (same_way < np.abs(steps) / 2.0))
+
+
+def between_jumps(values: FloatArray, period: float, after: IntArray) -> FloatArray:
+    """Return the pieces, shape (4, n - 1), of splines that go on until the sample after a jump.
+
+    Parameters
+    ----------
+    values : array, shape (n,)
+        The samples.
+    period : float
+        Time between two of them [s].
+    after : array of int
+        The first samples after the jumps, see ``jumps``.
+    """
+    pieces = steps(values)
+    for first, last in pairwise([0, *after, values.size]):
+        own = _spline(values[first:last], period)
+        pieces[:, first : last - 1] = own
+        if last < values.size and own.size:
+            pieces[:, last - 1] = _from_its_end(own[:, -1], period)
+    return pieces
+
+
+def _spline(values: FloatArray, period: float) -> FloatArray:
+    """Return the pieces of the spline, or of straight lines where there are too few samples."""
+    if values.size >= FEWEST:
+        return cubics(values, period)
+    flat = np.zeros((2, values.size - 1))
+    return np.vstack([flat, np.diff(values) / period, values[:-1]])
+
+
+def _from_its_end(piece: FloatArray, period: float) -> FloatArray:
+    """Return the same polynomial, by powers of the time since the piece's end."""
+    a, b, c, d = piece
+    return np.array(
+        [
+            a,
+            b + 3.0 * a * period,
+            c + 2.0 * b * period + 3.0 * a * period**2,
+            d + c * period + b * period**2 + a * period**3,
+        ]
+    )
 
 
 def with_acceleration(pieces: FloatArray, period: float) -> FloatArray:

@@ -11,7 +11,7 @@ import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from typing import Any
 
@@ -19,7 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.physics import machine_code, numba_code
-from tissue_probe.physics.interpolation import cubics, later, lines, steps, with_acceleration
+from tissue_probe.physics.interpolation import (
+    IntArray,
+    between_jumps,
+    cubics,
+    jumps,
+    later,
+    lines,
+    steps,
+    with_acceleration,
+)
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 from tissue_probe.physics.scale import Scale
@@ -163,11 +172,11 @@ def _integration(facts: Mapping[str, Any]) -> Written:
 class Between(Enum):
     """How a course goes on between samples.
 
-    Smoothly; along straight lines; or held as each sample has it until the next, as a converter
-    puts out a command.
+    Smoothly; along straight lines; held as each sample has it until the next, as a converter puts
+    out a command; or smoothly up to the sample after a jump, as a simulation computes one.
     """
 
-    smooth, straight, held = range(3)
+    smooth, straight, held, jumping = range(4)
 
 
 @dataclass(frozen=True)
@@ -242,11 +251,13 @@ def course(
     if kernel.shifts:
         true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late
+    jumping = jumps(true) if between is Between.jumping else None
+    through = partial(_pieces, period=period, between=between, felt=felt, after=jumping)
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
-        changes[row] = _pieces(change, period, between, felt)
+        changes[row] = through(change)
     columns = np.array(kernel.course_columns, dtype=np.int64)
-    pieces = _pieces(true, period, between, felt)
+    pieces = through(true)
     return Course(pieces, period, changes, columns, begins)
 
 
@@ -276,13 +287,25 @@ def _as_measured(
     position: bytes, period: float, begins: float, between: Between, felt: bool
 ) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
-    pieces = _pieces(np.frombuffer(position), period, between, felt)
+    values = np.frombuffer(position)
+    pieces = _pieces(values, period, between, felt)
     unchanged = np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64)
     return Course(pieces, period, *unchanged, begins)
 
 
-def _pieces(values: FloatArray, period: float, between: Between, felt: bool) -> FloatArray:
-    """Return the course through samples; a smooth one may be felt at the samples only."""
+def _pieces(
+    values: FloatArray,
+    period: float,
+    between: Between,
+    felt: bool,
+    after: IntArray | None = None,
+) -> FloatArray:
+    """Return the course through samples; a smooth one may be felt at the samples only.
+
+    One that jumps does so before the samples ``after``, those of the values by default.
+    """
+    if between is Between.jumping:
+        return between_jumps(values, period, jumps(values) if after is None else after)
     if between is Between.held:
         return steps(values)
     if between is Between.straight:

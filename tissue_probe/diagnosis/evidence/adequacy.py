@@ -28,6 +28,9 @@ NOT_THERE = 0.5
 #: roughly. Where it is less, but at least the second share, it may still have any colour.
 ROUGHLY, ROUNDING = 1.2, 0.15
 
+#: A further effect must remove this share of what exceeds the noise, or leave noise only: of models
+#: that are all wrong the most probable one has too many effects.
+SHARE = 0.65
 #: Adequacy below which a residual is noise beyond doubt.
 BEYOND_DOUBT = 0.6
 
@@ -36,9 +39,10 @@ def adequacy(fit: Fit) -> float:
     """Return the largest test of a residual over its limit: below 1 a fit leaves noise only.
 
     That is: no more than there is, of no colour, even over the frequencies, and with a likely rig.
-    An encoder's rounding, of which more than its size is not known, may have any colour.
+    An encoder's rounding, of which more than its size is not known, may have any colour; so may
+    that of the output where it rests.
     """
-    share = fit.rounding / fit.noise
+    share = max(fit.rounding, *(each.stays_rounded for each in fit.measurements)) / fit.noise
     if share > ROUNDING:
         most = _most(SIZE, SIZE_NEARLY, fit)
         most += max(ROUGHLY - 1.0 - most, 0.0) * min(share**2, 1.0)
@@ -69,6 +73,12 @@ def _most(unknown: float, nearly: float, fit: Fit) -> float:
 def explained(fit: Fit) -> bool:
     """Whether a fit leaves noise only."""
     return adequacy(fit) < 1.0
+
+
+def removes(fit: Fit, better: Fit) -> bool:
+    """Whether a further effect removes most of what exceeds the noise, or leaves only noise."""
+    excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
+    return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
 
 
 def is_quiet(fit: Fit) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, explained
+from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, explained, removes
 from tissue_probe.diagnosis.evidence.posterior import FORM, SURE, Posterior, posterior
 from tissue_probe.diagnosis.fitting.fit import Fit
 
@@ -155,7 +155,8 @@ def _nearest(family: str, told: Posterior) -> Fit | None:
     """Return the best form of a family, alone; None where it is not nearly right.
 
     Where models of more effects are more probable, it must leave no more than noise, of any colour,
-    or than a law's form is wrong by: else its residual is another effect's.
+    and most of what the base left must be gone, or no more than a law's form is wrong by: else its
+    residual is another effect's.
     """
     alone = [
         fit
@@ -166,7 +167,8 @@ def _nearest(family: str, told: Posterior) -> Fit | None:
     if nearest is None or nearest.ratio >= ROUGHLY:
         return None
     removed = told.base.ratio**2 - nearest.ratio**2
-    little = excess_of(nearest) < 1.0 or nearest.ratio**2 - 1.0 <= FORM**2 * removed
+    nearly = excess_of(nearest) < 1.0 and removes(told.base, nearest)
+    little = nearly or nearest.ratio**2 - 1.0 <= FORM**2 * removed
     return nearest if little or len(told.more(told.models[0])) == 1 else None
 
 

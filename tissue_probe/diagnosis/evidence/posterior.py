@@ -191,7 +191,8 @@ def _tempered(group: Sequence[_Told], base: Fit) -> list[tuple[Fit, float]]:
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
     share: one that leaves D more than the best is less likely by exp(-D / 2 (1 + FORM^2 E)). What
     has to be learnt costs the same: of a value that may be anything a law that is right to FORM
-    tells so much that log(1 / FORM) is as large as the criterion's penalty.
+    tells so much that log(1 / FORM) is as large as the criterion's penalty. But no form that leaves
+    more than noise is more probable than one that leaves noise only, however simple it is.
     """
     likely = np.array([each.likely for each in group])
     thought = np.array([each.thought for each in group])
@@ -199,6 +200,9 @@ def _tempered(group: Sequence[_Told], base: Fit) -> list[tuple[Fit, float]]:
     removed = max(base.cost - best.cost, 0.0)
     more = samples * np.expm1(np.minimum((2.0 / samples) * (likely.max() - likely), MUCH))
     told = thought - 0.5 * more / (1.0 + FORM**2 * removed)
+    enough = np.array([explained(each.fit) for each in group])
+    if enough.any():
+        told = np.where(enough, told, np.minimum(told, told[enough].max()))
     shares = told - np.logaddexp.reduce(told) + np.logaddexp.reduce(likely + thought)
     return [(each.fit, float(share)) for each, share in zip(group, shares, strict=True)]
 

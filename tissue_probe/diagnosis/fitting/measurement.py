@@ -222,6 +222,21 @@ class Measurement:
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
         return noise if noise > least and abs(felt) < FELT else 0.0
 
+    @cached_property
+    def rounded(self) -> float:
+        """Standard deviation of the output's rounding where its noise is nothing else, or 0."""
+        output = self.output_values[self.used]
+        step = _step(output, EXACT * float(np.ptp(output)))
+        return float(step / np.sqrt(12.0)) if self.noise < NOISY * step else 0.0
+
+    @cached_property
+    def stays_rounded(self) -> float:
+        """The part of ``rounded`` that is not white: of samples that repeat the one before."""
+        if not self.rounded:
+            return 0.0
+        repeated = np.diff(self.output_values[self.used]) == 0.0
+        return float(self.rounded * np.sqrt(np.mean(repeated)))
+
     @property
     def is_commanded(self) -> bool:
         """Whether the force that drives is no measurement: it has no noise but that of digits."""
@@ -317,7 +332,7 @@ class Measurement:
 
     def with_noise_of(self, residual: FloatArray) -> Measurement:
         """Return the same with the noise of a model's residual, shape (n,), where that is less."""
-        return replace(self, noise=min(self.noise, self._floor(residual)))
+        return replace(self, noise=min(self.noise, max(self._floor(residual), self.rounded)))
 
     def _only(self, kept: slice) -> Measurement:
         """Return some of the samples; their period, and what is known of a motion, stay."""

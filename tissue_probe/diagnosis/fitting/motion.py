@@ -11,7 +11,7 @@ Stat. Assoc. 45 (1950), 164).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -49,11 +49,14 @@ class Motion:
         Standard deviation of the samples' white noise, same unit.
     calmness : array, shape (n - 3,)
         Variance of the noise over that of the third differences, about each.
+    share : float
+        How large errors of the position are, of those that the samples leave possible [-].
     """
 
     samples: FloatArray
     noise: float
     calmness: FloatArray
+    share: float = 1.0
 
     @cached_property
     def position(self) -> FloatArray:
@@ -64,7 +67,11 @@ class Motion:
 
     def since(self, first: int) -> Motion:
         """Return the same from a sample on."""
-        return Motion(self.samples[first:], self.noise, self.calmness[first:])
+        return Motion(self.samples[first:], self.noise, self.calmness[first:], self.share)
+
+    def surer(self, share: float) -> Motion:
+        """Return the same with errors of the position that are so many times as large."""
+        return replace(self, share=share * self.share)
 
     def noise_left(self, random: np.random.Generator) -> FloatArray:
         """Draw noise as the position still has it, shape (n,)."""
@@ -75,7 +82,8 @@ class Motion:
         """Draw an error that the position may have, shape (n,)."""
         shaken = random.standard_normal(self.samples.size)
         jerks = np.sqrt(self.calmness) * random.standard_normal(self.calmness.size)
-        return self.noise * _solved(_factor(self.calmness), shaken + _spread(jerks))
+        size = self.share * self.noise
+        return size * _solved(_factor(self.calmness), shaken + _spread(jerks))
 
     def chain(self) -> FloatArray:
         """Return how the error goes on, shape (n, 4).
@@ -94,7 +102,7 @@ class Motion:
         for distance in range(1, JERK.size):
             own = factor[-1 - distance, distance:][::-1]
             chain[distance:, distance - 1] = -own / root[distance:]
-        chain[:, -1] = self.noise / root
+        chain[:, -1] = self.share * self.noise / root
         return chain
 
 

@@ -22,56 +22,59 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.shaken import shaken
 from tissue_probe.signals import FloatArray
 
-#: Share of the noise's square below which it is less: above, an estimate errs by as much.
-LESS = 0.5
-#: Share of the noise's square by which it must be more: as much makes no residual larger by more
+#: Share of the noise's square by which it must be another: as much makes no residual larger by more
 #: than a twentieth, and so nothing that is explained unexplained.
-MORE = 0.1
+ANOTHER = 0.1
 
 
 def quieter(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
-    """Return the measurements of a fit with the noise that it leaves; None where it is as much."""
-    told = _told(fit, instrument)
-    return told if _is_less(told, fit) else None
+    """Return the measurements of a fit with the noise that it leaves; None where it is as much.
 
-
-def anew(fit: Fit, instrument: Instrument, quiet: bool) -> list[Measurement] | None:
-    """Return the measurements of a fit with the noise that it tells; None where it is as much.
-
-    It may be more where errors of the position count, and less where the fit is ``quiet``.
+    The fit leaves less than its noise, so that no more than noise is in its residual: errors of the
+    position are as small as that for every model.
     """
-    moving = any(each.motion is not None for each in fit.measurements)
-    if not moving and not quiet:
+    shaken_by = shaken(fit, instrument)
+    told = _no_more(shaken_by, fit)
+    pairs = zip(told, fit.measurements, strict=True)
+    if not any(new.noise_power < (1.0 - ANOTHER) * old.noise_power for new, old in pairs):
         return None
-    told = _told(fit, instrument)
-    return told if (moving and _is_more(told, fit)) or (quiet and _is_less(told, fit)) else None
+    return [_surer(new, old) for new, old in zip(told, shaken_by, strict=True)]
 
 
-def _is_less(told: Sequence[Measurement], fit: Fit) -> bool:
+def louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
+    """Return the measurements of a fit with the errors of the position that it feels.
+
+    None where they make no more noise than is counted.
+    """
+    if all(each.motion is None for each in fit.measurements):
+        return None
+    told = _no_more(shaken(fit, instrument), fit)
     pairs = zip(told, fit.measurements, strict=True)
-    return any(new.noise_power < LESS * old.noise_power for new, old in pairs)
+    more = any(new.noise_power > (1.0 + ANOTHER) * old.noise_power for new, old in pairs)
+    return told if more else None
 
 
-def _is_more(told: Sequence[Measurement], fit: Fit) -> bool:
-    pairs = zip(told, fit.measurements, strict=True)
-    return any(new.noise_power > (1.0 + MORE) * old.noise_power for new, old in pairs)
-
-
-def _told(fit: Fit, instrument: Instrument) -> list[Measurement]:
-    """Return the measurements with the noise that a fit tells.
+def _no_more(measurements: Sequence[Measurement], fit: Fit) -> list[Measurement]:
+    """Return measurements whose noise is no more than the residuals of a fit.
 
     What errors of the position make is told from how the motion changes from sample to sample. A
-    motion that changes less at random than that, such as a sine, has smaller errors: no larger than
-    the residual has them.
+    motion that changes less at random than that, such as a sine, has smaller errors.
     """
-    pairs = zip(shaken(fit, instrument), fit.residuals, strict=True)
-    return [_no_more(measurement, residual) for measurement, residual in pairs]
+    return [_within(*each) for each in zip(measurements, fit.residuals, strict=True)]
 
 
-def _no_more(measurement: Measurement, residual: FloatArray) -> Measurement:
-    """Return a measurement whose noise is no more than a residual."""
+def _within(measurement: Measurement, residual: FloatArray) -> Measurement:
     beyond = float(np.mean(residual[measurement.counted] ** 2)) - measurement.noise**2
     if measurement.shaken is None or beyond <= 0.0:
         return replace(measurement.with_noise_of(residual), shaken=None)
     share = min(np.sqrt(beyond) / measurement.shaken.size, 1.0)
     return replace(measurement, shaken=measurement.shaken.times(share))
+
+
+def _surer(measurement: Measurement, before: Measurement) -> Measurement:
+    """Return a measurement whose motion errs as little as its noise shows."""
+    if measurement.motion is None or before.shaken is None:
+        return measurement
+    left = measurement.shaken.size if measurement.shaken is not None else 0.0
+    share = left / before.shaken.size
+    return replace(measurement, motion=measurement.motion.surer(share))

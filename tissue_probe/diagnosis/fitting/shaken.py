@@ -116,7 +116,7 @@ def _felt(
     shown = Felt(
         residual, measurement.position, noise.taps, np.hypot(measurement.noise, noise.beside)
     )
-    told = motion(known.samples, known.noise, shown)
+    told = motion(known.samples, known.noise, shown).surer(known.share)
     return replace(measurement, position=told.position, motion=told, shaken=None)
 
 

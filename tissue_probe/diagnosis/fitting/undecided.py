@@ -10,6 +10,8 @@ position hides which way: the force of friction is then known but for its sign.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.ndimage import binary_dilation
 
@@ -45,12 +47,16 @@ def undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
 
 
 def _undecided(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
-    """Return the samples whose output changes far more than usual with the position's noise."""
-    measurement = fit.measurements[index]
+    """Return the samples whose output changes far more than usual with the position's noise.
+
+    Errors are as large as the samples leave them possible: that they are smaller elsewhere tells
+    nothing of where the tip hardly moves.
+    """
+    measurement, possible = fit.measurements[index], replace(motion, share=1.0)
     position, random = measurement.position, np.random.default_rng(0)
     values, start = fit.values, fit.starts[index]
     right = problem.response(index, position, values, start).output
-    errors = (motion.error(random) for _ in range(DRAWS))
+    errors = (possible.error(random) for _ in range(DRAWS))
     changes = np.abs(
         [problem.response(index, position + each, values, start).output - right for each in errors]
     )

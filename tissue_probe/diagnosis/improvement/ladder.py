@@ -10,18 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained, is_quiet
+from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained, is_quiet, removes
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.noise_anew import anew, quieter
+from tissue_probe.diagnosis.fitting.noise_anew import louder, quieter
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
-from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued, removes
+from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
@@ -144,7 +144,7 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measure
     if explained(fit) or rounds == 0:
         return None
     # The noise first: by it outliers are told, and where there is more than was counted are none.
-    told = anew(fit, instrument, is_quiet(fit))
+    told = quieter(fit, instrument) if is_quiet(fit) else louder(fit, instrument)
     return told or without_undecided(fit, instrument) or without_outliers(fit)
 
 

@@ -123,10 +123,12 @@ class Moves:
         whole = self._library[promise.effect.name]
         reliable = not any(map(switches, (whole, *fit.composition.effects)))
         promised = promised_evidence(fit, promise.effect, promise.cost, self._base)
-        effects = (whole, *fit.composition.effects)
-        kind = tuple(sorted(family for each in effects for family in self._families(each)))
-        tried = promise.effect if reliable else whole
-        return Move(fit, tried, promised, reliable, (reliable, kind))
+        kind = reliable, self.parts((whole, *fit.composition.effects))
+        return Move(fit, promise.effect if reliable else whole, promised, reliable, kind)
+
+    def parts(self, effects: Iterable[Effect]) -> tuple[str, ...]:
+        """Return the families of effects and of those that they contain, in alphabetical order."""
+        return tuple(sorted(family for each in effects for family in self._families(each)))
 
     def _families(self, effect: Effect) -> set[str]:
         """Return the families of an effect and of what it contains."""

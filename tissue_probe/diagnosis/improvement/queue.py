@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from tissue_probe.diagnosis.evidence.adequacy import doubtful, explained
+from tissue_probe.diagnosis.evidence.adequacy import SHARE, doubtful, explained, removes
 from tissue_probe.diagnosis.evidence.posterior import RIVAL, evidence
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -32,10 +32,6 @@ BUDGET = 10_000
 
 #: Moves whose promise is worth little get this share of the effort of those whose promise holds.
 UNRELIABLE = 0.5
-#: A further effect must remove this share of what exceeds the noise, or leave noise only: of models
-#: that are all wrong the most probable one has too many effects.
-SHARE = 0.65
-
 Names = frozenset[str]
 
 
@@ -116,7 +112,7 @@ class Queue:
         """Return the moves that are made next: those of one kind that promise most.
 
         Kin of what was tried comes after all that is of other families: it takes its place in the
-        best model at once, see ``_neighbours``.
+        best model at once, see ``_neighbours``. The parts of the best model come first.
         """
         best = self.best(count)
         self._waiting = [move for move in self._waiting if self._is_open(move)]
@@ -127,10 +123,22 @@ class Queue:
         reliable = [move for move in few.values() if move.reliable]
         others = [move for move in few.values() if not move.reliable]
         owed = self._spent[False] < UNRELIABLE * self._spent[True]
-        chosen = self._various(others if not reliable or (others and owed) else reliable)
+        fewer = self.best(count - 1)
+        alike = [move for move in few.values() if fewer and self._has_parts_of(move, fewer)]
+        chosen = alike[:AT_ONCE] or self._various(
+            others if not reliable or (others and owed) else reliable
+        )
         self._waiting = [move for move in self._waiting if move not in chosen]
         self._tried.update(move.kind for move in chosen)
         return chosen
+
+    def _has_parts_of(self, move: Move, fewer: Fit) -> bool:
+        """Whether a move leads to the families of a model with an effect less, apart.
+
+        An effect that contains another, as Hertz's law lost contact, stands for both in one form,
+        beside which no other form of its law is tried.
+        """
+        return move.kind[1] == self.moves.parts(fewer.composition.effects)
 
     def _various(self, moves: Sequence[Move]) -> list[Move]:
         """Return the first of moves, those of families first that were tried less often."""
@@ -190,11 +198,12 @@ class Queue:
 
         What is left of a model without one of its effects is extended by others later, too.
         """
-        new = self._turned(fit)
+        self._turned(fit)
+        names = frozenset(fit.composition.names)
         kin = [
             move
             for move in self._waiting
-            if move.fit in new
+            if names.issuperset(move.fit.composition.names)
             and move.families == families(fit)
             and (self._is_open(move) if move.reliable else move.names not in self.known)
         ]
@@ -229,12 +238,6 @@ class Queue:
         new = [fit for fit in fits if self._is_new(fit)]
         self._extended += new
         self._waiting += self.moves.longer(new)
-
-
-def removes(fit: Fit, better: Fit) -> bool:
-    """Whether a further effect removes most of what exceeds the noise, or leaves only noise."""
-    excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
-    return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
 
 
 def is_enough(best: Fit | None) -> bool:

@@ -268,17 +268,26 @@ def _behind(
 
     The way to where a tip sticks and slides may lead through friction that only creeps. And what
     contains a simpler effect can do no worse than that, nor that worse than what ended as it: it
-    went astray.
+    went astray. A form that leaves no more than noise is enough, but not at its bound: there it
+    stands for what another form may say exactly.
     """
     best, found = list(_first_of_each(sorted(fits, key=lambda fit: fit.cost)).values()), []
     for candidate in candidates:
         same = [fit for fit in best if _is_also(candidate.effect, fit)]
-        if not same or is_settled(better := best_of(same), lowest):
+        if not same:
+            continue
+        better = best_of(same)
+        if is_settled(better, lowest) and not _at_a_bound(better):
             continue
         own = [fit.cost for fit in fits if fit.composition is candidate.problem.composition]
         if better.cost < BETTER * min(own, default=np.inf):
             found.append((candidate, better))
     return found
+
+
+def _at_a_bound(fit: Fit) -> bool:
+    """Whether a value of what was added ended at a bound."""
+    return any(each.name in fit.exhausted for each in added(fit).parameters)
 
 
 def _is_also(effect: Effect, fit: Fit) -> bool:

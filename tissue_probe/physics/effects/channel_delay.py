@@ -14,7 +14,7 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     Under a steady sine a late force looks like less damping, or less than none, from where a search
     for the delay does not come back.
     """
-    delays = (0.0, 2e-3, 5e-3, 1e-2, -2e-3)
+    delays = (0.0, 2e-3, 5e-3, 1e-2, -2e-3, -1e-2)
     return [
         *({"channel_delay": delay} for delay in delays),
         *({"channel_delay": delay, "damping": 5.0} for delay in delays[1:4]),
@@ -25,7 +25,7 @@ CHANNEL_DELAY = Effect(
     name="channel_delay",
     family="timing",
     physics="The force comes later than the position by a constant time",
-    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-5e-3, upper=LONGEST_DELAY),),
+    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-LONGEST_DELAY, upper=LONGEST_DELAY),),
     delay=DELAY,
     starts=starts,
     assumptions="Constant; what the delay moves is time-invariant",
