@@ -51,6 +51,7 @@ PUBLISHED_BY_DIRECTION = {
     "force_bias": (20.14 - 20.63) / 2.0,
 }
 DIRECTIONAL = Path(__file__).parents[1] / "docs" / "directional_damping.py"
+BAND = Path(__file__).parents[1] / "docs" / "rubber_band.py"
 #: What the literature says of it.
 DRY = ("coulomb_friction", "force_bias")
 #: How many of a ranking are shown.
@@ -59,19 +60,24 @@ SHOWN = 3
 
 @dataclass(frozen=True)
 class Measured:
-    """One file, how it is read, and the effects that the literature says are in it, its values."""
+    """One file, how it is read, and the effects that the literature says are in it, its values.
+
+    ``second`` is a file on which the models are tried that the first one gives.
+    """
 
     name: str
     file: str
     options: str
     known: tuple[str, ...]
     published: dict[str, float] = field(default_factory=dict)
+    second: str = ""
 
     def arguments(self, folder: Path, whole: bool) -> list[str]:
         """Return what follows ``tissue_probe``."""
         added = [word for effect in self.known for word in ("--add", effect)]
         command, asked = ("diagnose", []) if whole else ("improve", added)
-        return [command, str(folder / self.file), *shlex.split(self.options), *asked]
+        validate = ["--validate", str(folder / self.second)] if self.second else []
+        return [command, str(folder / self.file), *shlex.split(self.options), *asked, *validate]
 
 
 DATA = (
@@ -105,6 +111,20 @@ DATA = (
         Measured(f"VHB {name}, {effect}", f"vhb4910_elastomer/{name}.csv", ELASTOMER, (effect,))
         for name in ("relax_3d0", "relax_4d0", "relax_6d0", "cyc_0d05_3d0")
         for effect in ("standard_linear_solid", "generalized_maxwell")
+    ),
+    *(
+        Measured(
+            f"VHB cycles, {rate}",
+            f"vhb4910_elastomer/{first}.csv",
+            f"{ELASTOMER} --effects {shlex.quote(str(BAND))}",
+            ("contact_loss", "rubber_band"),
+            second=f"vhb4910_elastomer/{second}.csv",
+        )
+        for rate, first, second in (
+            ("0.05 1/s", "cyc_0d05_3d0", "cyc_0d03_2d5"),
+            ("0.03 1/s", "cyc_0d03_3d0", "cyc_0d05_2d5_1"),
+            ("0.01 1/s", "cyc_0d01_3d0", "cyc_0d01_2d0"),
+        )
     ),
 )
 
@@ -155,10 +175,18 @@ def row(name: str, answer: dict) -> list[str]:
         name,
         answer["verdict"],
         ", ".join(answer["effects"]) or "none",
-        f"{errors['base']:.4g} -> {errors['final']:.4g} {unit}",
+        f"{errors['base']:.4g} -> {errors['final']:.4g} {unit}{held_out(answer)}",
         f"{answer['noise_floor']:.3g} {unit}",
         ", ".join(f"{each['effect']} ({each['gain']:.0f}){settled(each)}" for each in ranking),
     ]
+
+
+def held_out(answer: dict) -> str:
+    """Return the errors on a second recording, if there is one."""
+    if answer["carries_over"] is None:
+        return ""
+    held = answer["rmse"]["heldout"]
+    return f" ({held['base']:.4g} -> {held['final']:.4g} on the second)"
 
 
 def settled(entry: dict) -> str:

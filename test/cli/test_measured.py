@@ -129,7 +129,7 @@ def test_holes_are_filled_and_it_is_said(csv, options):
     path.write_text("\n".join(lines))
     (segment,) = options(path)
     assert np.isfinite(segment.force).all()
-    assert "1 missing samples filled in" in segment.notes[0]
+    assert "1 samples of the even grid lie in gaps: filled in" in segment.notes[0]
 
 
 def test_what_is_filled_in_does_not_count_as_measured(csv, options):
@@ -145,7 +145,10 @@ def test_what_is_filled_in_does_not_count_as_measured(csv, options):
     fitted = segment.measurement(FORCE)
     assert not fitted.used[[99, 199, 200, 201]].any()
     assert np.count_nonzero(fitted.used) == 3996
-    assert "4 missing samples filled in by a cubic spline, and left out" in segment.notes[0]
+    assert (
+        "4 samples of the even grid lie in gaps: filled in by a cubic spline, and left out"
+        in segment.notes[0]
+    )
 
 
 def test_missing_rows_are_filled_in_as_missing_values_are(csv, options):
@@ -159,7 +162,8 @@ def test_missing_rows_are_filled_in_as_missing_values_are(csv, options):
     assert_allclose(segment.force[segment.measured], whole.force[segment.measured])
     assert_allclose(segment.position, whole.position, atol=2e-7)
     assert segment.notes == (
-        f"{path}: {len(lost)} missing samples filled in by a cubic spline, and left out of the fit",
+        f"{path}: {len(lost)} samples of the even grid lie in gaps: filled in by a cubic spline, "
+        "and left out of the fit",
     )
 
 

@@ -214,7 +214,11 @@ def test_map_takes_the_recorded_estimates_unless_a_filter_is_named(run, bag, mes
 
 
 def test_map_of_a_recording_without_estimates_asks_for_a_filter(fails, bag):
-    assert "run.mcap has no recorded estimates: give a filter by --estimator" in fails("map", bag())
+    recorded = bag()
+    told = fails("map", recorded)
+    assert "run.mcap has no recorded estimates: give a filter by --estimator" in told
+    told = fails("map", recorded, "--rig", "rigid_probe")
+    assert "--effects and --rig are for filters that run on the samples" in told
 
 
 def test_map_of_a_recording_without_sites_says_so(fails, bag):

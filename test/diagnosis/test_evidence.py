@@ -163,6 +163,25 @@ def test_a_form_is_told_by_what_it_has_to_learn_whatever_it_leaves():
     assert told.likely == (one,)
 
 
+def test_a_simple_form_that_leaves_more_than_noise_is_not_above_one_that_leaves_noise_only():
+    simple, enough = fit("springpot", 1000.0, 1.08), fit("generalized_maxwell", 2780.0)
+    told = posterior(unexplained(-1_000_000.0), [simple, enough])
+    assert told.effect("springpot") <= told.effect("generalized_maxwell")
+    ladder = concluded(unexplained(-1_000_000.0), [simple, enough], [enough])
+    assert ladder.final is enough
+
+
+def test_a_family_is_not_claimed_where_most_of_what_was_left_still_is():
+    """More effects are more probable, and no form alone explains much of a slight residual."""
+    slight = replace(fit("", 0.0, 1.05), unevenness=3.0 * EVEN)
+    alone = replace(fit("stribeck_friction", 200.0, 1.03), unevenness=3.0 * EVEN)
+    two = [
+        replace(fit(f"stribeck_friction+{other}", misfit, 1.02), unevenness=3.0 * EVEN)
+        for other, misfit in (("mains_hum", 400.0), ("force_drift", 390.0))
+    ]
+    assert concluded(slight, [alone], [alone], two).verdict == "unexplained"
+
+
 def test_probabilities_sum_to_one_and_the_set_is_the_smallest_that_is_sure():
     fits = [fit(name, 100.0 + 2.0 * place) for place, name in enumerate(EFFECTS)]
     told = posterior(unexplained(), fits)

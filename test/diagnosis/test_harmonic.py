@@ -46,6 +46,14 @@ def test_noise_holds_no_line():
     assert better_harmonic(base, base, EXACT) is None
 
 
+def test_hum_of_the_mains_is_hum_at_a_multiple_of_the_sine_too():
+    made = challenge(77000051, "mains_hum", rig="tolerant", preload=2.4e-3)
+    assert made.answer.parameters["mains_hum"]["hum_frequency"] == 5.0 * SINE
+    measured, effects = measurement(made.recording), library("mains_hum", "bouc_wen_hysteresis")
+    found = diagnose(Composition(), [measured], TOLERANT, effects)
+    assert (found.verdict, found.effects) == ("missing", ("mains_hum",))
+
+
 def test_a_mode_that_is_tuned_to_a_multiple_of_a_steady_sine_stands_for_anything():
     made = challenge(411011, excitation="sine10ss", rig="tolerant")
     hidden = challenge(411011, "amplitude_softening", excitation="sine10ss", rig="tolerant")

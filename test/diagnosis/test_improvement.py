@@ -346,3 +346,26 @@ def test_an_effect_of_a_users_own_is_sought_beside_one_of_its_family(tmp_path):
     base = Composition(effects=(EFFECTS["coulomb_friction"],))
     assert "quadratic_drag" in addable(base, own)
     assert "stribeck_friction" not in addable(base, own)
+
+
+def test_the_parts_of_a_law_are_tried_in_other_forms():
+    """Hertz's law leads, being lost contact and one stiffening: another one was hidden."""
+    made = challenge(76000063, "cubic_stiffening", "contact_loss", rig="tolerant", preload=0.0)
+    ladder = climbed(made, TOLERANT, EFFECTS)
+    assert (ladder.verdict, set(ladder.effects)) == (
+        "missing",
+        {"cubic_stiffening", "contact_loss"},
+    )
+
+
+def test_kin_takes_its_place_beside_an_effect_that_was_extended_before():
+    """A lag and a delay beside Hertz's law: which of them was hidden is told by fitting both."""
+    timing = ("channel_delay", "force_lag")
+    contact = ("hertz_contact", "contact_loss", "hunt_crossley")
+    made = challenge(
+        76000076, "channel_delay", "hertz_contact", excitation="chirp60", rig="tolerant"
+    )
+    ladder = climbed(made, TOLERANT, library(*timing, *contact))
+    tried = [set(ladder.posterior.more(fit)) for fit in ladder.tried]
+    assert {"force_lag", "hertz_contact"} in tried
+    assert set(ladder.effects) == {"channel_delay", "hertz_contact"}

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.interpolate import CubicSpline
 
-from tissue_probe.physics.interpolation import cubics, later
+from tissue_probe.physics.interpolation import between_jumps, cubics, jumps, later
 
 PERIOD = 5e-4
 SIGNALS = arrays(
@@ -36,6 +36,42 @@ def test_what_was_earlier_is_what_scipy_reads(signals, samples):
     between = np.abs(wanted - np.clip(wanted, 1e-9, times[-1] - 1e-9)) == 0.0
     expected = spline(at, 1)[:, 0] * (wanted == at)
     assert np.max(np.abs(rate - expected)[between], initial=0.0) <= 1e-10 * scale / PERIOD
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(4, 12), st.tuples(*3 * [st.floats(-1.0, 1.0)])),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_between_jumps_a_course_is_that_of_each_part_up_to_the_next(parts):
+    """Cubics are their own splines: each part goes on as its polynomial until the other begins."""
+    ends = np.cumsum([length for length, _ in parts])
+    values, right = [], []
+    for number, (length, (slope, bend, twist)) in enumerate(parts):
+        polynomial = np.polynomial.Polynomial([10.0 * number, slope, bend / 10, twist / 100])
+        values += list(polynomial(np.arange(length)))
+        right += list(polynomial(np.arange(length) + 0.5))
+    pieces = between_jumps(np.array(values), 1.0, ends[:-1])
+    middle = np.array([np.polyval(piece, 0.5) for piece in pieces.T])
+    assert np.allclose(middle, right[:-1], atol=1e-9 * max(np.abs(values)) + 1e-9)
+
+
+@given(st.floats(6.01, 200.0), st.floats(0.0, 6.3), st.floats(-5.0, 5.0))
+def test_a_sine_does_not_jump(samples, phase, offset):
+    sine = offset + np.sin(2.0 * np.pi * np.arange(300) / samples + phase)
+    assert not jumps(sine[:-1])[1:-1].size
+
+
+def test_squares_jump_and_ramps_jump_where_they_end():
+    square = np.repeat([0.0, 1.0, -2.0, -2.0, 3.0], 7)
+    assert list(jumps(square)) == [7, 14, 28]
+    ramp = np.concatenate([0.1 * np.arange(20), np.zeros(5), [6.0] * 4, 6.0 - 0.1 * np.arange(9)])
+    assert list(jumps(ramp)) == [20, 25]
+    pulse = np.zeros(9)
+    pulse[4] = 1.0
+    assert list(jumps(pulse)) == [4, 5]
 
 
 def test_what_lies_beyond_the_ends_stands_still():

@@ -37,6 +37,20 @@ def test_the_example_is_twenty_lines_and_joins_the_library():
     assert not model.is_linear
 
 
+def test_the_example_of_a_rubber_band_has_the_force_of_ideal_rubber():
+    (band,) = load_effects(EXAMPLE.with_name("rubber_band.py"))
+    stiffness, length = 7.0, 0.08
+    strain = {"strain_per_metre": 1.0 / length, "flowing_stiffness": 0.0, "flow_rate": 0.1}
+    for stretch in (1.0, 1.3, 2.0, 5.0):
+        depth = length * (stretch - 1.0)
+        values = {**strain, "indentation": depth, "stiffness": stiffness, "elastic_elongation": 0}
+        force = stiffness * depth + band.force.subs(
+            {each: values[each.name] for each in band.force.free_symbols}
+        )
+        expected = stiffness * length / 3.0 * (stretch - stretch**-2)
+        assert float(force) == pytest.approx(expected, abs=1e-12)
+
+
 def test_an_installed_package_offers_effects_by_entry_point(monkeypatch):
     point = EntryPoint("drag", "example:QUADRATIC_DRAG", library.GROUP)
     monkeypatch.setattr(EntryPoint, "load", lambda self: load_effects(EXAMPLE)[0])

@@ -123,7 +123,7 @@ def stretch(fit: Fit, index: int, sources: Sequence[str]) -> str:
     """Say which of several measurements is shown; empty where there is one only."""
     if len(sources) == 1:
         return ""
-    number = f"stretch {index + 1} of {len(sources)}, that with most of the error"
+    number = f"stretch {index + 1} of {len(sources)}, most of the squared error over noise"
     return f"{Path(sources[index]).name} ({number})"
 
 

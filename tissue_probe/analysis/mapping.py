@@ -373,6 +373,11 @@ def map_sites(
         stated = {"rig": rig} if rig else {}
         estimates = [estimate_again(part.recording, name, files, stated) for name in estimators]
     else:
+        if effects or rig:
+            raise ParameterError(
+                "`effects` and `rig` are for filters that run on the samples: give one by "
+                "`estimator`, or leave them out to map the recorded estimates"
+            )
         estimates = list(read_estimates(part.path).values()) if part.is_own and part.path else []
         if not estimates:
             raise ParameterError(

@@ -197,7 +197,8 @@ def _told_unknown(
     filled = sum(int((~stretch.measured).sum()) for found in known for stretch in found)
     if filled:
         told.append(
-            f"{name}: {filled} missing samples filled in by a cubic spline, and left out of the fit"
+            f"{name}: {filled} samples of the even grid lie in gaps: filled in by a cubic spline, "
+            "and left out of the fit"
         )
     runs = [
         (stop - first, block.stamps[first])

@@ -125,7 +125,7 @@ def posterior(
         told = _Told(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
     weighed = [pair for group in groups.values() for pair in _tempered(group, base)]
-    weighed.sort(key=lambda pair: -pair[1])
+    weighed.sort(key=lambda pair: (-pair[1], pair[0].misfit))
     models, weights = [fit for fit, _ in weighed], np.array([weight for _, weight in weighed])
     probabilities = np.exp(weights - np.logaddexp.reduce(weights))
     return Posterior(

@@ -72,7 +72,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     from tissue_probe.physics.rigs import admits
 
     line = _line(base.composition.scale)
-    taken = HUM in base.composition.names or not admits(base.composition.rig, line)
+    taken = HUM in final.composition.names or not admits(base.composition.rig, line)
     if taken or len(base.measurements) > 1:
         return None
     sine = sine_of(base.measurements[0])
