@@ -63,3 +63,17 @@ def test_only_the_samples_about_a_corner_are_near_it():
     near, at = corners(position), np.flatnonzero(np.diff(np.sign(np.diff(position)))) + 1
     assert near[at].all()
     assert near.sum() < 20 * at.size
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.1])
+def test_a_motion_that_is_over_between_two_samples_tells_of_no_damping(jitter):
+    """Position and force step at once, and a spline through both would ring alike: no damping."""
+    random = np.random.default_rng(3)
+    time = PERIOD * (np.arange(800) + jitter * random.uniform(-1.0, 1.0, 800))
+    position = np.where(np.arange(800) < 1, 0.0, 2e-3)
+    force = STIFFNESS * position + NOISE * random.standard_normal(time.size)
+    recording = tp.read({"t": time, "u": position, "F": force}, force_polarity="compression")
+    found = tp.compare(recording, rig="rigid_probe", constants={"tip_mass": 0.0}, starts="at-rest")
+    values, deviations = found.fit.named(), found.fit.deviations()
+    assert values["stiffness"] == pytest.approx(STIFFNESS, rel=1e-3)
+    assert values["damping"] + 1.96 * deviations["damping"] > DAMPING

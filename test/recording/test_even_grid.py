@@ -163,3 +163,16 @@ def test_values_not_known_are_not_invented():
     unknown = (at < 0.0) | (at > 0.99) | ((at > 0.39) & (at < 0.5))
     assert_array_equal(np.isnan(found), unknown)
     assert_allclose(found[~unknown], sine(at[~unknown], 1.0), atol=1e-5)
+
+
+@given(jump=st.integers(5, 90), height=st.floats(-3.0, 3.0).filter(lambda h: abs(h) > 0.3))
+@settings(max_examples=30, deadline=None)
+def test_a_jump_between_two_uneven_samples_does_not_ring(jump, height):
+    random = np.random.default_rng(jump)
+    time = np.arange(100) + 0.2 * random.uniform(-1.0, 1.0, 100)
+    values = np.where(np.arange(100) < jump, 0.0, height) + 1e-3 * random.standard_normal(100)
+    at = np.arange(1.0, 98.0, 0.25)
+    found = interpolate(time, values, at)
+    beside = (at < time[jump - 1]) | (at > time[jump])
+    right = np.where(at < time[jump], 0.0, height)
+    assert np.max(np.abs(found - right)[beside]) < 0.01

@@ -21,10 +21,12 @@ from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened
+from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.input_course import with_input
+from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.diagnosis.sizing import library_of_size, sized, told_of_size
@@ -232,6 +234,9 @@ def compare(
         fit = held(asked.model, clean)
     else:
         fit = fit_base(composition, clean, instrument)
+        if kept := without_corners(fit):
+            fit = fit_base(composition, kept, instrument)
+            touched += left_out(clean, fit, instrument)
     notes = [*asked.notes, *(note for each in found for note in each.notes)]
     notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"

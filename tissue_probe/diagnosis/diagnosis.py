@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_c
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
-from tissue_probe.diagnosis.evidence.adequacy import is_quiet
+from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.coloured import filtered, with_input_noise
@@ -436,12 +436,17 @@ def _coloured(
     library: Mapping[str, Effect],
     begin_at: Mapping[str, float] | None,
 ) -> Sequence[Measurement]:
-    """Filter noise of a force that drives by the best model of one effect: it has the colour."""
+    """Filter noise of a force that drives by the best model of one effect: it has the colour.
+
+    By the plain model where that leaves noise only: friction that sticks keeps noise from the tip.
+    """
     if composition.input is not FORCE:
         return measurements
     base = fit_base(composition, measurements, instrument, begin_at)
     if all(measurement.whitening is None for measurement in base.measurements):
         return measurements
+    if explained(base):
+        return base.measurements
     ranking = ranked(base, fit_candidates(base, library.values(), instrument))
     right = bool(ranking) and significant(base, ranking[0], base)
     return filtered(ranking[0], instrument) if right else base.measurements

@@ -17,8 +17,8 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.errors import MeasurementError
+from tissue_probe.jumps import jumps
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.interpolation import jumps
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE
 
@@ -115,7 +115,7 @@ def told(course: Between | None) -> list[Finding]:
 def _kinds(measurements: Sequence[Measurement]) -> list[Between]:
     """Return the courses that differ; a force that is measured jumps with its noise."""
     known = all(each.is_commanded for each in measurements)
-    jumping = known and any(jumps(each.force).size for each in measurements)
+    jumping = known and any(jumps(np.diff(each.force)).size for each in measurements)
     return [kind for kind in Between if jumping or kind is not Between.jumping]
 
 

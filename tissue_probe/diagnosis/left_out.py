@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from tissue_probe.diagnosis.fitting.corners import corners_that_count
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
@@ -47,7 +49,9 @@ def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -
     hidden = undecided(final, instrument)
     for one, rest, unknown in zip(given, final.measurements, hidden, strict=True):
         missing = one.used & ~rest.used
-        turns = missing & corners_that_count(one, final.composition.rig)
+        # A noisy motion is told anew on the way, and its corners with it.
+        near = (corners_that_count(each, final.composition.rig) for each in (one, rest))
+        turns = missing & np.logical_or(*near)
         unknown = missing & unknown & ~turns
         others = missing & ~turns & ~unknown
         yield from _told("corners", CORNERS, one, turns)

@@ -79,18 +79,6 @@ def steps(values: FloatArray) -> FloatArray:
     return pieces
 
 
-def jumps(values: FloatArray) -> IntArray:
-    """Return the first samples after jumps: where a step is not the slope of either side.
-
-    That is, where the steps before and after it go less than half as far the same way. A sine has
-    none from six samples a period on.
-    """
-    steps = np.diff(values)
-    same_way = np.pad(steps, 1)
-    same_way = np.maximum(same_way[:-2] * np.sign(steps), same_way[2:] * np.sign(steps))
-    return 1 + np.flatnonzero((steps != 0.0) & (same_way < np.abs(steps) / 2.0))
-
-
 def between_jumps(values: FloatArray, period: float, after: IntArray) -> FloatArray:
     """Return the pieces, shape (4, n - 1), of splines that go on until the sample after a jump.
 
@@ -101,7 +89,7 @@ def between_jumps(values: FloatArray, period: float, after: IntArray) -> FloatAr
     period : float
         Time between two of them [s].
     after : array of int
-        The first samples after the jumps, see ``jumps``.
+        The first samples after the jumps.
     """
     pieces = steps(values)
     for first, last in pairwise([0, *after, values.size]):

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tissue_probe.jumps import jumps
 from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import (
     IntArray,
     between_jumps,
     cubics,
-    jumps,
     later,
     lines,
     steps,
@@ -251,7 +251,7 @@ def course(
     if kernel.shifts:
         true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late
-    jumping = jumps(true) if between is Between.jumping else None
+    jumping = jumps(np.diff(true)) if between is Between.jumping else None
     through = partial(_pieces, period=period, between=between, felt=felt, after=jumping)
     changes = np.zeros((changed.shape[0], 4, measured.size - 1))
     for row, change in enumerate(changed):
@@ -305,7 +305,7 @@ def _pieces(
     One that jumps does so before the samples ``after``, those of the values by default.
     """
     if between is Between.jumping:
-        return between_jumps(values, period, jumps(values) if after is None else after)
+        return between_jumps(values, period, jumps(np.diff(values)) if after is None else after)
     if between is Between.held:
         return steps(values)
     if between is Between.straight:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissue_probe.jumps import jumps
 from tissue_probe.recording.columns.source import row_place
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, SampleBlock
@@ -48,6 +49,10 @@ PIECE = 2**14
 
 MARGIN = 64
 """Samples on either side of a piece: a spline forgets one by a factor of 3.7, 64 to rounding."""
+
+
+SPLINE = 4
+"""Fewer values have no cubic spline: between them a straight line goes on."""
 
 
 class Span(NamedTuple):
@@ -204,7 +209,10 @@ def interpolate(
 
 
 def _piece(time: FloatArray, values: FloatArray, at: FloatArray, longest: float) -> FloatArray:
-    """Return values at ascending times, by one spline; NaN in steps longer than ``longest`` [s]."""
+    """Return values at ascending times; NaN in steps longer than ``longest`` [s].
+
+    By a spline through those between two jumps, across which it would ring.
+    """
     known = np.isfinite(values)
     result = np.full(at.size, np.nan)
     if np.count_nonzero(known) < 2:
@@ -215,8 +223,23 @@ def _piece(time: FloatArray, values: FloatArray, at: FloatArray, longest: float)
     inside = near & (at >= t[0]) & (at <= t[-1])
     from scipy.interpolate import CubicSpline  # only where times are uneven
 
-    result[inside] = CubicSpline(t, y)(at[inside])
+    result[inside] = np.interp(at[inside], t, y)
+    for first, last in pairwise([0, *_after_jumps(t, y), t.size]):
+        own = inside & (at >= t[first]) & (at <= t[last - 1])
+        if last - first >= SPLINE and own.any():
+            result[own] = CubicSpline(t[first:last], y[first:last])(at[own])
     return result
+
+
+def _after_jumps(time: FloatArray, values: FloatArray) -> IntArray:
+    """Return the first values after jumps that are larger than bends and noise of the signal."""
+    steps = np.diff(values)
+    if steps.size < SPLINE:
+        return np.zeros(0, dtype=np.int64)
+    # White noise of variance 1 has second differences of variance 6, and steps of variance 2.
+    noise = NORMAL * float(np.median(np.abs(np.diff(steps)))) / np.sqrt(6.0)
+    found = jumps(steps / np.diff(time))
+    return found[np.abs(steps[found - 1]) > RARE * np.sqrt(2.0) * noise]
 
 
 def sample_blocks(

@@ -23,6 +23,9 @@ from tissue_probe.signals import FloatArray
 #: Coefficients of the autoregression; a second-order system under noise, read with noise, is one of
 #: moving average too, which so many follow.
 ORDER = 24
+#: Samples that are drawn for each coefficient: a filter that is learnt from so many leaves other
+#: noise larger by a hundredth of its square.
+LEARNT = 200
 
 
 def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None) -> Fit:
@@ -85,24 +88,28 @@ def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
     """Draw an error that the force's noise and the position's make, and whiten it."""
     measurement = fit.measurements[index]
     force = measurement.force
-    random = np.random.default_rng(0)
-    noisy = force + noise_beside_steps(force) * random.standard_normal(force.size)
-    right, wrong = (
-        problem.response(index, driven, fit.values, fit.starts[index]) for driven in (force, noisy)
-    )
-    error = wrong.output - right.output
-    if not np.sqrt(np.mean(error**2)) > FAINT * measurement.noise:
+    random, noise = np.random.default_rng(0), noise_beside_steps(force)
+    right = problem.response(index, force, fit.values, fit.starts[index]).output
+
+    def drawn() -> FloatArray:
+        noisy = force + noise * random.standard_normal(force.size)
+        return problem.response(index, noisy, fit.values, fit.starts[index]).output - right
+
+    errors = [drawn()]
+    if not np.sqrt(np.mean(errors[0] ** 2)) > FAINT * measurement.noise:
         return measurement
-    error += measurement.noise * random.standard_normal(force.size)
-    return replace(measurement, whitening=_autoregression(error))
+    errors += [drawn() for _ in range(LEARNT * ORDER // force.size)]
+    own = [each + measurement.noise * random.standard_normal(force.size) for each in errors]
+    return replace(measurement, whitening=_autoregression(own))
 
 
-def _autoregression(error: FloatArray) -> FloatArray:
+def _autoregression(errors: Sequence[FloatArray]) -> FloatArray:
     """Coefficients a of sum a_k e[n - k], k = 0 ... ORDER, that is white and of variance 1.
 
     By least squares (Ljung, System Identification, 2nd ed. (1999), section 10.1).
     """
-    lagged = np.lib.stride_tricks.sliding_window_view(error, ORDER + 1)[:, ::-1]
+    windows = [np.lib.stride_tricks.sliding_window_view(each, ORDER + 1) for each in errors]
+    lagged = np.concatenate(windows)[:, ::-1]
     coefficients = np.linalg.lstsq(lagged[:, 1:], lagged[:, 0], rcond=None)[0]
     filtered = np.concatenate([[1.0], -coefficients])
     return filtered / np.std(lagged @ filtered)

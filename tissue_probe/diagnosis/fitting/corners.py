@@ -33,6 +33,8 @@ AROUND = 151
 #: Of a record with more corners than leave this share of it nothing is left out: it has little
 #: else.
 LEFT = 0.5
+#: Share of a slope by which it may be off, and still is known.
+KNOWN = 0.5
 
 
 def without_corners(fit: Fit) -> list[Measurement] | None:
@@ -40,7 +42,8 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
 
     Those are left out whose force depends on the course of the position between its samples: the
     slopes that it may have at a corner make forces that differ by more than the noise, with the
-    damping and the mass of the fit.
+    damping and the mass of the fit. And those at which the slope itself is not known: a motion
+    that is over between two samples would tell of no damping, since a smooth course moves on.
     """
     found = [
         each.used & corners_that_count(each, fit.composition.rig) & _depends(each, fit.named())
@@ -76,6 +79,8 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
     """Return the samples whose force depends on the course beside them by more than the noise.
 
     The slope of the course may be that of the straight line on either side, or of a smooth course.
+    It is not known where these differ by more than half of the smooth one; of a noisy position how
+    well it is known counts as noise.
     """
     from scipy.interpolate import CubicSpline  # long in coming, and seldom needed
 
@@ -84,8 +89,9 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
         period * np.arange(position.size), 1
     )
     straight = np.diff(position) / period
-    before = np.concatenate([straight[:1], straight])
+    before = np.concatenate([[0.0 if measurement.at_rest else straight[0]], straight])
     after = np.concatenate([straight, straight[-1:]])
     apart = np.maximum(np.abs(smooth - before), np.abs(smooth - after))
     answer = values.get("damping", 0.0) + values.get("tip_mass", 0.0) / period
-    return answer * apart > measurement.noise
+    unknown = (apart > KNOWN * np.abs(smooth)) & (measurement.motion is None)
+    return (answer * apart > np.sqrt(measurement.noise_power)) | unknown

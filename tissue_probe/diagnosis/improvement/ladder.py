@@ -129,11 +129,13 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
 def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
     """Return the measurements as the model that is asked about shows that they are to be weighed.
 
-    There is no more noise than it leaves, also where it lacks an effect.
+    There is no more noise than it leaves, also where it lacks an effect; and corners of the motion
+    tell wrong values of a model that explains them, too.
     """
-    if explained(base) or rounds == 0:
+    if rounds == 0:
         return None
-    return (quieter(base, instrument) if is_quiet(base) else None) or without_corners(base)
+    told = quieter(base, instrument) if is_quiet(base) and not explained(base) else None
+    return told or without_corners(base)
 
 
 def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
