@@ -121,7 +121,16 @@ def test_a_drive_that_sticks_and_is_read_in_steps_rubs():
     held = {"stiffness": 0.0, "contact_position": 0.0}
     found = tp.diagnose(recording, rig="force_driven", starts="at-rest", constants=held)
     assert (found.verdict, found.effects) == ("missing", ("coulomb_friction",))
-    values = found.found.ladder.final.named()
+    # Which course it is, tells the model that has what is asked for.
+    asked = tp.diagnose(
+        recording,
+        rig="force_driven",
+        starts="at-rest",
+        constants=held,
+        add=["coulomb_friction"],
+    )
+    assert asked.found.ladder.final.ratio < 1.1
+    values = asked.found.ladder.final.named()
     assert values["coulomb_force"] == pytest.approx(friction, rel=0.01)
     assert values["tip_mass"] == pytest.approx(MASS, rel=0.01)
     assert values["damping"] == pytest.approx(DAMPING, rel=0.01)

@@ -197,26 +197,23 @@ def diagnose(
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
     findings += [*of_validation, *touched]
-    if wanted:
-        effects = [library[name] for name in wanted]
-        ladder = climb_by(composition, clean, instrument, effects, begin_at)
-    else:
+    def climbed(samples: Sequence[Measurement], rig: Instrument) -> Ladder:
+        if wanted:
+            return climb_by(composition, samples, rig, [library[name] for name in wanted], begin_at)
+        return climb(composition, samples, rig, library, begin_at, ROUNDS, progress, tell)
 
-        def climbed(samples: Sequence[Measurement], known: Instrument) -> Ladder:
-            return climb(composition, samples, known, library, begin_at, ROUNDS, progress, tell)
-
-        taken = _coloured(composition, clean, instrument, library, begin_at)
+    taken = clean if wanted else _coloured(composition, clean, instrument, library, begin_at)
+    ladder = climbed(taken, instrument)
+    known = any(each.between is not None for each in measurements)
+    if anew := [] if known else told_anew(ladder.final, instrument):
+        course, taken = anew[0].between, anew
+        findings = [each for each in findings if each.name != COURSE] + told(course)
+        clean = [replace(each, between=course) for each in clean]
         ladder = climbed(taken, instrument)
-        known = any(each.between is not None for each in measurements)
-        if anew := [] if known else told_anew(ladder.final, instrument):
-            course, taken = anew[0].between, anew
-            findings = [each for each in findings if each.name != COURSE] + told(course)
-            clean = [replace(each, between=course) for each in clean]
-            ladder = climbed(taken, instrument)
-        if instrument.flicker_noise and is_quiet(ladder.final):
-            instrument = replace(instrument, flicker_noise=0.0)
-            findings.append(QUIET)
-            ladder = climbed(taken, instrument)
+    if instrument.flicker_noise and is_quiet(ladder.final) and not wanted:
+        instrument = replace(instrument, flicker_noise=0.0)
+        findings.append(QUIET)
+        ladder = climbed(taken, instrument)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition, ladder.ranking)

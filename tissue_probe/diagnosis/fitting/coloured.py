@@ -85,8 +85,13 @@ def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
 
 
 def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
-    """Draw an error that the force's noise and the position's make, and whiten it."""
+    """Draw an error that the force's noise and the position's make, and whiten it.
+
+    A command has no noise: what its digits leave may add up, but is the same in every run.
+    """
     measurement = fit.measurements[index]
+    if measurement.is_commanded:
+        return measurement
     force = measurement.force
     random, noise = np.random.default_rng(0), noise_beside_steps(force)
     right = problem.response(index, force, fit.values, fit.starts[index]).output
