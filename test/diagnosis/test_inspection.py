@@ -295,7 +295,7 @@ def test_a_wrong_sign_is_fatal(tissue, motion, flipped):
     assert "`force_polarity`" in found["wrong_polarity"].sentence
 
 
-@pytest.mark.parametrize("late", [-200, -20, 12, 100])
+@pytest.mark.parametrize("late", [-200, -20, 60, 100])
 @pytest.mark.parametrize("motion", ["chirp", "multisine"])
 def test_channels_of_different_clocks_are_told_by_how_much(motion, late):
     position, force = measure(motion=motion)
@@ -309,9 +309,10 @@ def test_channels_of_different_clocks_are_told_by_how_much(motion, late):
     assert float(said.split()[3]) == pytest.approx(abs(late) / 2.0, abs=2.0)  # the tip lags too
 
 
-def test_a_delay_that_is_an_effect_is_no_matter_of_clocks():
+@pytest.mark.parametrize("late", [4, 30])
+def test_a_delay_that_is_an_effect_is_no_matter_of_clocks(late):
     position, force = measure(motion="chirp")
-    assert names(position[4:], force[:-4]) == set()
+    assert names(position[late:], force[:-late]) == set()
 
 
 @pytest.mark.parametrize(

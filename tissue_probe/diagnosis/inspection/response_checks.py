@@ -19,10 +19,8 @@ from tissue_probe.diagnosis.inspection.coarse_response import (
     regressors,
 )
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.quantities import POSITION, Quantity
-
-LAG = 4e-3
-"""Lag between the channels that is one of clocks, not of the effects of ``channel_delay`` [s]."""
 
 LEFT = 0.25
 """Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
@@ -129,7 +127,8 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
-    if abs(lag) * sample_period < LAG or found.unexplained < LEFT:
+    # What may be fitted as a delay is an effect.
+    if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < LEFT:
         return 0  # without a lag they belong together, too: damping passes for one of milliseconds
     shifted = coarse_response(both, lag)
     passive = shifted.stiffness * shifted.damping > 0.0

@@ -3,7 +3,7 @@
 import sympy as sp
 
 from tissue_probe.physics.effects.effect import Effect, Extent, Parameter
-from tissue_probe.physics.kinds import LONGEST_DELAY
+from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 
 DELAY = sp.Symbol("channel_delay", real=True)
 
@@ -14,7 +14,7 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     Under a steady sine a late force looks like less damping, or less than none, from where a search
     for the delay does not come back.
     """
-    delays = (0.0, 2e-3, 5e-3, 1e-2, -2e-3, -1e-2)
+    delays = (0.0, 2e-3, 5e-3, 1e-2, -2e-3)
     return [
         *({"channel_delay": delay} for delay in delays),
         *({"channel_delay": delay, "damping": 5.0} for delay in delays[1:4]),
@@ -25,7 +25,7 @@ CHANNEL_DELAY = Effect(
     name="channel_delay",
     family="timing",
     physics="The force comes later than the position by a constant time",
-    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-LONGEST_DELAY, upper=LONGEST_DELAY),),
+    parameters=(Parameter(DELAY, "s", default=5e-4, lower=-MOST_EARLY, upper=LONGEST_DELAY),),
     delay=DELAY,
     starts=starts,
     assumptions="Constant; what the delay moves is time-invariant",
