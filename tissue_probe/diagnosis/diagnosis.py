@@ -197,6 +197,7 @@ def diagnose(
     validation, of_validation = cleaned(validation, composition.rig)
     validation, _, touched = from_touch(validation, instrument)
     findings += [*of_validation, *touched]
+
     def climbed(samples: Sequence[Measurement], rig: Instrument) -> Ladder:
         if wanted:
             return climb_by(composition, samples, rig, [library[name] for name in wanted], begin_at)
