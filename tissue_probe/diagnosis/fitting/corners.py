@@ -45,11 +45,11 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
     damping and the mass of the fit. And those at which the slope itself is not known: a motion
     that is over between two samples would tell of no damping, since a smooth course moves on.
     """
-    found = [
-        each.used & corners_that_count(each, fit.composition.rig) & _depends(each, fit.named())
-        for each in fit.measurements
-    ]
-    return fit.without(found, 1.0 - LEFT)
+    near = [each.used & corners_that_count(each, fit.composition.rig) for each in fit.measurements]
+    if not any(map(np.any, near)):
+        return None
+    pairs = zip(fit.measurements, near, strict=True)
+    return fit.without([some & _depends(each, fit.named()) for each, some in pairs], 1.0 - LEFT)
 
 
 def corners_that_count(measurement: Measurement, rig: str) -> BoolArray:
