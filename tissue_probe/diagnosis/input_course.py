@@ -91,8 +91,8 @@ def with_input(
 def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit on another course by which it fits better; empty if on none.
 
-    The course was chosen by a model that lacks what is missing. Half a sample of delay stands
-    between being held and going on straight: a model with a delay need fit no better without it.
+    The course was chosen by a model that lacks an effect. A held force is late against straight
+    lines by half a sample: so a model with a delay need fit no better on another course without it.
     """
     if final.composition.input is not FORCE:
         return []
@@ -107,7 +107,7 @@ def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
 
 
 def told(course: Between | None) -> list[Finding]:
-    """Return what is said of a course that the record told; a smooth one needs no word."""
+    """Return the finding of a course that the record told; a smooth course needs none."""
     sentences = {Between.held: HELD, Between.straight: STRAIGHT, Between.jumping: JUMPING}
     return [Finding(COURSE, sentences[course])] if course in sentences else []
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from tissue_probe.physics import machine_code, numba_code
+from tissue_probe.signals import IntArray
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 #: Fewer samples have no cubic spline.
 FEWEST = 4

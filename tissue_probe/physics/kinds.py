@@ -16,7 +16,8 @@ SIGNALS: dict[str, tuple[Quantity, Quantity]] = {
 }
 #: By how much a channel may be late; what is later is no channel of one instrument [s].
 LONGEST_DELAY = 0.02
-#: And by how much it may be early: a filter of the other channel makes it so, no more [s].
+#: By how much the force may be early: so late a filter of some hundred hertz makes the position. A
+#: force that is earlier has another clock [s].
 MOST_EARLY = 5e-3
 #: Of each tissue the effects that belong to it: the solids of the paper's Table I with branches are
 #: the Kelvin-Voigt solid with relaxation beside it.

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from tissue_probe.jumps import jumps
 from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import (
-    IntArray,
     between_jumps,
     cubics,
     later,
@@ -32,6 +31,7 @@ from tissue_probe.physics.interpolation import (
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 from tissue_probe.physics.scale import Scale
+from tissue_probe.signals import IntArray
 
 FloatArray = NDArray[np.float64]
 

@@ -28,8 +28,8 @@ NOT_THERE = 0.5
 #: roughly. Where it is less, but at least the second share, it may still have any colour.
 ROUGHLY, ROUNDING = 1.2, 0.15
 
-#: A further effect must remove this share of what exceeds the noise, or leave noise only: of models
-#: that are all wrong the most probable one has too many effects.
+#: A further effect must remove this share of the error beyond the noise, or leave noise only: of
+#: models that are all wrong the most probable one has too many effects.
 SHARE = 0.65
 #: Adequacy below which a residual is noise beyond doubt.
 BEYOND_DOUBT = 0.6
@@ -76,7 +76,7 @@ def explained(fit: Fit) -> bool:
 
 
 def removes(fit: Fit, better: Fit) -> bool:
-    """Whether a further effect removes most of what exceeds the noise, or leaves only noise."""
+    """Whether a further effect removes most of the error beyond the noise, or leaves noise only."""
     excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
     return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
 

@@ -154,9 +154,10 @@ def _family(told: Posterior) -> str | None:
 def _nearest(family: str, told: Posterior) -> Fit | None:
     """Return the best form of a family, alone; None where it is not nearly right.
 
-    Where models of more effects are more probable, it must leave no more than noise, of any colour,
-    and most of what the base left must be gone, or no more than a law's form is wrong by: else its
-    residual is another effect's.
+    Models of more effects may be more probable. Then the residual of the form must be no larger
+    than the noise, of any colour, and most of the base's error beyond the noise must be gone; or it
+    must be no larger than the error of a law's form (``FORM``). Else the residual is another
+    effect's.
     """
     alone = [
         fit

@@ -33,7 +33,8 @@ AROUND = 151
 #: Of a record with more corners than leave this share of it nothing is left out: it has little
 #: else.
 LEFT = 0.5
-#: Share of a slope by which it may be off, and still is known.
+#: Share of a slope by which it may be off, and still is known: between motion and rest the straight
+#: lines on either side of a corner are farther from their mean than that.
 KNOWN = 0.5
 
 
@@ -42,8 +43,9 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
 
     Those are left out whose force depends on the course of the position between its samples: the
     slopes that it may have at a corner make forces that differ by more than the noise, with the
-    damping and the mass of the fit. And those at which the slope itself is not known: a motion
-    that is over between two samples would tell of no damping, since a smooth course moves on.
+    damping and the mass of the fit. Samples at which the slope itself is not known are left out,
+    too: a motion may be over between two samples, and a smooth course still moves after the second
+    one. There the force would tell that nothing damps.
     """
     near = [each.used & corners_that_count(each, fit.composition.rig) for each in fit.measurements]
     if not any(map(np.any, near)):
@@ -79,8 +81,8 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
     """Return the samples whose force depends on the course beside them by more than the noise.
 
     The slope of the course may be that of the straight line on either side, or of a smooth course.
-    It is not known where these differ by more than half of the smooth one; of a noisy position how
-    well it is known counts as noise.
+    It is not known where these differ by more than half of the smooth one. The slope of a noisy
+    position is uncertain everywhere, and that counts as noise already.
     """
     from scipy.interpolate import CubicSpline  # long in coming, and seldom needed
 

@@ -268,8 +268,8 @@ def _behind(
 
     The way to where a tip sticks and slides may lead through friction that only creeps. And what
     contains a simpler effect can do no worse than that, nor that worse than what ended as it: it
-    went astray. A form that leaves no more than noise is enough, but not at its bound: there it
-    stands for what another form may say exactly.
+    went astray. A form that leaves noise only is enough, unless a parameter ended at its bound:
+    there the form only approximates another one.
     """
     best, found = list(_first_of_each(sorted(fits, key=lambda fit: fit.cost)).values()), []
     for candidate in candidates:
@@ -286,7 +286,7 @@ def _behind(
 
 
 def _at_a_bound(fit: Fit) -> bool:
-    """Whether a value of what was added ended at a bound."""
+    """Whether a parameter of the added effect ended at a bound."""
     return any(each.name in fit.exhausted for each in added(fit).parameters)
 
 
