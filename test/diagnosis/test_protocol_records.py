@@ -94,6 +94,23 @@ def test_none_is_found_where_the_tip_touches_from_the_first_sample_on(exponent):
     assert first_touch(position, force, 1e-3) is None
 
 
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("zero", [lambda t: 0.1 * t, lambda t: 0.3 * np.exp(-t / 0.5)])
+def test_the_touch_is_found_where_the_zero_drifts_or_settles_by_many_times_the_noise(zero, seed):
+    position, force = touching(seed, stiffness=4e4)
+    force += zero(2e-3 * np.arange(force.size))
+    found = first_touch(position, force, 1e-3)
+    assert found.position == pytest.approx(1.8e-3, abs=0.1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_zero_that_drifts_without_end_is_no_touch(seed):
+    position, _ = touching(seed)
+    time = 2e-3 * np.arange(position.size)
+    force = 0.05 * time**2 + 1e-3 * np.random.default_rng(seed).standard_normal(time.size)
+    assert first_touch(position, force, 1e-3) is None
+
+
 def test_a_force_that_grows_while_the_tip_rests_is_no_touch():
     position = np.concatenate([np.linspace(0.0, 1e-6, 40), np.full(200, 1e-6)])
     force = np.where(np.arange(240) < 60, 0.0, 0.1)
