@@ -188,6 +188,16 @@ def test_a_hold_after_two_samples_of_motion_is_not_stuck():
     assert "stuck_samples" not in names(position, force, 1e-3)
 
 
+def test_a_press_that_comes_to_rest_where_the_record_ends_is_not_stuck():
+    """A staircase of few samples, whose steps pass for noise, and whose last place is held."""
+    up = [1e-10, 4e-5, 1.2e-4, 1.25e-4, 1.25e-4, 1.25e-4, 8.5e-5, 8.8e-7]
+    position = np.concatenate([np.zeros(10), np.cumsum(np.tile(up + [1e-18] * 14, 6))])
+    force = 1500.0 * position + 20.0 * np.gradient(position, 0.05)
+    force += 0.01 * np.random.default_rng(0).standard_normal(force.size)
+    position[-14:] = position[-15]
+    assert "stuck_samples" not in names(position, force, 0.05)
+
+
 @pytest.mark.parametrize("seed", [489007, 489024, 489036])
 def test_an_encoder_that_reads_no_motion_where_a_record_begins_is_not_stuck(seed):
     """Its periodic error passes for noise, by which no value would come so often."""

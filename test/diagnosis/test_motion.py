@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 from tissue_probe.diagnosis.cleaning import cleaned
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
-from tissue_probe.diagnosis.fitting.motion import motion
+from tissue_probe.diagnosis.fitting.motion import Felt, motion
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 
@@ -108,6 +108,34 @@ def test_intervals_hold_mass_stiffness_and_damping_in_spite_of_a_noisy_position(
         right += explained(fit)
     assert binomtest(inside, 3 * count, 0.95).pvalue > 1e-3
     assert right >= count - 1
+
+
+def told_by(force, moved, seed, noise=1e-5):
+    """Return a noisy position, and what a force of damped tissue beside it shows of its motion."""
+    random, time = np.random.default_rng(seed), np.arange(800) / RATE
+    u, v, _ = moved(time, random)
+    read = u + noise * random.standard_normal(time.size)
+    taps = np.pad([25.0 * RATE, 400.0, -25.0 * RATE], 3)
+    felt = np.convolve(u, taps, mode="same") + 1e-3 * random.standard_normal(time.size)
+    return read, Felt(felt + force(time) - np.convolve(read, taps, mode="same"), read, taps, 1e-3)
+
+
+@pytest.mark.parametrize("moved", MOTIONS)
+def test_a_force_that_a_wrong_model_takes_for_motion_tells_nothing_of_it(moved):
+    read, felt = told_by(lambda time: 1.0 + 0.5 * np.sin(time), moved, 0)
+    alone = motion(read, 1e-5).position
+    np.testing.assert_allclose(motion(read, 1e-5, felt).position, alone, atol=1e-6)
+
+
+@pytest.mark.parametrize("moved", MOTIONS)
+def test_a_force_shows_where_a_motion_starts_that_hides_in_the_noise_of_the_position(moved):
+    read, felt = told_by(np.zeros_like, moved, 0)
+    u = moved(np.arange(800) / RATE, np.random.default_rng(0))[0]
+    left, alone = (
+        np.std((found.position - u)[20:-20])
+        for found in (motion(read, 1e-5, felt), motion(read, 1e-5))
+    )
+    assert left < alone
 
 
 def test_what_the_force_feels_of_a_rough_position_is_motion_and_stays():

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.ndimage import uniform_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from tissue_probe.signals import FloatArray
 
@@ -25,6 +26,9 @@ JERK = np.array([-1.0, 3.0, -3.0, 1.0])
 #: Samples in which the jerk counts as equally strong: as long as a corner of a course that is drawn
 #: by straight lines; so many tell a deviation to a quarter.
 ALIKE = 9
+#: Mean square of so many samples' departures, over the noise's, from which on they are no noise:
+#: one in a million is. There the model is wrong by which the other channel tells of the motion.
+DEPARTS = 5.0
 #: How often strength and motion are found from one another: a further time moves the position by
 #: less than a tenth of the noise (in a hold, where the strength is all but none and not settled).
 ROUNDS = 12
@@ -136,7 +140,8 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     integrated random walk: G. Wahba, J. R. Stat. Soc. B 40 (1978), 364). About each sample the
     strength is the one at which the mean square of the jerk found is the one expected (D. MacKay,
     Neural Computation 4 (1992), 415, eq. 4.9). Another channel may show a jerk that the samples'
-    noise hides: it tells the strength only, and the motion is that of the samples.
+    noise hides: it tells the strength only, and the motion is that of the samples. Where it moves
+    the motion away from the samples it tells nothing.
 
     Parameters
     ----------
@@ -147,25 +152,40 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     felt : Felt, optional
         The other channel.
     """
-    calmness = np.ones(samples.size - 3)
-    told, by_force, gains = samples, None, np.zeros(ANGLES.size)
-    if felt is not None:
-        weight = (noise / felt.noise) ** 2
-        through = np.convolve(felt.position, felt.taps, mode="same")
-        told = samples + weight * np.convolve(felt.residual + through, felt.taps[::-1], mode="same")
-        by_force = weight * np.correlate(felt.taps, felt.taps, mode="full")[felt.taps.size - 1 :]
-        gains = (
-            weight
-            * np.abs(np.exp(1j * np.outer(ANGLES, np.arange(felt.taps.size))) @ felt.taps) ** 2
-        )
-    shares = _shares(gains)
+    alone, _ = _strength(samples, samples, noise, np.zeros(ANGLES.size))
+    if felt is None:
+        return Motion(samples, noise, alone)
+    weight = (noise / felt.noise) ** 2
+    through = np.convolve(felt.position, felt.taps, mode="same")
+    told = samples + weight * np.convolve(felt.residual + through, felt.taps[::-1], mode="same")
+    by_force = weight * np.correlate(felt.taps, felt.taps, mode="full")[felt.taps.size - 1 :]
+    turned = np.exp(1j * np.outer(ANGLES, np.arange(felt.taps.size))) @ felt.taps
+    both, found = _strength(samples, told, noise, weight * np.abs(turned) ** 2, by_force)
+    departs = uniform_filter1d(((found - samples) / noise) ** 2, ALIKE, mode="nearest") > DEPARTS
+    near = maximum_filter1d(departs, 2 * ALIKE + 1)
+    return Motion(samples, noise, np.where(sliding_window_view(near, 4).any(axis=1), alone, both))
+
+
+def _strength(
+    samples: FloatArray,
+    told: FloatArray,
+    noise: float,
+    gains: FloatArray,
+    more: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the calmness, shape (n - 3,), and the motion that goes with it, shape (n,).
+
+    ``told`` is what all channels tell of the motion together, ``gains`` how much the other one
+    tells at ``ANGLES``, over what the samples tell, and ``more`` the same as diagonals of a band.
+    """
+    calmness, found, shares = np.ones(samples.size - 3), samples, _shares(gains)
     for _ in range(ROUNDS):
-        found = _solved(_factor(calmness, by_force), told)
+        found = _solved(_factor(calmness, more), told)
         jerk = uniform_filter1d((np.diff(found, 3) / noise) ** 2, ALIKE, mode="nearest")
         share = np.interp(np.log(calmness), LOGARITHMS, shares)
         calmness = share / np.maximum(jerk, np.finfo(float).tiny)
         calmness = np.clip(calmness, SMALLEST, LARGEST)
-    return Motion(samples, noise, calmness)
+    return calmness, found
 
 
 def _factor(calmness: FloatArray, more: FloatArray | None = None) -> FloatArray:

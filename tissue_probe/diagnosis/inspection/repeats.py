@@ -105,7 +105,7 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
 
     That is by one step, or by no more than it moves beyond.
     So it is where an interpolated encoder reads almost no motion, once in each of its periods, and
-    where a record begins at rest.
+    where a record begins or ends at rest.
     """
     values, stop = channel.values, equal.first + equal.length
     inside = (equal.first >= 2) & (stop + 1 < values.size)
@@ -117,6 +117,9 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     turns[inside] = (last < GENTLE * channel.noise) & (last < gentle)
     rests = (equal.first == 0) & (equal.length < values.size)
     turns[rests] = move[equal.length[rests] - 1] < GENTLE * channel.noise
+    settles = (equal.first >= 2) & (equal.first + equal.length == values.size)
+    last, early = move[equal.first[settles] - 1], move[equal.first[settles] - 2]
+    turns[settles] = (last < GENTLE * channel.noise) & (last < early)
     return turns
 
 
