@@ -113,7 +113,7 @@ def test_intervals_hold_mass_stiffness_and_damping_in_spite_of_a_noisy_position(
 def told_by(force, moved, seed, noise=1e-5):
     """Return a noisy position, and what a force of damped tissue beside it shows of its motion."""
     random, time = np.random.default_rng(seed), np.arange(800) / RATE
-    u, v, _ = moved(time, random)
+    u, _, _ = moved(time, random)
     read = u + noise * random.standard_normal(time.size)
     taps = np.pad([25.0 * RATE, 400.0, -25.0 * RATE], 3)
     felt = np.convolve(u, taps, mode="same") + 1e-3 * random.standard_normal(time.size)
