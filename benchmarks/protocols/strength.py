@@ -28,6 +28,8 @@ POINTS = 3000
 #: A strength is near enough when the residual is the target but for this share, or after so many
 #: steps: which ratio was reached is told.
 NEAR, STEPS = 0.2, 8
+#: A tip that a part holds still, or throws out of all bounds, is as far as this from the noise.
+FARTHEST = 1e6
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ def left(bench: Bench, run: Run, mass_known: bool) -> float:
     if bench.rig.name == RIGID:
         return _left_linear(bench, run.course, times, found.force, mass_known)
     target = found.position if bench.rig.name == DRIVEN else found.force
+    if not 0.0 < np.ptp(target) < np.inf:
+        return np.inf
     return left_by_output_error(bench, run, times, target, mass_known)
 
 
@@ -142,7 +146,7 @@ def strengthened(
         changed = change(bench, strength)
         position = run.course(run.times) if bench.rig.name != DRIVEN else np.zeros(2)
         noise = changed.noise(run.period, position)
-        return left(changed, run, mass_known) / noise
+        return min(left(changed, run, mass_known) / noise, FARTHEST)
 
     if not hidden.measured:
         found = ratio(1.0)

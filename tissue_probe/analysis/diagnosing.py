@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,10 +20,11 @@ from tissue_probe.analysis.question import (
     question,
 )
 from tissue_probe.analysis.result_table import ResultTable
-from tissue_probe.analysis.segments import segments
+from tissue_probe.analysis.segments import Segment, segments
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
+from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
@@ -34,6 +35,15 @@ if TYPE_CHECKING:
 
     from tissue_probe.analysis.comparing import ComparisonResult
     from tissue_probe.diagnosis.fitting.fit import Fit
+
+#: Where an effect shows in the difference of two recordings only, such as dry friction at one speed
+#: in each.
+TOGETHER = Finding(
+    "together",
+    "The first recording is explained without what the other one needs, so all were fitted "
+    "together: none is left to try the result on, and it holds if specimen, site and contact are "
+    "the same in all.",
+)
 
 Found = Callable[[str, "Fit"], None]
 """Told an effect, and the model that is asked about with it."""
@@ -216,7 +226,9 @@ def diagnose(
     measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
         Of one specimen.
     validate : as ``measured``, optional
-        Other recordings of the same specimen, on which models are tried and not fitted.
+        Other recordings of the same specimen, on which models are tried and not fitted. Where the
+        last model explains ``measured`` and not these, all are fitted together; if an effect then
+        explains all of them, that is the result.
     add : sequence of str
         Effects to be added in this order, instead of those that are missing.
     model, rig, tissue, effects, constants, known_rig
@@ -244,17 +256,29 @@ def diagnose(
     _check_validation(fitted, validated)
     output = asked.composition.output
     taken, tried = (segments(each, starts, site, lowpass, course) for each in (fitted, validated))
-    diagnosis = search(
-        asked.composition,
-        [each.measurement(output) for each in taken],
-        asked.instrument,
-        asked.library,
-        [each.measurement(output) for each in tried],
-        tuple(add),
-        asked.model.values,
-        progress,
-        lambda fit: found(added(fit).name, fit),
-    )
+
+    def searched(samples: Sequence[Segment], others: Sequence[Segment]) -> Diagnosis:
+        diagnosis: Diagnosis = search(
+            asked.composition,
+            [each.measurement(output) for each in samples],
+            asked.instrument,
+            asked.library,
+            [each.measurement(output) for each in others],
+            tuple(add),
+            asked.model.values,
+            progress,
+            lambda fit: found(added(fit).name, fit),
+        )
+        return diagnosis
+
+    diagnosis = searched(taken, tried)
+    if diagnosis.fails_elsewhere and not add:
+        progress("the model does not carry over: all recordings are fitted together")
+        together = searched([*taken, *tried], [])
+        if together.verdict == "missing":
+            diagnosis = replace(together, findings=(TOGETHER, *together.findings))
+            fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
+            taken = [*taken, *tried]
     notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
     if not add and (other := other_rig(diagnosis, asked, taken)):
         notes += (other,)

@@ -1,6 +1,7 @@
 """Whether measurements look like those of another rig than the one that is asked about.
 
-What belongs here: trying the other rigs where no effect explains. What does not: what a rig is
+What belongs here: trying the other rigs where no effect explains, and what the channels' noise
+tells. What does not: what a rig is
 (``physics.rigs``), what is missing (``diagnosis``).
 """
 
@@ -16,6 +17,7 @@ from tissue_probe.diagnosis.diagnosis import Diagnosis, plainly
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.quantities import POSITION
 
 EXPLAINS = "On another rig no effect is missing: the plain model of {0} explains these measurements"
 COMMANDED = "The force is smooth to the last digits, as one that is commanded and not measured"
@@ -25,14 +27,19 @@ ASKED = "; is the rig {0} (`rig` {0})?"
 def other_rig(found: Diagnosis, asked: Question, taken: Sequence[Segment]) -> str:
     """Say on which other rig the measurements make sense; nothing where none is seen.
 
-    It is asked only where nothing explains the measurements, and of a model without effects.
+    It is asked only of a model without effects, where nothing explains the measurements or the
+    position is noisy and the force is not: then an effect may make up for the wrong rig.
     """
     own = asked.composition
-    if found.verdict != "unexplained" or own.effects:
+    if own.effects:
         return ""
-    force = Composition("force_driven").output
-    if own.output != force and all(each.measurement(force).is_commanded for each in taken):
+    driven = [each.measurement(Composition("force_driven").output) for each in taken]
+    commanded = own.input is POSITION and all(each.is_commanded for each in driven)
+    unexplained = found.verdict == "unexplained"
+    if commanded and (unexplained or all(each.position_noise > 0.0 for each in driven)):
         return (COMMANDED + ASKED).format("force_driven")
+    if not unexplained:
+        return ""
     for rig in (name for name in RIG_NAMES if name != own.rig):
         other = question(rig=rig, tissue=cast(TissueName, own.tissue))
         measurements = [each.measurement(other.composition.output) for each in taken]

@@ -145,7 +145,7 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:
-    if diagnosis.ladder.verdict in ("adequate", "missing"):
+    if diagnosis.fails_elsewhere:
         names = " and ".join(diagnosis.effects)
         model = f"the model with {names}" if names else "the model"
         told = f"Unexplained: {model} explains this recording, and not the second one."
@@ -203,11 +203,12 @@ def _beyond(diagnosis: Diagnosis) -> list[str]:
     error = final.output.tell(diagnosis.heldout(final))
     noise = final.output.tell(diagnosis.validation_noise)
     if not diagnosis.carries_over:
+        more = "" if diagnosis.ladder.asked else ", and no effect of the library explains both"
         return [
             f"But on the second recording the error stays at {error}, where the noise is {noise}: "
             "the model does not carry over. Either the specimen, the site or the contact is "
-            "another one there, or more is missing than the first recording shows; record again, "
-            "or fit both together."
+            f"another one there, or more is missing than the first recording shows{more}; record "
+            "again, or fit both together."
         ]
     if not diagnosis.reaches:
         expected = final.output.tell(diagnosis.uncertainty)

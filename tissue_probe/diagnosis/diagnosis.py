@@ -127,6 +127,11 @@ class Diagnosis:
         return not self.heldout(final) > FAR * expected
 
     @property
+    def fails_elsewhere(self) -> bool:
+        """Whether the last model explains the measurements, and not the validating ones."""
+        return self.verdict == "unexplained" and self.ladder.verdict in ("adequate", "missing")
+
+    @property
     def reaches(self) -> bool:
         """Whether the recordings fitted tell the last model's values well enough for the others."""
         known = math.hypot(self.validation_noise, self.ladder.final.excess)
