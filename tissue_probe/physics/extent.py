@@ -18,7 +18,8 @@ class Extent:
     it goes) and ``speed`` [m/s] (largest); ``force`` [N] (standard deviation); ``pull`` [N]
     (largest force in tension); ``step`` [m] (smallest difference between two positions, 0 where
     there is no common one); ``tensions`` [N] (the peaks of the tension in the tissue, if it never
-    let go of the tip; largest first).
+    let go of the tip; largest first); ``left_at`` [rad/s] (angular frequency at which a fitted
+    model leaves most; 0 where that is not known).
     """
 
     duration: float
@@ -29,6 +30,7 @@ class Extent:
     pull: float
     step: float
     tensions: tuple[float, ...] = ()
+    left_at: float = 0.0
 
     @property
     def frequency(self) -> float:
@@ -46,4 +48,5 @@ class Extent:
             pull=self.pull / scale.force,
             step=self.step / scale.length,
             tensions=tuple(each / scale.force for each in self.tensions),
+            left_at=self.left_at * scale.time,
         )

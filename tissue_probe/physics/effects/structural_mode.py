@@ -24,12 +24,14 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     """Propose resonances from a quarter of the motion's frequency to twelve times, closer within.
 
     Of a sweep that is the frequency at its end. Within the motion a resonance is met at once; above
-    it is felt from afar, or met by harmonics.
+    it is felt from afar, or met by harmonics. One that is narrow lies where a model without it
+    leaves most.
     """
-    at = extent.frequency / (2.0 * math.pi)
+    at, loudest = extent.frequency / (2.0 * math.pi), extent.left_at / (2.0 * math.pi)
     over = (0.25, 0.32, 0.4, 0.5, 0.67, 0.83, 1.2, 1.7, 2.5, 4.2, 7.0, 12.0)
-    tried = (min(max(at * each, LOWEST), HIGHEST) for each in over)
-    return [{"modal_frequency": f, "modal_damping_ratio": 0.05} for f in dict.fromkeys(tried)]
+    tried = [*(at * each for each in over), *([loudest] if loudest else [])]
+    inside = dict.fromkeys(min(max(each, LOWEST), HIGHEST) for each in tried)
+    return [{"modal_frequency": each, "modal_damping_ratio": 0.05} for each in inside]
 
 
 def near(extent: Extent, found: Mapping[str, float]) -> list[dict[str, float]]:
