@@ -103,6 +103,28 @@ def test_the_touch_is_found_where_the_zero_drifts_or_settles_by_many_times_the_n
     assert found.position == pytest.approx(1.8e-3, abs=0.1e-3)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_touch_is_found_before_cycles_that_stay_in_contact(seed):
+    """Their peaks are alike, and the noise of the position chooses the highest."""
+    random = np.random.default_rng(seed)
+    peaks = np.tile([4.6e-3, 3.5e-3], 3)
+    position = np.interp(np.arange(2320), 100 + 220 * np.arange(7), [0.0, *peaks])
+    force = 0.05 + 350.0 * np.maximum(position - 3.1e-3, 0.0)
+    force += 2e-3 * random.standard_normal(force.size)
+    found = first_touch(position + 5e-7 * random.standard_normal(force.size), force, 2e-3)
+    assert found.position == pytest.approx(3.1e-3, abs=5e-5)
+    assert found.zero == pytest.approx(0.05, abs=1e-3)
+
+
+def test_the_air_tells_the_zero_and_so_the_place_of_the_touch():
+    position, force = touching(exponent=1.0, stiffness=400.0)
+    (clean,), _ = cleaned([Measurement(position, force + 0.05, 2e-3)], "rigid_probe")
+    (pressed,), instrument, (told,) = from_touch([clean], STILL)
+    fit = fit_base(RIGID_PROBE, [pressed.without(pressed.position < 1.85e-3)], instrument)
+    assert fit.named()["contact_position"] == pytest.approx(1.8e-3, abs=2e-6)
+    assert "0.05 N, is taken off" in told.sentence
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_zero_that_drifts_without_end_is_no_touch(seed):
     position, _ = touching(seed)

@@ -34,8 +34,10 @@ DISTURBED = {"spikes": FORCE, "position_spikes": POSITION}
 #: Where a record begins in the air.
 TOUCH = (
     "{}The tip is in the air before sample {}, and touches at about {:.4g} m: the samples before "
-    "are left out, and contact_position is fitted."
+    "are left out, and contact_position is fitted.{}"
 )
+#: And where the force is not zero there.
+ZERO = " The force there, {:.3g} N, is taken off: it is the zero."
 
 
 def cleaned(
@@ -64,18 +66,25 @@ def from_touch(
 ) -> tuple[list[Measurement], Instrument, list[Finding]]:
     """Leave out the air before a first touch; where the tip touches is fitted then.
 
-    It is known to the first of such records only: another specimen's surface lies elsewhere.
+    The air tells the zero of the force: of a tissue that follows Hooke's law, another zero is
+    another place of the touch. That place is known to the first of such records only: another
+    specimen's surface lies elsewhere.
     """
     found, findings, places = [], [], []
     for each in measurements:
         touch = None
         if each.input is POSITION and "contact_position" in instrument.constants:
             touch = first_touch(each.position, each.force, each.noise)
-        found.append(each if touch is None else each.since(touch.sample, instrument.rig))
-        if touch is not None:
-            places.append(touch.position)
-            told = f"{each.source}: " if each.source else ""
-            findings.append(Finding("touch", TOUCH.format(told, touch.sample, touch.position)))
+        if touch is None:
+            found.append(each)
+            continue
+        pressed = each.since(touch.sample, instrument.rig)
+        found.append(replace(pressed, force=pressed.force - touch.zero))
+        places.append(touch.position)
+        told = f"{each.source}: " if each.source else ""
+        zero = ZERO.format(touch.zero) if touch.zero else ""
+        sentence = TOUCH.format(told, touch.sample, touch.position, zero)
+        findings.append(Finding("touch", sentence))
     if places:
         constants = {**instrument.constants, "contact_position": (places[0], np.inf)}
         instrument = replace(instrument, constants=constants)

@@ -346,8 +346,13 @@ def _possible(ladder: Ladder) -> list[Fit]:
 
 
 def _likelihood(moved: Fit) -> float:
-    """Return the logarithm of the likelihood of other recordings; the noise's level is unknown."""
-    return -0.5 * moved.samples * math.log(max(moved.cost, float(np.finfo(float).tiny)))
+    """Return the logarithm of the likelihood of other recordings; the noise's level is unknown.
+
+    What belongs to a run is fitted anew, and paid for as in the first recording: it makes a model
+    that has more of it no more probable.
+    """
+    cost = max(moved.cost, float(np.finfo(float).tiny))
+    return -0.5 * (moved.samples * math.log(cost) + moved.unknowns * math.log(moved.samples))
 
 
 def told_by(

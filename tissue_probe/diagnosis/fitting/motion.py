@@ -163,7 +163,9 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     both, found = _strength(samples, told, noise, weight * np.abs(turned) ** 2, by_force)
     departs = uniform_filter1d(((found - samples) / noise) ** 2, ALIKE, mode="nearest") > DEPARTS
     near = maximum_filter1d(departs, 2 * ALIKE + 1)
-    return Motion(samples, noise, np.where(sliding_window_view(near, 4).any(axis=1), alone, both))
+    return Motion(
+        samples, noise, np.where(sliding_window_view(near, JERK.size).any(axis=1), alone, both)
+    )
 
 
 def _strength(

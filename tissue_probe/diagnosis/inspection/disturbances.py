@@ -26,6 +26,9 @@ LONGEST, _SIDE = 8, 4
 _QUIET, _SHARE = 3.0, 0.15
 #: Both ends of a row are off by this share of it, to one side: at a bend less, at a step to both.
 _ABRUPT = 0.6
+#: A row is a bend if straight lines from both sides leave less than this share of it: of a row that
+#: was moved away from a curve they leave all of it.
+_BENT = 0.5
 
 
 def disturbed(
@@ -109,7 +112,8 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
         clear &= inside > _ALONE * np.median(inside) / 0.93
         for place in map(int, np.flatnonzero(clear)):
             usual, quiet = (_usual(each, place) for each in (inside, beside))
-            if inside[place] > _ALONE * usual and beside[place] < _QUIET * quiet:
+            stands_out = inside[place] > _ALONE * usual and beside[place] < _QUIET * quiet
+            if stands_out and not _is_bend(windows[place], inside[place]):
                 explained = length * (inside[place] ** 2 - (0.4 * _ALONE * usual) ** 2)
                 found.append((explained, place + _SIDE, place + _SIDE + length))
     taken = np.zeros(values.size, dtype=bool)
@@ -117,6 +121,23 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
         if not taken[max(first - _SIDE, 0) : stop + _SIDE].any():
             taken[first:stop] = True
     return list(spans_of(taken))
+
+
+def _is_bend(window: FloatArray, size: float) -> bool:
+    """Whether a row goes on straight from one side and, from some sample on, from the other.
+
+    Such is a corner of a motion that is over within few samples: ``size`` is how far the row stands
+    out of one curve through both sides.
+    """
+    length = window.size - 2 * _SIDE
+    apart = np.arange(length)
+    left, right = window[:_SIDE], window[-_SIDE:]
+    went, goes = (float(np.diff(each).mean()) for each in (left, right))
+    off_left = window[_SIDE:-_SIDE] - (left.mean() + went * (apart + 0.5 * (_SIDE + 1)))
+    back = length - 1 - apart + 0.5 * (_SIDE + 1)
+    off_right = window[_SIDE:-_SIDE] - (right.mean() - goes * back)
+    splits = (np.concatenate([off_left[:at], off_right[at:]]) for at in range(length + 1))
+    return min(float(np.sqrt(np.mean(each**2))) for each in splits) < _BENT * size
 
 
 def _usual(off: FloatArray, place: int) -> float:

@@ -20,6 +20,11 @@ FELT, IN_A_ROW = 4.0, 4
 FLAT = 0.1
 #: Samples that tell a slope.
 FEWEST = 16
+#: The way into the tissue ends where the tip goes back by such a share of its range: before cycles
+#: that are small beside the way there, or, where a hand shakes more than that, before wide ones.
+BACK = (0.05, 0.5)
+#: Share of the samples before a touch that are sure to be in the air.
+SURE = 0.9
 #: Degree of the course of a zero that drifts or settles, in time.
 DRIFT = 3
 #: Where it ends is sought in the means of so many spans, which tell it well enough to begin with.
@@ -28,10 +33,21 @@ BLOCKS = 1000
 
 @dataclass(frozen=True)
 class Touch:
-    """The first touch: number of the last sample in the air, and the position there [m]."""
+    """The first touch.
+
+    Attributes
+    ----------
+    sample : int
+        Number of the last sample in the air.
+    position : float
+        There [m].
+    zero : float
+        Force there, which is of no tissue [N]; 0 where that may be, too.
+    """
 
     sample: int
     position: float
+    zero: float
 
 
 def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch | None:
@@ -47,9 +63,32 @@ def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch 
     noise : float
         Standard deviation of the force's noise [N].
     """
-    last = _last_in_air(force[: _first_way(position)], noise)
-    if last is None:
+    for back in BACK:
+        found = _touched(position, force, _first_way(position, back), noise)
+        if found is not None:
+            return found
+    return None
+
+
+def _first_way(position: FloatArray, back: float) -> int:
+    """Count the samples until the tip is farthest, before it goes back by a share of its range."""
+    farthest = np.maximum.accumulate(position)
+    gone = farthest - position > back * np.ptp(position)
+    until = int(np.argmax(gone)) if gone.any() else position.size
+    return int(np.argmax(position[:until])) + 1
+
+
+def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
+    """Find a touch before a sample."""
+    changed = _change(force[:until])
+    if changed is None:
         return None
+    time = np.arange(until) / changed
+    course = Polynomial.fit(time[:changed], force[:changed], DRIFT)
+    left = np.abs(force[:until] - course(time))
+    usual = max(noise, float(np.sqrt(np.mean(left[:changed] ** 2))))
+    rows = np.convolve(left > FELT * usual, np.ones(IN_A_ROW), mode="valid") == IN_A_ROW
+    last = int(np.argmax(rows)) - 1 if rows.any() else -1
     way = position[last] - position[0] if last > 0 else 0.0
     beyond = np.flatnonzero(position[last:] > position[last] + way)
     after = last + (int(beyond[0]) if beyond.size else position.size - last)
@@ -61,28 +100,28 @@ def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch 
     following, _ = _slope(position[last:after], force[last:after])
     if not abs(slope) + 2.0 * doubt < FLAT * following:
         return None
-    return Touch(last, float(position[last]))
+    return Touch(last, float(position[last]), _zero(force[: last + 1], noise))
 
 
-def _first_way(position: FloatArray) -> int:
-    """Count the samples until the tip has first come as far as it does before it goes back."""
-    farthest = np.maximum.accumulate(position)
-    back = farthest - position > 0.5 * np.ptp(position)
-    until = int(np.argmax(back)) if back.any() else position.size
-    return int(np.argmax(position[:until])) + 1
+def _zero(force: FloatArray, noise: float) -> float:
+    """Return the zero of a force at the end of its samples in the air; 0 where it may be that.
 
-
-def _last_in_air(force: FloatArray, noise: float) -> int | None:
-    """Return the last sample before the force leaves the course of its zero; None if none does."""
-    changed = _change(force)
-    if changed is None:
-        return None
-    time = np.linspace(-1.0, 1.0, force.size)
-    zero = Polynomial.fit(time[:changed], force[:changed], DRIFT)
-    left = np.abs(force - zero(time))
-    usual = max(noise, float(np.sqrt(np.mean(left[:changed] ** 2))))
-    rows = np.convolve(left > FELT * usual, np.ones(IN_A_ROW), mode="valid") == IN_A_ROW
-    return int(np.argmax(rows)) - 1 if rows.any() else None
+    By a course of the likeliest degree (G. Schwarz, Ann. Statist. 6 (1978), 461), of the samples
+    that are sure to be in the air: a soft tissue is not felt at once.
+    """
+    time = np.linspace(0.0, 1.0, force.size)
+    sure = force[: max(int(SURE * force.size), FEWEST // 2)]
+    basis = [np.vander(time, degree + 1) for degree in range(DRIFT + 1)]
+    fits = [np.linalg.lstsq(each[: sure.size], sure, rcond=None)[0] for each in basis]
+    left = [
+        np.sum((sure - each[: sure.size] @ fit) ** 2) for each, fit in zip(basis, fits, strict=True)
+    ]
+    # Noise that is known sets how much is worth a further degree.
+    degree = int(np.argmin(np.array(left) / noise**2 + np.arange(len(left)) * np.log(sure.size)))
+    there, chosen = basis[degree][-1], basis[degree][: sure.size]
+    zero = float(there @ fits[degree])
+    doubt = noise * np.sqrt(there @ np.linalg.inv(chosen.T @ chosen) @ there)
+    return zero if abs(zero) > FELT * doubt else 0.0
 
 
 def _change(force: FloatArray) -> int | None:

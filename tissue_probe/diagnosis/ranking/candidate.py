@@ -222,9 +222,21 @@ class Candidate:
             costs[own] = fit.cost
 
     def fits_from(self, other: Fit, bar: Bar) -> Iterator[Fit]:
-        """Search from where another form of the effect ended."""
-        values = start_values(self.problem, other.named(), None, {})
-        fit = search(self.problem, values, begin_states(self.problem, other, values), bar)
+        """Search from where another form of the effect ended.
+
+        What that form has not begins as proposed for it, where one step promises most.
+        """
+        known = other.named()
+        reach = extent(other, known, self.effect)
+        proposals = [
+            {name: value for name, value in each.items() if name not in known}
+            for each in self.effect.starts(reach)
+        ]
+        begun = [start_values(self.problem, known | each, None, {}) for each in proposals or [{}]]
+        states = [begin_states(self.problem, other, values) for values in begun]
+        promises = [self._promise(*each) for each in zip(begun, states, strict=True)]
+        best = int(np.argmin(promises))
+        fit = search(self.problem, begun[best], states[best], bar)
         if fit is not None:
             yield fit
 
@@ -256,7 +268,8 @@ class Candidate:
         return bool(self.effect.near) or bool(self._touches(self.base))
 
     def _touches(self, fit: Fit) -> list[Values]:
-        return touches(self.problem, fit) if self.effect.changes_contact else []
+        lets_go = any(each.changes_contact for each in self.problem.composition.all_effects)
+        return touches(self.problem, fit) if lets_go else []
 
     def _onward(self, best: Fit, bar: Bar, lowest: float) -> Iterator[Fit]:
         """Go on where the best ran out of steps: a long valley is followed in small ones."""
