@@ -15,10 +15,10 @@ from tissue_probe.signals import FloatArray
 
 #: A force is felt from so many standard deviations of its noise on, in so many samples in a row.
 FELT, IN_A_ROW = 4.0, 4
-#: Of the slope that follows, the force in the air has this share at the most, doubt included: the
-#: softest law of contact, a cone's square, has a third of it in as long a way.
+#: In the air the force changes by this share at the most of what it rises in as long a way after
+#: it, doubt included: by the softest law of contact, a cone's square, it changes by a third.
 FLAT = 0.1
-#: Samples that tell a slope.
+#: Samples that tell a slope, and a mean.
 FEWEST = 16
 #: The way into the tissue ends where the tip goes back by such a share of its range: before cycles
 #: that are small beside the way there, or, where a hand shakes more than that, before wide ones.
@@ -90,15 +90,15 @@ def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) 
     rows = np.convolve(left > FELT * usual, np.ones(IN_A_ROW), mode="valid") == IN_A_ROW
     last = int(np.argmax(rows)) - 1 if rows.any() else -1
     way = position[last] - position[0] if last > 0 else 0.0
-    beyond = np.flatnonzero(position[last:] > position[last] + way)
-    after = last + (int(beyond[0]) if beyond.size else position.size - last)
+    beyond = np.flatnonzero(position[last:until] > position[last] + way)
+    after = last + int(beyond[0]) if beyond.size else until
     if last < FEWEST or after - last < FEWEST or way <= 0.0:
         return None
     if np.ptp(position[last:after]) == 0.0:  # a tip at rest comes from nowhere
         return None
     slope, doubt = _slope(position[: last + 1], force[: last + 1])
-    following, _ = _slope(position[last:after], force[last:after])
-    if not abs(slope) + 2.0 * doubt < FLAT * following:
+    rises = float(force[after - FEWEST : after].mean() - course(time[last]))
+    if not (abs(slope) + 2.0 * doubt) * way < FLAT * rises:
         return None
     return Touch(last, float(position[last]), _zero(force[: last + 1], noise))
 
