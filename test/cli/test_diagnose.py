@@ -28,7 +28,8 @@ pytestmark = pytest.mark.timeout(900)
 
 HIDDEN = "cubic_stiffening"
 MINE = Path(__file__).parents[2] / "docs" / "my_effect.py"
-RESTED = ("--starts", "at-rest")
+PROBE = ("--rig", "compliant_probe")
+RESTED = ("--starts", "at-rest", *PROBE)
 
 
 @pytest.fixture(scope="module")
@@ -431,10 +432,22 @@ def test_a_tip_that_touches_nothing_is_told_with_the_answer_for_programs(run, tm
     assert told["findings"][-1] == note.removeprefix("note: ")
 
 
+def test_which_rig_is_supposed_is_told_of_a_table_and_not_of_the_suites_own_recording(
+    run, recorded
+):
+    for command in ("compare", "diagnose"):
+        told, given, own = (
+            run(command, *asked).out
+            for asked in (("data.csv",), ("data.csv", *PROBE), ("bag.mcap",))
+        )
+        assert "No --rig is given: this suite's own probe is supposed" in told
+        assert "is supposed" not in given + own
+
+
 def test_a_force_that_no_model_follows_is_told(run, tmp_path):
     quick = 1e-3 * np.sin(2 * np.pi * (1.0 + 7.0 * TIME) * TIME)
     (tmp_path / "other.csv").write_text(table(quick, np.sin(2 * np.pi * 33.3 * TIME) + NOISE))
-    outcome = run("compare", "other.csv")
+    outcome = run("compare", "other.csv", *PROBE)
     assert outcome.status == 0, outcome.err
     (followed,) = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
     assert "cannot follow the force at all" in followed
@@ -445,7 +458,7 @@ def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_
     run, tmp_path
 ):
     (tmp_path / "kilo.csv").write_text(table(WAVE, 1e-3 * FORCE))
-    outcome = run("compare", "kilo.csv")
+    outcome = run("compare", "kilo.csv", *PROBE)
     assert outcome.status == 0, outcome.err
     units, size = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
     assert "which hardly any tissue has" in units

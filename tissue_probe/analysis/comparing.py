@@ -237,7 +237,7 @@ def compare(
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
             touched += left_out(clean, fit, instrument)
-    notes = [*asked.notes, *(note for each in found for note in each.notes)]
+    notes = [*asked.notes_for(fitted), *(note for each in found for note in each.notes)]
     notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)

@@ -279,7 +279,7 @@ def diagnose(
             diagnosis = replace(together, findings=(TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
             taken = [*taken, *tried]
-    notes = (*asked.notes, *(finding.sentence for finding in diagnosis.findings))
+    notes = (*asked.notes_for(fitted), *(finding.sentence for finding in diagnosis.findings))
     if not add and (other := other_rig(diagnosis, asked, taken)):
         notes += (other,)
     sources = tuple(each.source for each in taken)

@@ -109,7 +109,8 @@ def promises(
     """
     asked = question(model, rig, tissue, effects, constants, known_rig)
     output = asked.composition.output
-    taken = segments(measurements_of(measured), starts, site, lowpass, course)
+    fitted = measurements_of(measured)
+    taken = segments(fitted, starts, site, lowpass, course)
     base, ranking, findings = search(
         asked.composition,
         [each.measurement(output) for each in taken],
@@ -117,5 +118,5 @@ def promises(
         asked.library,
         asked.model.values,
     )
-    notes = (*asked.notes, *(finding.sentence for finding in findings))
+    notes = (*asked.notes_for(fitted), *(finding.sentence for finding in findings))
     return PromiseResult(base, tuple(ranking), notes)

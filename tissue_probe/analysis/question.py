@@ -20,6 +20,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 
 if TYPE_CHECKING:
+    from tissue_probe.analysis.measurements import Measurements
     from tissue_probe.physics.effects import Effect
 
 #: What may be known of the tissue, such as that there is none.
@@ -27,6 +28,12 @@ TISSUE = ("stiffness", "damping")
 
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
+
+SUPPOSED = (
+    "No `rig` is given: this suite's own probe is supposed, compliant_probe, with a load cell that "
+    "gives way between coil and tip. Give `rig` rigid_probe for a robot, a stage or a testing "
+    "machine that moves the tip, force_driven where a force drives."
+)
 
 
 @dataclass(frozen=True)
@@ -41,11 +48,23 @@ class Question:
         The rig's constants.
     notes : tuple of str
         What to know of the model, in sentences.
+    rig_given : bool
+        Whether the user said on which rig was measured.
     """
 
     model: FittedModel
     instrument: Instrument
     notes: tuple[str, ...] = ()
+    rig_given: bool = True
+
+    def notes_for(self, measured: Measurements) -> tuple[str, ...]:
+        """Return what to know of the model for these measurements, in sentences.
+
+        Others than this suite's own are seldom of its probe: a wrong rig is made up for by effects
+        that are not there.
+        """
+        own = self.rig_given or all(part.is_own for part in measured.parts)
+        return self.notes if own else (*self.notes, SUPPOSED)
 
     @cached_property
     def library(self) -> Mapping[str, Effect]:
@@ -107,7 +126,8 @@ def question(
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     instrument = _instrument(begun.composition.rig, known_rig, constants or {})
-    asked = Question(begun, instrument, notes)
+    given = not (rig is None and model is None and "load_cell_stiffness" not in (constants or {}))
+    asked = Question(begun, instrument, notes, given)
     if begun.effect_files:
         _ = asked.library  # a file that cannot be used is told before anything is fitted
     return asked

@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
+from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
     begin_states,
@@ -222,11 +223,17 @@ class Candidate:
             costs[own] = fit.cost
 
     def fits_from(self, other: Fit, bar: Bar) -> Iterator[Fit]:
-        """Search from where another form of the effect ended.
+        """Search from where another form of the effect ended, or one that contains it.
 
-        What that form has not begins as proposed for it, where one step promises most.
+        Its strengths are those of the other; what that has not begins where one step promises most.
         """
         known = other.named()
+        own, its = (each.parameters[: each.strengths] for each in (self.effect, added(other)))
+        known |= {
+            mine.name: known[theirs.name]
+            for mine, theirs in zip(own, its, strict=False)
+            if mine.name not in known and mine.unit == theirs.unit
+        }
         reach = extent(other, known, self.effect)
         proposals = [
             {name: value for name, value in each.items() if name not in known}

@@ -74,6 +74,7 @@ _STICKS = Effect(
     starts=speeds,
     near=around,
     simpler=("coulomb_friction",),
+    limit="breakaway_excess",
 )
 STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
@@ -90,6 +91,7 @@ STRIBECK_FRICTION = Effect(
     near=near,
     forms=(_STICKS,),
     simpler=("coulomb_friction",),
+    limit="breakaway_excess",
     excludes=("coulomb_friction", "bouc_wen_hysteresis"),
     assumptions="Creeps below the transition velocity instead of sticking, or sticks at once",
     reference="Stribeck (1902); Armstrong-Helouvry et al., Automatica 30 (1994), 1083, eq. 1",
