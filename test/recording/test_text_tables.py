@@ -281,6 +281,16 @@ def test_a_name_without_its_unit_is_enough_to_name_a_column(tmp_path):
     assert_allclose(read_any(path, layout)[0].force, POSITION, atol=1e-6)
 
 
+def test_a_unit_that_contradicts_the_files_own_is_taken_and_told(tmp_path):
+    path = text(tmp_path / "x.csv", "Time (s),Fz (N),tip (m)", *rows())
+    stated = Layout(force_polarity="compression", position="tip", force="Fz", position_unit="mm")
+    recording, notes = read_any(path, stated)
+    assert_allclose(recording.force, POSITION, atol=1e-6)
+    assert "position is taken in mm, as `position_unit` states, and not in m" in notes[0]
+    as_told = Layout(force_polarity="compression", position="tip", force="Fz", position_unit="m")
+    assert "states" not in read_any(path, as_told)[1][0]
+
+
 def test_two_columns_that_may_be_meant_are_refused(tmp_path):
     lines = [f"{row},1.0" for row in rows()]
     path = text(tmp_path / "x.csv", "Time (s),Stroke (mm),Load (N),Extension (mm)", *lines)

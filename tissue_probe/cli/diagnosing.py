@@ -84,9 +84,9 @@ def constants(texts: Sequence[str]) -> dict[str, float | tuple[float, float]]:
     found = {}
     for text in texts:
         name, _, number = text.partition("=")
-        value, _, deviation = number.partition("+-")
+        value, given, deviation = number.partition("+-")
         try:
-            found[name] = (float(value), float(deviation or 0.0))
+            found[name] = (float(value), float(deviation) if given else 0.0)
         except ValueError:
             raise ValueError(
                 f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"

@@ -119,6 +119,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
     if rate != layout.sample_rate:
         told.append(f"{rate:.6g} samples a second, as the file says")
     units = _units(source, layout, found)
+    told += _contradicted(source, layout, found)
     return Roles(found, units, rate, tuple(told))
 
 
@@ -195,12 +196,7 @@ def _found(source: Columns, role: str) -> str | None:
 
 
 def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, str]:
-    stated = {
-        "time": layout.time_unit,
-        "position": layout.position_unit,
-        "force": layout.force_unit,
-    }
-    units, missing = {}, []
+    stated, units, missing = _stated(layout), {}, []
     for role, name in names.items():
         unit = stated[role] or _unit(source, role, name)
         if unit is not None:
@@ -219,11 +215,35 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
     return units
 
 
-def _unit(source: Columns, role: str, name: str) -> str | None:
-    """Return the unit that a file tells of a column."""
+def _stated(layout: Layout) -> dict[str, str | None]:
+    """Return the unit that the user states of each role."""
+    return {
+        "time": layout.time_unit,
+        "position": layout.position_unit,
+        "force": layout.force_unit,
+    }
+
+
+def _contradicted(source: Columns, layout: Layout, names: dict[str, str]) -> list[str]:
+    """Say in phrases which units are stated where the file tells others."""
+    return [
+        f"{role} is taken in {unit}, as `{role}_unit` states, and not in {told} as the file says"
+        for role, unit in _stated(layout).items()
+        if unit and role in names and (told := _told_unit(source, role, names[role]))
+        if unit_size(told, _UNITS[role]) != unit_size(unit, _UNITS[role])
+    ]
+
+
+def _told_unit(source: Columns, role: str, name: str) -> str | None:
+    """Return the unit that a file tells of a column; None where it tells none."""
     if (unit := spelt(source.units.get(name, ""))) in _UNITS[role]:
         return unit
-    _, unit = split_unit(name, _UNITS[role])
+    return split_unit(name, _UNITS[role])[1]
+
+
+def _unit(source: Columns, role: str, name: str) -> str | None:
+    """Return the unit of a column: that which the file tells, or that of this suite's own names."""
+    unit = _told_unit(source, role, name)
     if unit or role == "time":
         return unit
     return next(iter(_UNITS[role])) if name in OWN[role] else None
