@@ -93,6 +93,18 @@ def test_a_second_recording_that_goes_much_farther_is_judged_by_how_well_the_val
     assert both.heldout(both.ladder.final) < 1.05 * NOISE
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("amplitude", [1e-3, 1.5e-3])
+def test_a_right_law_whose_values_are_roughly_known_is_not_given_up_for_a_wrong_one(
+    amplitude, seed
+):
+    """On the second recording it errs by as much as its values are off, and the other by less."""
+    narrow, wide = (stiffening(*each, 0.02) for each in ((0.6e-3, seed), (amplitude, 50 + seed)))
+    known = library("exponential_stiffening", "cubic_stiffening")
+    found = diagnosis.diagnose(Composition(), [narrow], EXACT, known, [wide])
+    assert (found.verdict, found.effects) == ("missing", ("exponential_stiffening",))
+
+
 def test_what_the_fit_tells_of_the_measurement_joins_the_findings():
     position, _, _, force = Specimen(stiffness=0.0, damping=0.0).measure(sine())
     free = Measurement(position, force, 5e-4, at_rest=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete, dlsim
 
 import tissue_probe as tp
 
@@ -73,3 +74,16 @@ def test_a_value_that_one_part_alone_tells_asks_for_a_second_record(second):
     told = [each for each in answer["findings"] if "One part of the record alone tells" in each]
     assert bool(told) is not second
     assert all("damping" in each and "`validate`" in each for each in told)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_squares_so_quick_that_their_jumps_pass_for_noise_of_the_force_are_none(seed):
+    random, period = np.random.default_rng(seed), 1e-3
+    force = 2.0 * np.where((np.arange(1800) // 9 + np.arange(1800) // 23) % 2, 1.0, -1.0)
+    mass, stiffness, damping = 0.15, 1400.0, 3.6
+    held = cont2discrete(([1.0], [mass, damping, stiffness]), period)
+    _, position = dlsim(held, force)
+    noise = 3e-6 * random.standard_normal(force.size)
+    table = {"t": period * np.arange(force.size), "u": position[:, 0] + noise, "F": force}
+    found = tp.diagnose(table, rig="force_driven", starts="at-rest")
+    assert found.verdict == "adequate"

@@ -42,6 +42,7 @@ from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.quantities import FORCE
+from tissue_probe.signals import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
@@ -239,7 +240,11 @@ def diagnose(
     }
     validated = {names: fit.rmse if fit else math.inf for names, fit in moved.items()}
     # A model that diverges on the second recording is none of those that it may make probable.
-    second = {frozenset(names): _likelihood(fit) for names, fit in moved.items() if fit is not None}
+    second = {
+        frozenset(fit.composition.names): _likelihood(fit, other, instrument)
+        for fit in models
+        if (other := moved.get(fit.composition.names)) is not None
+    }
     if second and not wanted and ladder.harmonic is None:
         again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
         ladder = replace(again, curtailed=ladder.curtailed)
@@ -345,14 +350,35 @@ def _possible(ladder: Ladder) -> list[Fit]:
     return [fit for fit, probability in pairs if probability > POSSIBLE]
 
 
-def _likelihood(moved: Fit) -> float:
+def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
     """Return the logarithm of the likelihood of other recordings; the noise's level is unknown.
 
-    What belongs to a run is fitted anew, and paid for as in the first recording: it makes a model
-    that has more of it no more probable.
+    Over all values that the first recording leaves possible, to first order in their errors
+    (D. MacKay, Neural Computation 4 (1992), 415, section 3). What belongs to a run is fitted anew,
+    and paid for as in the first recording: it makes a model that has more of it no more probable.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model as the first recording told it.
+    moved : Fit
+        The same on the other recordings.
+    instrument : Instrument
+        What is known of the rig.
     """
-    cost = max(moved.cost, float(np.finfo(float).tiny))
-    return -0.5 * (moved.samples * math.log(cost) + moved.unknowns * math.log(moved.samples))
+    problem, by_value, held = _by_value(fit, moved, instrument)
+    weighed = [problem.weighed(index, each) for index, each in enumerate(by_value)]
+    left = [problem.weighed(index, each) for index, each in enumerate(moved.residuals)]
+    sizes, directions = np.linalg.eigh(fit.covariance[np.ix_(held, held)])
+    root = directions * np.sqrt(np.maximum(sizes, 0.0))
+    steps = np.concatenate(weighed) @ root
+    steps = np.where(np.isfinite(steps), steps, 0.0)  # near a model that diverges none is known
+    known = np.eye(root.shape[1]) + steps.T @ steps
+    towards = steps.T @ np.concatenate(left)
+    cost = moved.cost - float(towards @ np.linalg.solve(known, towards))
+    said = moved.samples * math.log(max(cost, float(np.finfo(float).tiny)))
+    learnt = moved.unknowns * math.log(moved.samples) + float(np.linalg.slogdet(known)[1])
+    return -0.5 * (said + learnt)
 
 
 def told_by(
@@ -386,13 +412,24 @@ def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:
     """
     if moved is None:
         return 0.0
+    _, by_value, held = _by_value(fit, moved, instrument)
+    pairs = zip(by_value, moved.measurements, strict=True)
+    used = np.concatenate([each[measurement.used] for each, measurement in pairs])
+    squares = float(np.sum(used @ fit.covariance[np.ix_(held, held)] * used))
+    return math.sqrt(max(squares, 0.0) / len(used))
+
+
+def _by_value(
+    fit: Fit, moved: Fit, instrument: Instrument
+) -> tuple[Problem, list[FloatArray], IntArray]:
+    """Return what values of the specimen do to the output of each of other recordings.
+
+    With the problem of these recordings, and the places of the values among all of the first.
+    """
     held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition)))
     problem = Problem(moved.composition, moved.measurements, instrument)
     simulated = problem.simulate(moved.values, moved.starts)
-    used = zip(simulated, moved.measurements, strict=True)
-    by_value = np.concatenate([each[m.used, problem.states :][:, held] for (_, each), m in used])
-    squares = float(np.sum(by_value @ fit.covariance[np.ix_(held, held)] * by_value))
-    return math.sqrt(max(squares, 0.0) / len(by_value))
+    return problem, [each[:, problem.states :][:, held] for _, each in simulated], held
 
 
 def _noise(measurements: Sequence[Measurement]) -> float:

@@ -64,11 +64,27 @@ def _no_more(measurements: Sequence[Measurement], fit: Fit) -> list[Measurement]
 
 
 def _within(measurement: Measurement, residual: FloatArray) -> Measurement:
+    if measurement.whitening is not None:
+        return _with_less_colour(measurement, measurement.whitening, residual)
     beyond = float(np.mean(residual[measurement.counted] ** 2)) - measurement.noise**2
     if measurement.shaken is None or beyond <= 0.0:
         return replace(measurement.with_noise_of(residual), shaken=None)
     share = min(np.sqrt(beyond) / measurement.shaken.size, 1.0)
     return replace(measurement, shaken=measurement.shaken.times(share))
+
+
+def _with_less_colour(
+    measurement: Measurement, whitening: FloatArray, residual: FloatArray
+) -> Measurement:
+    """Return a measurement whose residual has less of the driving force's noise, or none of it.
+
+    Whichever makes the residual likelier: the filter's first coefficient is one over the deviation
+    of the noise that each sample adds to those before.
+    """
+    white = measurement.with_noise_of(residual)
+    left = float(np.sqrt(np.mean(measurement.over_noise(residual)[measurement.used] ** 2)))
+    filters = whitening / left, np.array([1.0 / white.noise])
+    return replace(white, whitening=max(filters, key=lambda each: float(each[0])))
 
 
 def _surer(measurement: Measurement, before: Measurement) -> Measurement:

@@ -110,6 +110,29 @@ def felt(fit: Fit) -> list[Measurement]:
     ]
 
 
+def felt_anew(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
+    """Return the measurements of a fit with motions that the output shows by it; None if none move.
+
+    The motion was told by a model that lacks an effect: where that moved it away from its samples,
+    the output told nothing.
+    """
+    if all(each.motion is None for each in fit.measurements):
+        return None
+    seen = replace(fit, measurements=tuple(shaken(fit, instrument)))
+    told = felt(seen)
+    pairs = zip(told, fit.measurements, strict=True)
+    if not any(_moved(*pair) for pair in pairs):
+        return None
+    return shaken(replace(fit, measurements=tuple(told)), instrument)
+
+
+def _moved(new: Measurement, old: Measurement) -> bool:
+    if old.motion is None:
+        return False
+    moved = float(np.sqrt(np.mean((new.position - old.position) ** 2)))
+    return moved > FAINT * old.motion.noise
+
+
 def _felt(
     measurement: Measurement, known: Motion, noise: Shaken, residual: FloatArray
 ) -> Measurement:

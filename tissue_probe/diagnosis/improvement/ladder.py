@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.noise_anew import louder, quieter
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
+from tissue_probe.diagnosis.fitting.shaken import felt_anew
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
 from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued
@@ -40,7 +41,8 @@ MOST = 3
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 #: How often samples are weighed anew: without corners, without those that hang on the position's
-#: noise, without outliers, and with less noise or more: each once, and the noise again after them.
+#: noise, without outliers, with less noise or more, and with another motion in a noisy position:
+#: each once, and the noise again after them.
 ROUNDS = 6
 
 
@@ -147,6 +149,7 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measure
         return None
     # The noise first: by it outliers are told, and where there is more than was counted are none.
     told = quieter(fit, instrument) if is_quiet(fit) else louder(fit, instrument)
+    told = told or felt_anew(fit, instrument)
     return told or without_undecided(fit, instrument) or without_outliers(fit)
 
 
