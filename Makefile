@@ -21,7 +21,7 @@ PAGE := test/workbench/test_workbench_page.py
 SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
-# for processes for most of their time, so that there is work for a third.
+# for processes for most of their time, so that there is work for a third and a fourth.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect test test-slow test-page lint lint-page benchmark setup clean help
@@ -35,7 +35,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
-	$(BIN)/python -m pytest --numprocesses 3 --dist loadfile --reruns 2 --timeout-method thread test/nodes
+	$(BIN)/python -m pytest --numprocesses 4 --dist loadfile --reruns 2 --timeout-method thread test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
