@@ -116,6 +116,13 @@ def test_the_touch_is_found_before_cycles_that_stay_in_contact(seed):
     assert found.zero == pytest.approx(0.05, abs=1e-3)
 
 
+def test_the_touch_is_found_in_a_simulation_without_noise():
+    position, force = touching(noise=0.0)
+    found = first_touch(position, force, 0.0)
+    assert found.position == pytest.approx(1.8e-3, abs=1e-4)
+    assert found.zero == 0.0
+
+
 def test_the_air_tells_the_zero_and_so_the_place_of_the_touch():
     position, force = touching(exponent=1.0, stiffness=400.0)
     (clean,), _ = cleaned([Measurement(position, force + 0.05, 2e-3)], "rigid_probe")

@@ -1,8 +1,7 @@
 """Whether measurements look like those of another rig than the one that is asked about.
 
 What belongs here: trying the other rigs where no effect explains, and what the channels' noise
-tells. What does not: what a rig is
-(``physics.rigs``), what is missing (``diagnosis``).
+tells. What does not: what a rig is (``physics.rigs``), what is missing (``diagnosis``).
 """
 
 from __future__ import annotations

@@ -86,7 +86,8 @@ def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) 
     time = np.arange(until) / changed
     course = Polynomial.fit(time[:changed], force[:changed], DRIFT)
     left = np.abs(force[:until] - course(time))
-    usual = max(noise, float(np.sqrt(np.mean(left[:changed] ** 2))))
+    least = np.finfo(float).tiny  # of a simulation that has no noise
+    usual = max(noise, float(np.sqrt(np.mean(left[:changed] ** 2))), least)
     rows = np.convolve(left > FELT * usual, np.ones(IN_A_ROW), mode="valid") == IN_A_ROW
     last = int(np.argmax(rows)) - 1 if rows.any() else -1
     way = position[last] - position[0] if last > 0 else 0.0
@@ -100,7 +101,7 @@ def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) 
     rises = float(force[after - FEWEST : after].mean() - course(time[last]))
     if not (abs(slope) + 2.0 * doubt) * way < FLAT * rises:
         return None
-    return Touch(last, float(position[last]), _zero(force[: last + 1], noise))
+    return Touch(last, float(position[last]), _zero(force[: last + 1], usual))
 
 
 def _zero(force: FloatArray, noise: float) -> float:
