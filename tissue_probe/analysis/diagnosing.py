@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 #: in each.
 TOGETHER = Finding(
     "together",
-    "The first recording is explained without what the other one needs, so all were fitted "
-    "together: none is left to try the result on, and it holds if specimen, site and contact are "
-    "the same in all.",
+    "The model that explains the first recording does not explain the others, so all were fitted "
+    "together: no recording is left to try the result on. The result holds if specimen, site and "
+    "contact are the same in all recordings.",
 )
 
 Found = Callable[[str, "Fit"], None]

@@ -1,7 +1,8 @@
 """Whether measurements look like those of another rig than the one that is asked about.
 
-What belongs here: trying the other rigs where no effect explains, and what the channels' noise
-tells. What does not: what a rig is (``physics.rigs``), what is missing (``diagnosis``).
+What belongs here: trying the other rigs where no effect explains a record, and telling a command
+by its lack of noise. What does not: the rigs (``physics.rigs``), the missing effect
+(``diagnosis``).
 """
 
 from __future__ import annotations

@@ -104,6 +104,14 @@ class Fit:
         return sum(int(np.sum(measurement.used)) for measurement in self.measurements)
 
     @cached_property
+    def left_at(self) -> tuple[float, ...]:
+        """Angular frequency at which each residual is largest, as near a resonance [rad/s]."""
+        return tuple(
+            _loudest(residual) / measurement.sample_period
+            for measurement, residual in zip(self.measurements, self.residuals, strict=True)
+        )
+
+    @cached_property
     def rmse(self) -> float:
         """Root mean square of the residual."""
         return self._rms(self.residuals)
@@ -225,3 +233,9 @@ class Fit:
             shifted = apart * abs(self.named().get("stiffness", 0.0))
             named["damping"] = float(np.hypot(named["damping"], shifted))
         return named
+
+
+def _loudest(residual: FloatArray) -> float:
+    """Return the angle between two samples at which a residual is largest."""
+    power = np.abs(np.fft.rfft(np.hanning(residual.size) * (residual - residual.mean()))) ** 2
+    return 2.0 * np.pi * int(np.argmax(power)) / residual.size

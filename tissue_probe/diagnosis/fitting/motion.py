@@ -177,8 +177,9 @@ def _strength(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the calmness, shape (n - 3,), and the motion that goes with it, shape (n,).
 
-    ``told`` is what all channels tell of the motion together, ``gains`` how much the other one
-    tells at ``ANGLES``, over what the samples tell, and ``more`` the same as diagonals of a band.
+    ``told`` is the right side of the normal equations of all channels. ``gains`` is the weight of
+    the other channel at each of ``ANGLES``, over the weight of the samples; ``more`` is that weight
+    as the diagonals of a band.
     """
     calmness, found, shares = np.ones(samples.size - 3), samples, _shares(gains)
     for _ in range(ROUNDS):

@@ -26,8 +26,8 @@ LONGEST, _SIDE = 8, 4
 _QUIET, _SHARE = 3.0, 0.15
 #: Both ends of a row are off by this share of it, to one side: at a bend less, at a step to both.
 _ABRUPT = 0.6
-#: A row is a bend if straight lines from both sides leave less than this share of it: of a row that
-#: was moved away from a curve they leave all of it.
+#: A row is a bend if straight lines from both sides leave less than this share of it. They leave
+#: nothing of a bend, and all of a row that was moved away from a curve: half is midway.
 _BENT = 0.5
 
 

@@ -15,19 +15,22 @@ from tissue_probe.signals import FloatArray
 
 #: A force is felt from so many standard deviations of its noise on, in so many samples in a row.
 FELT, IN_A_ROW = 4.0, 4
-#: In the air the force changes by this share at the most of what it rises in as long a way after
-#: it, doubt included: by the softest law of contact, a cone's square, it changes by a third.
+#: In the air the force changes by at most this share of its rise over as long a way after the
+#: touch, doubt included. By the softest law of contact, a cone's square, the share is a third.
 FLAT = 0.1
 #: Samples that tell a slope, and a mean.
 FEWEST = 16
 #: The way into the tissue ends where the tip goes back by such a share of its range: before cycles
 #: that are small beside the way there, or, where a hand shakes more than that, before wide ones.
 BACK = (0.05, 0.5)
-#: Share of the samples before a touch that are sure to be in the air.
+#: Share of the samples before a touch that count as air. The force of a soft tissue may still be
+#: below ``FELT`` standard deviations in the last tenth.
 SURE = 0.9
-#: Degree of the course of a zero that drifts or settles, in time.
+#: Degree of the zero's course in time: a cubic follows a zero that settles for two and a half time
+#: constants to a hundredth of its fall.
 DRIFT = 3
-#: Where it ends is sought in the means of so many spans, which tell it well enough to begin with.
+#: The end of that course is sought first in the means of so many spans, so to a thousandth of the
+#: way. The first sample that feels the tissue is then sought in all samples.
 BLOCKS = 1000
 
 
@@ -117,7 +120,7 @@ def _zero(force: FloatArray, noise: float) -> float:
     left = [
         np.sum((sure - each[: sure.size] @ fit) ** 2) for each, fit in zip(basis, fits, strict=True)
     ]
-    # Noise that is known sets how much is worth a further degree.
+    # The noise is known: a further degree must lower the sum of squares by more than it.
     degree = int(np.argmin(np.array(left) / noise**2 + np.arange(len(left)) * np.log(sure.size)))
     there, chosen = basis[degree][-1], basis[degree][: sure.size]
     zero = float(there @ fits[degree])

@@ -225,7 +225,8 @@ class Candidate:
     def fits_from(self, other: Fit, bar: Bar) -> Iterator[Fit]:
         """Search from where another form of the effect ended, or one that contains it.
 
-        Its strengths are those of the other; what that has not begins where one step promises most.
+        Strengths begin at those of the other form. Parameters that the other form has not begin
+        where one step promises most.
         """
         known = other.named()
         own, its = (each.parameters[: each.strengths] for each in (self.effect, added(other)))

@@ -112,8 +112,7 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     index = max(range(len(fit.measurements)), key=lambda i: fit.measurements[i].extent.duration)
     measurement = fit.measurements[index]
     duration = max(each.begins + each.extent.duration for each in fit.measurements)
-    left_at = _loudest(fit.residuals[index]) / measurement.sample_period
-    reach = replace(measurement.extent, duration=duration, left_at=left_at)
+    reach = replace(measurement.extent, duration=duration, left_at=fit.left_at[index])
     if not effect.changes_contact:
         return reach
     from scipy.interpolate import CubicSpline  # only for effects by which tissue lets go
@@ -123,13 +122,6 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
     tensions = np.sort(pull[peaks(pull, 0.0)])[::-1]
     return replace(reach, tensions=tuple(map(float, tensions)))
-
-
-def _loudest(residual: FloatArray) -> float:
-    """Return the angle between two samples at which a residual is largest, as a resonance's is."""
-    window = np.hanning(residual.size)
-    power = np.abs(np.fft.rfft(window * (residual - residual.mean()))) ** 2
-    return 2.0 * np.pi * int(np.argmax(power)) / residual.size
 
 
 def touches(problem: Problem, fit: Fit) -> list[Values]:
