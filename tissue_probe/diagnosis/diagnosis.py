@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
+from tissue_probe.diagnosis.fitting.accuracy import widened
 from tissue_probe.diagnosis.fitting.coloured import filtered, with_input_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -38,9 +39,11 @@ from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candid
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
+from tissue_probe.diagnosis.revisions.noise import quieter
 from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.response import Fineness
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -58,6 +61,16 @@ QUIET = Finding(
     "quiet",
     "The 1/f noise that is usual of the paper's load cell is not in this recording: none is "
     "counted as noise.",
+)
+#: Where the residual on a second recording is rougher than the noise of the first.
+NOISIER = (
+    "The noise of the second recording is {:.2g} times that of the first: the sensor, its wiring "
+    "or its range may be another."
+)
+#: Where a finer simulation would change the values, and no finer one is possible.
+COARSE = (
+    "The samples are too few to simulate the model as finely as its values are known: the "
+    "intervals are wider by the error that this may leave. Sample more often."
 )
 #: Models that are less probable than this are not tried on a second recording: its error would have
 #: to be smaller by what no noise hides.
@@ -227,8 +240,11 @@ def diagnose(
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
+    ladder, coarse = _as_sure(ladder, instrument)
+    findings += coarse
     # As the drive is between samples of the first recording, it is between those of the second.
-    validation = [replace(each, between=clean[0].between) for each in validation]
+    fineness = _finest(ladder.final.measurements)
+    validation = [replace(each, between=clean[0].between, fineness=fineness) for each in validation]
     if validation:
         progress("the models are tried on the second recording")
         validation = told_by(ladder.final, validation, instrument)
@@ -259,6 +275,7 @@ def diagnose(
     doubts = list(check_fit(ladder.base, ladder.final))
     findings += doubts if doubts or validation else check_held_out(ladder.final)
     findings += [CURTAILED] if ladder.curtailed else []
+    findings += _noisier(ladder.final, validation)
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     found = Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
@@ -389,20 +406,52 @@ def told_by(
     As those that are fitted: with the noise that errors of the input make, and without the samples
     that no model follows there. All models are tried on the same samples. Where the last model
     diverges, it shows nothing.
+
+    The instrument is the same: a driving force has the noise that it has in the first recordings,
+    and the output no more than there, unless the residual has.
     """
 
     def moved(samples: Sequence[Measurement]) -> Fit | None:
         return carried(fit.composition, fit.named(), samples, instrument)
 
-    found = moved(measurements)
+    of_force = max(each.input_noise for each in fit.measurements)
+    found = moved([replace(each, input_noise=of_force) for each in measurements])
     if found is None:
         return measurements
+    quiet = [
+        each.with_noise_of(residual) if each.noise > fit.noise else each
+        for each, residual in zip(found.measurements, found.residuals, strict=True)
+    ]
+    found = replace(found, measurements=tuple(quiet))
     found = moved(with_input_noise(found, instrument)) or found
     undecided = partial(without_undecided, instrument=instrument)
     for without in (without_corners, undecided, without_outliers):
         kept = without(found)
         found = (moved(kept) if kept else found) or found
     return found.measurements
+
+
+def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Finding]]:
+    """Widen the intervals of models that no simulation of these samples follows finely enough."""
+    findings = []
+    for fit in dict.fromkeys((ladder.base, ladder.final)):
+        wider = widened(fit, instrument)
+        if wider is not fit:
+            findings = [Finding("coarse", COARSE)]
+            ladder = ladder.exchanged(fit, wider)
+    return ladder, findings
+
+
+def _finest(measurements: Sequence[Measurement]) -> Fineness:
+    """Return what is as fine as each of them is simulated."""
+    every = [each.fineness for each in measurements]
+    return Fineness(max(each.degree for each in every), max(each.parts for each in every))
+
+
+def _noisier(final: Fit, validation: Sequence[Measurement]) -> list[Finding]:
+    """Tell where another recording has more noise of its own than those that were fitted."""
+    times = max((each.noise / final.noise for each in validation), default=0.0)
+    return [Finding("noisier", NOISIER.format(times))] if times > FAR else []
 
 
 def _uncertainty(fit: Fit, moved: Fit | None, instrument: Instrument) -> float:
@@ -492,6 +541,8 @@ def _coloured(
         return measurements
     if explained(base):
         return base.measurements
+    if is_quiet(base):
+        return quieter(base, instrument, least=True) or base.measurements
     ranking = ranked(base, fit_candidates(base, library.values(), instrument))
     right = bool(ranking) and significant(base, ranking[0], base)
     return filtered(ranking[0], instrument) if right else base.measurements

@@ -6,18 +6,25 @@ from tissue_probe.physics.pointers import OPTIONS
 
 
 @njit(**OPTIONS)
-def coil_course(pieces, changes, columns, r, count, q, sample, s, u, dU):
+def coil_course(pieces, changes, columns, r, order, count, q, sample, s, u, dU):
     """Fill u, u', u'' at ``s`` after the sample, and their derivatives by the values.
 
-    ``pieces``, ``changes`` and ``columns`` are those of a ``Course`` of ``count`` pieces and ``r``
-    columns; ``dU`` has three rows of ``q``.
+    ``pieces``, ``changes`` and ``columns`` are those of a ``Course`` of ``count`` pieces, each of
+    ``order`` coefficients, and ``r`` columns; ``dU`` has three rows of ``q``.
     """
     for row in range(-1, r):
-        c, at = (pieces if row < 0 else changes), max(row, 0) * 4 * count + sample
-        c3, c2, c1, c0 = c[at], c[at + count], c[at + 2 * count], c[at + 3 * count]
-        value = ((c3 * s + c2) * s + c1) * s + c0
-        rate = (3.0 * c3 * s + 2.0 * c2) * s + c1
-        curvature = 6.0 * c3 * s + 2.0 * c2
+        c, at = (pieces if row < 0 else changes), max(row, 0) * order * count + sample
+        if order == 4:  # the usual one, in half the time
+            c3, c2, c1, c0 = c[at], c[at + count], c[at + 2 * count], c[at + 3 * count]
+            value = ((c3 * s + c2) * s + c1) * s + c0
+            rate = (3.0 * c3 * s + 2.0 * c2) * s + c1
+            curvature = 6.0 * c3 * s + 2.0 * c2
+        else:
+            value, rate, curvature = 0.0, 0.0, 0.0
+            for k in range(order):
+                curvature = curvature * s + 2.0 * rate
+                rate = rate * s + value
+                value = value * s + c[at + k * count]
         if row < 0:
             u[0], u[1], u[2] = value, rate, curvature
         else:

@@ -31,6 +31,7 @@ from tissue_probe.physics.interpolation import (
 from tissue_probe.physics.machine_code import MachineCode, Text, Written
 from tissue_probe.physics.rounding import smoothed
 from tissue_probe.physics.scale import Scale
+from tissue_probe.physics.smooth_course import splines
 from tissue_probe.signals import IntArray
 
 FloatArray = NDArray[np.float64]
@@ -43,6 +44,8 @@ _BEGIN = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes
 _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
+#: Degree of the usual course.
+CUBIC = 3
 #: Bytes of a line of the processor's cache.
 LINE = 64
 
@@ -180,12 +183,33 @@ class Between(Enum):
 
 
 @dataclass(frozen=True)
-class Course:
-    """The input's course: cubic pieces between the samples, and how the values change it.
+class Fineness:
+    """How finely a response is computed.
 
-    ``pieces`` are coefficients, shape (4, n - 1), highest power first; ``changes`` those of the
-    derivatives, shape (r, 4, n - 1), by start or value number ``columns``, shape (r,). The first
-    sample is at the time ``begins`` [s].
+    Attributes
+    ----------
+    degree : int
+        Of the polynomials through the input's samples where these are smooth: 3, or more.
+    parts : int
+        How many times more parts a step is divided into than the model's fastest eigenvalue asks.
+    """
+
+    degree: int = CUBIC
+    parts: int = 1
+
+
+#: As coarse as ever.
+USUAL = Fineness()
+
+
+@dataclass(frozen=True)
+class Course:
+    """The input's course: pieces of polynomials between the samples, and how values change it.
+
+    ``pieces`` are coefficients, shape (m, n - 1), highest power first; ``changes`` those of the
+    derivatives, shape (r, m, n - 1), by start or value number ``columns``, shape (r,). The first
+    sample is at the time ``begins`` [s]. What answers is computed in so many times more ``parts``
+    (``Fineness``).
     """
 
     pieces: FloatArray
@@ -193,6 +217,7 @@ class Course:
     changes: FloatArray
     columns: NDArray[np.int64]
     begins: float = 0.0
+    parts: int = 1
 
 
 @dataclass(frozen=True)
@@ -214,6 +239,7 @@ def course(
     begins: float = 0.0,
     at_rest: bool = True,
     between: Between = Between.smooth,
+    fineness: Fineness = USUAL,
 ) -> Course:
     """Interpolate the true course of what drives through its measured samples.
 
@@ -233,6 +259,8 @@ def course(
         Whether what drives stood still before the first sample; else it went on as fast as there.
     between : Between
         How the input goes on from sample to sample.
+    fineness : Fineness
+        How finely the response is computed.
     """
     felt = not kernel.states  # at the samples only
     if kernel.turned is not None:
@@ -242,7 +270,7 @@ def course(
     true = np.array(measured, dtype=np.float64)
     rounded = kernel.rounded >= 0 and values[kernel.rounded] > 0
     if not (rounded or kernel.moves_position or len(kernel.course_columns)):
-        return _as_measured(true.tobytes(), period, begins, between, felt)
+        return _as_measured(true.tobytes(), period, begins, between, felt, fineness)
     if rounded:
         true = smoothed(true, values[kernel.rounded]).course.copy()
     changed = np.zeros((len(kernel.course_columns), measured.size))
@@ -252,13 +280,20 @@ def course(
         true, changed = _shifted(true, changed, period, kernel.late * values[kernel.delay], at_rest)
         changed[-1] *= kernel.late
     jumping = jumps(np.diff(true)) if between is Between.jumping else None
-    through = partial(_pieces, period=period, between=between, felt=felt, after=jumping)
-    changes = np.zeros((changed.shape[0], 4, measured.size - 1))
+    through = partial(
+        _pieces,
+        period=period,
+        between=between,
+        felt=felt,
+        degree=fineness.degree,
+        after=jumping,
+    )
+    pieces = through(true)
+    changes = np.zeros((changed.shape[0], *pieces.shape))
     for row, change in enumerate(changed):
         changes[row] = through(change)
     columns = np.array(kernel.course_columns, dtype=np.int64)
-    pieces = through(true)
-    return Course(pieces, period, changes, columns, begins)
+    return Course(pieces, period, changes, columns, begins, fineness.parts)
 
 
 def _shifted(
@@ -284,13 +319,18 @@ def _shifted(
 
 @lru_cache(maxsize=16)
 def _as_measured(
-    position: bytes, period: float, begins: float, between: Between, felt: bool
+    position: bytes,
+    period: float,
+    begins: float,
+    between: Between,
+    felt: bool,
+    fineness: Fineness,
 ) -> Course:
     """Return the course of samples that a model takes as they are: in a fit always the same."""
     values = np.frombuffer(position)
-    pieces = _pieces(values, period, between, felt)
+    pieces = _pieces(values, period, between, felt, fineness.degree)
     unchanged = np.zeros((0, *pieces.shape)), np.zeros(0, dtype=np.int64)
-    return Course(pieces, period, *unchanged, begins)
+    return Course(pieces, period, *unchanged, begins, fineness.parts)
 
 
 def _pieces(
@@ -298,6 +338,7 @@ def _pieces(
     period: float,
     between: Between,
     felt: bool,
+    degree: int = 3,
     after: IntArray | None = None,
 ) -> FloatArray:
     """Return the course through samples; a smooth one may be felt at the samples only.
@@ -310,6 +351,8 @@ def _pieces(
         return steps(values)
     if between is Between.straight:
         return lines(values, period)
+    if degree > CUBIC:
+        return splines(values, period, degree)
     pieces = cubics(values, period)
     return with_acceleration(pieces, period) if felt else pieces
 
@@ -352,12 +395,14 @@ def _response(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Cours
     p = np.concatenate([values, np.zeros(kernel.prepared)])
     switches, moved = len(kernel.first), coil.columns.size
     tip = kernel.spreads.index("speed") if "speed" in kernel.spreads else -1
-    sizes = np.array([n, columns, p.size, switches, moved, samples, tip, RANGES, *coil.columns])
+    order = len(coil.pieces)
+    counts = n, columns, p.size, switches, moved, samples
+    sizes = np.array([*counts, tip, RANGES, order, coil.parts, *coil.columns])
     arrays = [
         *(p, start.astype(np.float64), np.array(kernel.first, dtype=np.float64)),
         *map(np.ascontiguousarray, (coil.pieces, coil.changes)),
         np.zeros(3 + 3 * columns),
-        *(_exactly if kernel.linear else _in_steps)(n, columns, switches),
+        *(_exactly(n, columns, order) if kernel.linear else _in_steps(n, columns, switches)),
         *(answer, sensitivity),
     ]
     kernel.run(arrays, sizes, coil.sample_period, coil.begins)
@@ -397,9 +442,9 @@ def _aligned(count: int) -> FloatArray:
     return zeros[-zeros.ctypes.data % LINE // 8 :][:count]
 
 
-def _exactly(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
+def _exactly(n: int, columns: int, order: int) -> tuple[FloatArray, ...]:
     """Return what ``transition`` works in."""
-    size, values = n + 5, columns - n
+    size, values = n + order + 1, columns - n
     signals = np.zeros(n), np.zeros(2 * n * columns), np.zeros(size)
     rows = n * ((values + 3) // 4 * 4)  # a product of matrices takes four columns at once
     by_value = np.zeros((3, values, size, size)), _aligned(size * rows)

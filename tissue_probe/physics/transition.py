@@ -90,9 +90,9 @@ def _add_by_fours(n, stride, width, a, rows, into):
 
 
 @njit(**OPTIONS)
-def _coefficients(n, q, p, z, mode, u, dU, T, f, slope, M, D):
+def _coefficients(n, order, q, p, z, mode, u, dU, T, f, slope, M, D):
     """Fill M of (z, w)' = M (z, w) and its derivatives D by the values (see ``_transitions``)."""
-    size = n + 5
+    size = n + order + 1
     last = size - 1
     _fill(n * q, T, 0.0)
     for k in range(-1, n + 2):
@@ -114,23 +114,22 @@ def _coefficients(n, q, p, z, mode, u, dU, T, f, slope, M, D):
                 z[k] = 0.0
             else:
                 u[k - n] = 0.0
-    for k in range(3):
+    for k in range(order - 1):
         M[(n + k) * size + n + k + 1] = k + 1.0
 
 
 @njit(**OPTIONS)
-def _transitions(n, values, period, M, D, place, E, G, term, terms, new):
+def _transitions(size, n, values, period, M, D, place, E, G, term, terms, new):
     """Discretise a linear model: states and coil a sample later (E), and derivatives by values (G).
 
     Only by values that have a place; of others they are zero.
 
-    With w = (c0, c1, c2, c3, 1) of the cubic piece c0 + c1 s + c2 s^2 + c3 s^3, which moves on by
-    c0' = c1, c1' = 2 c2, c2' = 3 c3, the system z' = A z + B w is homogeneous, (z, w)' = M (z, w),
-    and so are its derivatives by a value, whose source is dM (z, w). Both are solved by their
-    Taylor series, over a part of the step and then doubled. The rates are affine in (z, u, u'), so
-    their coefficients are what they are at zero and at the unit vectors.
+    With w = (c0, c1, c2, c3, ..., 1) of the piece c0 + c1 s + c2 s^2 + c3 s^3 + ..., which moves on
+    by c0' = c1, c1' = 2 c2, c2' = 3 c3 and so on, the system z' = A z + B w is homogeneous,
+    (z, w)' = M (z, w), and so are its derivatives by a value, whose source is dM (z, w). Both are
+    solved by their Taylor series, over a part of the step and then doubled. The rates are affine in
+    (z, u, u'), so their coefficients are what they are at zero and at the unit vectors.
     """
-    size = n + 5
     whole = size * size
     square = 0.0
     for i in range(n):
@@ -183,9 +182,9 @@ def _by_start(n, q, p, z, mode, u, dU, T, first, row):
 
 
 @njit(**OPTIONS)
-def _places(n, values, D, columns, r, place):
+def _places(size, n, values, D, columns, r, place):
     """Give a place to each value that the motion depends on, -1 to others; return how many do."""
-    size, count = n + 5, 0
+    count = 0
     for j in range(values):
         moves = False
         for i in range(n * size):
@@ -205,7 +204,8 @@ def run(arrays, sizes, period, begins):
     sensitivity.
     """
     n, q, r, samples = sizes[0], sizes[1], sizes[4], sizes[5]
-    columns, count, size, values = further(sizes, 8), samples - 1, n + 5, q - n
+    order, columns, count = sizes[8], further(sizes, 10), samples - 1
+    size, values = n + order + 1, q - n
     whole = size * size
     p, z, mode, pieces, changes = arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]
     u, dU, f, w = arrays[5], further(arrays[5], 3), arrays[6], arrays[8]
@@ -218,10 +218,10 @@ def run(arrays, sizes, period, begins):
     place, answer, sensitivity = arrays[14], arrays[15], arrays[16]
     for i in range(n):
         w[i], z[i] = z[i], 0.0
-    _coefficients(n, q, p, z, mode, u, dU, T, f, slope, M, D)
-    m = (_places(n, values, D, columns, r, place) + 3) // 4 * 4
+    _coefficients(n, order, q, p, z, mode, u, dU, T, f, slope, M, D)
+    m = (_places(size, n, values, D, columns, r, place) + 3) // 4 * 4
     V, V1 = arrays[12], further(arrays[12], n * ((values + 3) // 4 * 4))
-    _transitions(n, values, period, M, D, place, E, G, term, terms, new)
+    _transitions(size, n, values, period, M, D, place, E, G, term, terms, new)
     for j in range(values):
         if place[j] >= 0:
             for i in range(n):
@@ -229,7 +229,7 @@ def run(arrays, sizes, period, begins):
                     by_driver[(k * n + i) * m + int(place[j])] = G[j * whole + i * size + k]
     for i in range(n):
         z[i] = w[i]
-    w[n + 4] = 1.0
+    w[n + order] = 1.0
     _by_start(n, q, p, z, mode, u, dU, T, sensitivity, row)
     for i in range(n):
         f[i] = row[i]  # what the output takes of a state, the same at all samples
@@ -237,7 +237,7 @@ def run(arrays, sizes, period, begins):
         last = sample == count
         piece = sample - 1 if last else sample
         since = period if last else 0.0
-        coil_course(pieces, changes, columns, r, count, q, piece, since, u, dU)
+        coil_course(pieces, changes, columns, r, order, count, q, piece, since, u, dU)
         filled = further(sensitivity, sample * q)
         answer[sample] = output(begins + sample * period, z, p, u, mode, T, dU, filled)
         for i in range(n):
@@ -246,8 +246,8 @@ def run(arrays, sizes, period, begins):
             break
         for i in range(n):
             w[i], new_row[i] = z[i], 0.0
-        for k in range(4):
-            w[n + k] = pieces[(3 - k) * count + sample]
+        for k in range(order):
+            w[n + k] = pieces[(order - 1 - k) * count + sample]
         _fill(n * m, V1, 0.0)
         _add_rows(size, n * m, w, by_driver, V1)
         _add_by_fours(n, size, m, E, V, V1)
@@ -259,9 +259,9 @@ def run(arrays, sizes, period, begins):
             for k in range(n):
                 new_row[k] += row[i] * E[i * size + k]
             for c in range(r):
-                for k in range(4):
+                for k in range(order):
                     V1[i * m + int(place[columns[c] - n])] += (
-                        E[i * size + n + k] * changes[(c * 4 + 3 - k) * count + sample]
+                        E[i * size + n + k] * changes[((c + 1) * order - 1 - k) * count + sample]
                     )
         for i in range(n):
             row[i] = 0.0 if abs(new_row[i]) < FORGOTTEN else new_row[i]

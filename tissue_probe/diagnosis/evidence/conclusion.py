@@ -56,6 +56,24 @@ class Ladder:
     asked: bool = False
     curtailed: bool = False
 
+    def exchanged(self, old: Fit, new: Fit) -> Ladder:
+        """Return the same, of a model of which more is known: wherever it stands, another."""
+
+        def now(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
+            return tuple(new if fit is old else fit for fit in fits)
+
+        told = replace(self.posterior, models=now(self.posterior.models))
+        if self.base is old:
+            told = replace(told, base=new)
+        return replace(
+            self,
+            base=new if self.base is old else self.base,
+            ranking=now(self.ranking),
+            steps=now(self.steps),
+            tried=now(self.tried),
+            posterior=told,
+        )
+
     @property
     def final(self) -> Fit:
         """The model of the last step."""

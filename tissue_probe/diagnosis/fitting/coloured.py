@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
 from tissue_probe.diagnosis.fitting.shaken import FAINT, felt, no_louder, shaken
-from tissue_probe.diagnosis.residuals.noise_floor import noise_beside_steps
+from tissue_probe.diagnosis.fitting.whitening import Whitening
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import FloatArray
 
@@ -85,15 +85,12 @@ def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
 
 
 def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
-    """Draw an error that the force's noise and the position's make, and whiten it.
-
-    A command has no noise: what its digits leave may add up, but is the same in every run.
-    """
+    """Draw an error that the force's noise and the position's make, and whiten it."""
     measurement = fit.measurements[index]
-    if measurement.is_commanded:
+    force, noise = measurement.force, measurement.force_noise
+    if not noise:
         return measurement
-    force = measurement.force
-    random, noise = np.random.default_rng(0), noise_beside_steps(force)
+    random = np.random.default_rng(0)
     right = problem.response(index, force, fit.values, fit.starts[index]).output
 
     def drawn() -> FloatArray:
@@ -105,16 +102,4 @@ def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
         return measurement
     errors += [drawn() for _ in range(LEARNT * ORDER // force.size)]
     own = [each + measurement.noise * random.standard_normal(force.size) for each in errors]
-    return replace(measurement, whitening=_autoregression(own))
-
-
-def _autoregression(errors: Sequence[FloatArray]) -> FloatArray:
-    """Coefficients a of sum a_k e[n - k], k = 0 ... ORDER, that is white and of variance 1.
-
-    By least squares (Ljung, System Identification, 2nd ed. (1999), section 10.1).
-    """
-    windows = [np.lib.stride_tricks.sliding_window_view(each, ORDER + 1) for each in errors]
-    lagged = np.concatenate(windows)[:, ::-1]
-    coefficients = np.linalg.lstsq(lagged[:, 1:], lagged[:, 0], rcond=None)[0]
-    filtered = np.concatenate([[1.0], -coefficients])
-    return filtered / np.std(lagged @ filtered)
+    return replace(measurement, whitening=Whitening.of(own, ORDER))

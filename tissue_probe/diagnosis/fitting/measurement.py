@@ -25,13 +25,15 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
 )
 from tissue_probe.physics.composition import CONSTANTS
 from tissue_probe.physics.extent import Extent
-from tissue_probe.physics.response import Between
+from tissue_probe.physics.response import USUAL as COARSE
+from tissue_probe.physics.response import Between, Fineness
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import BoolArray, FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.fitting.shaken import Shaken
+    from tissue_probe.diagnosis.fitting.whitening import Whitening
 
 #: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
 #: 20 %, the coil's position at first touch to 30 um.
@@ -134,14 +136,17 @@ class Measurement:
         Which samples a fit weighs; all by default.
     output : Quantity
         What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
-    whitening : array, optional
-        Filter that makes the output's noise white and of variance 1, where that is not white.
+    whitening : Whitening, optional
+        What makes the output's noise white and of variance 1, where that is not white.
     misread : array, shape (n,), optional
         Of a position that was smoothed: one of the errors that it may still have [m].
     motion : Motion, optional
         What is known of a position that drives and was noisy: ``position`` is its mean.
     shaken : Shaken, optional
         What errors of it leave in the output.
+    input_noise : float
+        Standard deviation of the white noise of a force that drives, as a model told it [N]; NaN
+        where none did: it is no more than the force is rough.
     coil_gain : float
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     notes : tuple of str
@@ -157,6 +162,8 @@ class Measurement:
         is that of the samples before.
     between : Between, optional
         How the input goes on from sample to sample. None where that is not known: smoothly then.
+    fineness : Fineness
+        How finely a response is computed for it.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale
@@ -170,10 +177,11 @@ class Measurement:
     noise: float = 0.0
     used: BoolArray | None = None
     output: Quantity = FORCE
-    whitening: FloatArray | None = None
+    whitening: Whitening | None = None
     misread: FloatArray | None = None
     motion: Motion | None = None
     shaken: Shaken | None = None
+    input_noise: float = np.nan
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
     source: str = ""
@@ -181,6 +189,7 @@ class Measurement:
     begins: float = 0.0
     resampled: FloatArray | None = None
     between: Between | None = None
+    fineness: Fineness = COARSE
     time_doubt: float = 0.0
     scale: Scale = USUAL
 
@@ -206,7 +215,9 @@ class Measurement:
 
     @property
     def noise_power(self) -> float:
-        """Square of all noise in the output: its own, and that by errors of the position."""
+        """Square of all noise in the output: its own, and that by errors of the input."""
+        if self.whitening is not None:
+            return self.whitening.deviation**2
         return self.noise**2 + (self.shaken.size**2 if self.shaken is not None else 0.0)
 
     @property
@@ -244,6 +255,17 @@ class Measurement:
             return False
         size = float(np.sqrt(np.mean(self.force**2)))
         return noise_beside_steps(self.force) <= DIGITS * size
+
+    @property
+    def force_noise(self) -> float:
+        """Standard deviation of the white noise of a force that drives, at the most [N].
+
+        A command has none: what its digits leave may add up, but is the same in every run.
+        """
+        if self.is_commanded:
+            return 0.0
+        rough = noise_beside_steps(self.force)
+        return rough if np.isnan(self.input_noise) else min(rough, self.input_noise)
 
     @property
     def _left(self) -> float:
@@ -285,12 +307,7 @@ class Measurement:
             return self.shaken.white(columns, *self._innovations).reshape(values.shape)
         if self.whitening is None or not values.size:
             return (values.T * (self.used / self.noise)).T
-        from scipy.signal import lfilter  # only where the noise is not white
-
-        filtered = lfilter(self.whitening, [1.0], (values.T * self.used).T, axis=0)
-        # The filter reaches back: what follows an unused sample is unused too.
-        lost = np.convolve(~self.used, np.ones(self.whitening.size))[: self.used.size] > 0.5
-        return (filtered.T * ~lost).T
+        return self.whitening.white(values, self.used)
 
     @cached_property
     def _innovations(self) -> tuple[FloatArray, FloatArray]:
@@ -323,6 +340,10 @@ class Measurement:
             at_rest=self.at_rest or rig == "rigid_probe",
             begins=self.begins + first * self.sample_period,
         )
+
+    def begun(self, count: int) -> Measurement:
+        """Return the first samples only."""
+        return replace(self._only(slice(count)), motion=None)
 
     def without(self, samples: BoolArray) -> Measurement:
         """Return the same, with some samples not used; its noise is estimated from the others."""

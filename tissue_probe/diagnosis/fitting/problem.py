@@ -97,7 +97,7 @@ class Problem:
         instrument: Instrument,
         held: Mapping[str, float] | None = None,
     ) -> None:
-        self.composition = composition
+        self.composition, self.instrument = composition, instrument
         self.measurements = tuple(measurements)
         _check_output(composition, self.measurements)
         self.kernel = composition.kernel
@@ -194,7 +194,10 @@ class Problem:
         measurement, own = self.measurements[index], self.runs.values_in(index, values)
         period, begins = measurement.sample_period, measurement.begins
         between = measurement.between or Between.smooth
-        coil = course(self.kernel, driven, period, own, begins, measurement.at_rest, between)
+        coil = course(
+            *(self.kernel, driven, period, own, begins),
+            *(measurement.at_rest, between, measurement.fineness),
+        )
         return respond(self.kernel, own, start, coil)
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:

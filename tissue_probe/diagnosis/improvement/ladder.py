@@ -17,7 +17,6 @@ from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.noise_anew import louder, quieter
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.shaken import felt_anew
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
@@ -26,6 +25,8 @@ from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
+from tissue_probe.diagnosis.revisions.fineness import finer
+from tissue_probe.diagnosis.revisions.noise import louder, quieter
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 
@@ -41,9 +42,9 @@ MOST = 3
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 #: How often samples are weighed anew: without corners, without those that hang on the position's
-#: noise, without outliers, with less noise or more, and with another motion in a noisy position:
-#: each once, and the noise again after them.
-ROUNDS = 6
+#: noise, without outliers, with less noise or more, with another motion in a noisy position, and
+#: simulated more finely: each once, and noise and fineness again after them.
+ROUNDS = 8
 
 
 def climb(
@@ -136,17 +137,22 @@ def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measu
     """
     if rounds == 0:
         return None
-    told = quieter(base, instrument) if is_quiet(base) and not explained(base) else None
-    return told or without_corners(base)
+    told = quieter(base, instrument, True) if is_quiet(base) and not explained(base) else None
+    return told or without_corners(base) or finer(base, instrument)
 
 
 def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
     """Return the measurements of the best model as it shows that they are to be weighed.
 
-    None where it leaves noise only, where it shows nothing, or after so many rounds.
+    None where it leaves noise only and is simulated finely enough, where it shows nothing, or after
+    so many rounds.
     """
-    if explained(fit) or rounds == 0:
+    if rounds == 0:
         return None
+    if explained(fit):
+        return finer(fit, instrument)
+    if told := finer(fit, instrument):
+        return told
     # The noise first: by it outliers are told, and where there is more than was counted are none.
     told = quieter(fit, instrument) if is_quiet(fit) else louder(fit, instrument)
     told = told or felt_anew(fit, instrument)

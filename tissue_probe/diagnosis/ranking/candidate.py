@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
+from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
@@ -211,7 +212,7 @@ class Candidate:
         for _, values, starts in begun.best if near else begun.best[:1]:
             if costs and begun.promise >= FAR * bar.cost:
                 break
-            fit = search(self.problem, values, starts, bar)
+            fit = started_anew(self.problem, search(self.problem, values, starts, bar), bar)
             if fit is None:
                 continue
             yield fit

@@ -20,6 +20,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import Bar, search
+from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
 from tissue_probe.diagnosis.ranking.candidate import (
     ASTRAY,
     BETTER,
@@ -86,7 +87,7 @@ def fit_base(
                 values[index] = guess[name]
         values = np.clip(values, problem.lower, problem.upper)
         starts = [begun.mean for begun in problem.begin(values)]
-        fits.append(search(problem, values, starts))
+        fits.append(started_anew(problem, search(problem, values, starts)))
     found = [fit for fit in fits if fit is not None]
     if not found:
         period = measurements[0].sample_period
@@ -138,7 +139,8 @@ def refit(
     values = start_values(problem, fit.named(), None, {})
     if measurements is None:
         return search(problem, values, begin_states(problem, fit, values))
-    return search(problem, values, [begun.mean for begun in problem.begin(values)])
+    starts = [begun.mean for begun in problem.begin(values)]
+    return started_anew(problem, search(problem, values, starts))
 
 
 def fit_candidates(

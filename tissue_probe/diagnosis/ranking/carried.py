@@ -15,6 +15,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise, search
+from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
     extent,
@@ -62,7 +63,8 @@ def carried(
     held = {name: named[name] for name in of_specimen(composition)}
     problem = Problem(composition, measurements, instrument, held)
     values = start_values(problem, named, None, {})
-    best = search(problem, values, [begun.mean for begun in problem.begin(values)])
+    starts = [begun.mean for begun in problem.begin(values)]
+    best = started_anew(problem, search(problem, values, starts))
     if best is not None:
         for number in range(problem.runs.count):
             for effect in composition.all_effects:
