@@ -25,7 +25,7 @@ def covariance(count):
 
 @pytest.fixture(scope="module")
 def whitening():
-    return Whitening.of([ringing(400_000, np.random.default_rng(0))], 4)
+    return Whitening.of([ringing(400_000, np.random.default_rng(0))], 4, force=1.0, own=0.0)
 
 
 def test_the_rows_are_those_of_the_covariance(whitening):
@@ -41,7 +41,7 @@ def test_its_deviations_are_those_of_the_noise_and_of_its_news(whitening):
 @given(seed=st.integers(0, 10_000), first=st.integers(0, 30), gap=st.integers(1, 9))
 def test_each_stretch_is_as_probable_as_by_its_own_covariance(seed, first, gap):
     random = np.random.default_rng(seed)
-    exact = Whitening(np.linalg.inv(cholesky(covariance(3), lower=True)))
+    exact = Whitening(covariance(3), force=1.0, own=0.0)
     values = ringing(60, random)
     used = np.ones(60, dtype=bool)
     used[first : first + gap] = False
@@ -68,3 +68,17 @@ def test_a_wrong_start_is_not_free_of_charge(whitening):
     decay = 50.0 * (POLE ** np.arange(300)).real
     white = whitening.white(decay, np.ones(300, dtype=bool))
     assert np.sum(white**2) > 0.5 * 50.0**2 / whitening.deviation**2
+
+
+@pytest.mark.parametrize(("force", "own"), [(0.3, 0.1), (0.05, 2.0), (0.4, 0.0), (0.0, 0.7)])
+def test_both_noises_are_told_from_a_residual(whitening, force, own):
+    random, count = np.random.default_rng(2), 20_000
+    residual = force * ringing(count, random) + own * random.standard_normal(count)
+    found = whitening.likeliest(residual, np.ones(count, dtype=bool))
+    assert found.force == pytest.approx(force, rel=0.2, abs=0.01)
+    assert found.own == pytest.approx(own, rel=0.2, abs=0.02)
+
+
+def test_noise_of_the_force_is_no_larger_than_it_may_be(whitening):
+    residual = 3.0 * ringing(5000, np.random.default_rng(3))
+    assert whitening.likeliest(residual, np.ones(5000, dtype=bool)).force <= whitening.force

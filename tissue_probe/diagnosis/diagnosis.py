@@ -419,7 +419,7 @@ def told_by(
     if found is None:
         return measurements
     quiet = [
-        each.with_noise_of(residual) if each.noise > fit.noise else each
+        _as_quiet(each, residual, fit)
         for each, residual in zip(found.measurements, found.residuals, strict=True)
     ]
     found = replace(found, measurements=tuple(quiet))
@@ -429,6 +429,18 @@ def told_by(
         kept = without(found)
         found = (moved(kept) if kept else found) or found
     return found.measurements
+
+
+def _as_quiet(measurement: Measurement, residual: FloatArray, fit: Fit) -> Measurement:
+    """Return another recording with no more noise than a fit leaves, unless its residual has more.
+
+    A residual under a force that is noisy is rough for that.
+    """
+    if measurement.noise <= fit.noise:
+        return measurement
+    if any(each.whitening is not None for each in fit.measurements):
+        return replace(measurement, noise=fit.noise)
+    return measurement.with_noise_of(residual)
 
 
 def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Finding]]:

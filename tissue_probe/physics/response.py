@@ -189,7 +189,8 @@ class Fineness:
     Attributes
     ----------
     degree : int
-        Of the polynomials through the input's samples where these are smooth: 3, or more.
+        Of the polynomials through the input's samples where these are smooth, and at least twice as
+        many: 3, or more.
     parts : int
         How many times more parts a step is divided into than the model's fastest eigenvalue asks.
     """
@@ -351,7 +352,7 @@ def _pieces(
         return steps(values)
     if between is Between.straight:
         return lines(values, period)
-    if degree > CUBIC:
+    if degree > CUBIC and values.size >= 2 * degree:
         return splines(values, period, degree)
     pieces = cubics(values, period)
     return with_acceleration(pieces, period) if felt else pieces

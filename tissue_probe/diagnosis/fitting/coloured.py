@@ -85,7 +85,7 @@ def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
 
 
 def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
-    """Draw an error that the force's noise and the position's make, and whiten it."""
+    """Draw errors that the force's noise makes."""
     measurement = fit.measurements[index]
     force, noise = measurement.force, measurement.force_noise
     if not noise:
@@ -101,5 +101,5 @@ def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
     if not np.sqrt(np.mean(errors[0] ** 2)) > FAINT * measurement.noise:
         return measurement
     errors += [drawn() for _ in range(LEARNT * ORDER // force.size)]
-    own = [each + measurement.noise * random.standard_normal(force.size) for each in errors]
-    return replace(measurement, whitening=Whitening.of(own, ORDER))
+    whitening = Whitening.of(errors, ORDER, noise, measurement.noise)
+    return replace(measurement, whitening=whitening)

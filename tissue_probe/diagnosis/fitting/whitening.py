@@ -1,55 +1,76 @@
-"""Coloured noise made white: exactly from the first sample of every stretch on.
+"""Noise of a driving force in the output, made white from the first sample of every stretch on.
 
-What belongs here: the rows that whiten, told from errors that were drawn, and their use on samples.
-What does not: which errors are drawn (``coloured``), noise that a chain describes (``shaken``).
+What belongs here: the covariance of such noise, the rows that whiten it, how large it is in a
+residual. What does not: how a model colours it (``coloured``), errors of a position (``shaken``).
 
 Let C be the covariance of n consecutive errors and L its Cholesky factor, C = L L^T. The rows of
 the inverse of L take from each sample the part that those before it tell, and divide the rest by
 its deviation: the result is white and of variance 1 (B. Anderson, J. Moore, Optimal Filtering
-(1979), section 5.3). The first row divides by the deviation of the whole noise; the last is a
-filter, which serves all later samples, too: that of an autoregression by least squares (L. Ljung,
-System Identification, 2nd ed. (1999), section 10.1). A filter alone, begun at zero, says nothing of
-the first samples. A wrong state at the start is then free of charge, since noise that a model
-colours has the model's free motion as its root.
+(1979), section 5.3). The last row is a filter, which serves all later samples, too: that of an
+autoregression (L. Ljung, System Identification, 2nd ed. (1999), section 10.1). A filter alone,
+begun at zero, says nothing of the first samples. A wrong state at the start is then free of charge,
+since noise that a model colours has the model's free motion as its root.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
+#: White noise of the output over that of the force in it, as ratios that are tried: of two next to
+#: each other the likelihood of a thousand samples differs by less than one.
+RATIOS = np.geomspace(1e-4, 10.0, 41)
+#: Share of the covariance's mean that rounding may be: so much is added to what is inverted.
+ROUNDING = 1e-13
+
 
 @dataclass(frozen=True)
 class Whitening:
-    """Rows that make noise white and of variance 1.
+    """Noise of the output: white, and what noise of the force that drives makes in it.
 
     Attributes
     ----------
-    rows : array, shape (p + 1, p + 1)
-        Lower triangular [1 / unit of the noise]. Row k serves the sample that follows k others of
-        its stretch; the last row serves all after p others.
+    driven : array, shape (p + 1, p + 1)
+        Covariance of consecutive samples of the output under white noise of the force of 1 N.
+    force : float
+        Standard deviation of the white noise of the force [N].
+    own : float
+        Standard deviation of the output's own white noise [its unit].
     """
 
-    rows: FloatArray
+    driven: FloatArray
+    force: float
+    own: float
 
     @classmethod
-    def of(cls, errors: Sequence[FloatArray], order: int) -> Whitening:
-        """Return what whitens noise of which some was drawn, each sample by ``order`` before it."""
+    def of(cls, errors: Sequence[FloatArray], order: int, force: float, own: float) -> Whitening:
+        """Return the noise of which some was drawn, each sample following ``order`` before it.
+
+        ``errors`` are changes of the output under noise ``force`` of the force.
+        """
         windows = [np.lib.stride_tricks.sliding_window_view(each, order + 1) for each in errors]
-        every = np.concatenate(windows)
-        # The covariance itself would have the square of the errors' condition.
-        upper = np.linalg.qr(every / np.sqrt(len(every)), mode="r")
-        lower = (upper * np.sign(np.diag(upper))[:, np.newaxis]).T
-        return cls(np.tril(np.linalg.inv(lower)))
+        every = np.concatenate(windows) / force
+        return cls(every.T @ every / len(every), force, own)
 
-    @classmethod
-    def of_white(cls, deviation: float) -> Whitening:
-        """Return the same for noise that is white already."""
-        return cls(np.array([[1.0 / deviation]]))
+    @property
+    def covariance(self) -> FloatArray:
+        """Of consecutive samples, shape (p + 1, p + 1)."""
+        whole = self.force**2 * self.driven
+        whole[np.diag_indices(len(whole))] += self.own**2 + ROUNDING * np.mean(np.diag(whole))
+        return whole
+
+    @cached_property
+    def rows(self) -> FloatArray:
+        """The rows that whiten, shape (p + 1, p + 1), lower triangular.
+
+        Row k serves the sample that follows k others of its stretch; the last all after p others.
+        """
+        return np.tril(np.linalg.inv(np.linalg.cholesky(self.covariance)))
 
     @property
     def deviation(self) -> float:
@@ -60,10 +81,6 @@ class Whitening:
     def news(self) -> float:
         """Standard deviation of the part of a sample that those before it do not tell."""
         return float(1.0 / self.rows[-1, -1])
-
-    def times(self, factor: float) -> Whitening:
-        """Return the same for noise that is so many times larger."""
-        return replace(self, rows=self.rows / factor)
 
     def white(self, values: FloatArray, used: BoolArray) -> FloatArray:
         """Return values, shape (n, ...), white in each stretch of samples that count; others 0."""
@@ -78,3 +95,26 @@ class Whitening:
                 few, *columns.shape[1:]
             )
         return (white.T * used).T
+
+    def likeliest(self, residual: FloatArray, used: BoolArray) -> Whitening:
+        """Return the noise, no larger than this in the force, that a residual is likeliest for.
+
+        Both deviations are told: their ratio is tried, and the size follows from the residual, as
+        the likelihood is the product of ``news`` over all samples then.
+
+        Parameters
+        ----------
+        residual : array, shape (n,)
+            Of a model.
+        used : array of bool, shape (n,)
+            Which samples count.
+        """
+        size = float(np.sqrt(np.mean(residual[used] ** 2)))
+        best, least = replace(self, force=0.0, own=size), size
+        coloured = float(np.sqrt(self.driven[0, 0]))
+        for ratio in RATIOS:
+            one = replace(self, force=1.0, own=ratio * coloured)
+            left = float(np.sqrt(np.mean(one.white(residual, used)[used] ** 2)))
+            if left <= self.force and left * one.news < least:
+                best, least = replace(self, force=left, own=left * one.own), left * one.news
+        return best

@@ -104,22 +104,12 @@ def _with_less_colour(
 ) -> Measurement:
     """Return a measurement whose residual has less of the driving force's noise, or none of it.
 
-    Whichever makes the residual likelier: noise is likelier the less each sample adds to those
-    before. Without the force's noise all of the residual is new in each sample.
+    Whichever makes the residual likelier.
     """
-    white = replace(measurement.with_noise_of(residual), whitening=None, input_noise=0.0)
-    left = float(np.sqrt(np.mean(measurement.over_noise(residual)[measurement.used] ** 2)))
-    size = float(np.sqrt(np.mean(residual[measurement.used] ** 2)))
-    if least or size <= left * whitening.news:
-        return white
-    share = min(left, 1.0)
-    less = whitening.times(share)
-    return replace(
-        measurement,
-        whitening=less,
-        noise=min(measurement.noise, less.news),  # a part of it is new in each sample
-        input_noise=share * measurement.force_noise,
-    )
+    found = whitening.likeliest(residual, measurement.used)
+    if least or not found.force:
+        return replace(measurement.with_noise_of(residual), whitening=None, input_noise=0.0)
+    return replace(measurement, whitening=found, noise=found.own, input_noise=found.force)
 
 
 def _surer(measurement: Measurement, before: Measurement) -> Measurement:
