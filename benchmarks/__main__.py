@@ -1,4 +1,8 @@
-"""``python -m benchmarks``: measure, print, and keep as JSON."""
+"""``python -m benchmarks``: measure, print, and keep as JSON.
+
+Before and after a change of the diagnosis: ``code`` counts lines, constants, the worst function and
+circles of imports.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +34,7 @@ from benchmarks import (
     start,
     workbench,
 )
+from benchmarks.code import measure as code
 from benchmarks.maps import explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -65,13 +70,14 @@ class Part(str, Enum):
     map = "map"
     explore = "explore"
     workbench = "workbench"
+    code = "code"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    Part.explore,
+    *(Part.explore, Part.code),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -145,7 +151,8 @@ def main(
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
     felupe); `map` how right the map of sites is, `explore` that of sites which are chosen one by
-    one; `workbench` how soon its page answers in a browser. `all` leaves these eleven out.
+    one; `workbench` how soon its page answers in a browser; `code` how large and tangled the
+    diagnosis' code is. `all` leaves these twelve out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -200,6 +207,10 @@ def main(
         if part == Part.workbench:
             results["workbench"] = workbench.measure()
             Console().print(workbench.table(results["workbench"]))
+        if part == Part.code:
+            sizes = code.measure()
+            results["code"] = {name: asdict(size) for name, size in sizes.items()}
+            Console(width=150).print(code.table(sizes))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
