@@ -1,4 +1,9 @@
-"""``python -m benchmarks``: measure, print, and keep as JSON."""
+"""``python -m benchmarks``: measure, print, and keep as JSON.
+
+Before and after a change of the diagnosis: ``golden`` says what is said of a fixed set of records,
+``golden --against FILE`` what the change changed; ``code`` counts lines, constants, the worst
+function and circles of imports.
+"""
 
 from __future__ import annotations
 
@@ -30,6 +35,9 @@ from benchmarks import (
     start,
     workbench,
 )
+from benchmarks.code import measure as code
+from benchmarks.golden import tables as golden_tables
+from benchmarks.golden import told as golden
 from benchmarks.maps import explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -65,13 +73,15 @@ class Part(str, Enum):
     map = "map"
     explore = "explore"
     workbench = "workbench"
+    golden = "golden"
+    code = "code"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    Part.explore,
+    *(Part.explore, Part.golden, Part.code),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -132,6 +142,10 @@ def main(
     before: Annotated[
         str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
     ] = "HEAD~1",
+    against: Annotated[
+        Path | None,
+        typer.Option(help="`golden`: an earlier result; what differs from it is printed."),
+    ] = None,
     hide: Annotated[
         list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
     ] = None,
@@ -145,12 +159,15 @@ def main(
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
     felupe); `map` how right the map of sites is, `explore` that of sites which are chosen one by
-    one; `workbench` how soon its page answers in a browser. `all` leaves these eleven out.
+    one; `workbench` how soon its page answers in a browser; `golden` what the diagnosis says of a
+    fixed set of records, beside an earlier result; `code` how large and tangled the diagnosis' code
+    is. `all` leaves these thirteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
     bag = RESULTS / "run.mcap"
     results: dict[str, object] = {"machine": machine.describe()}
+    earlier = golden_tables.read(against) if against else None
     batteries: dict[str, diagnosis.Battery] = {}
     try:
         if part == Part.daq:
@@ -200,6 +217,16 @@ def main(
         if part == Part.workbench:
             results["workbench"] = workbench.measure()
             Console().print(workbench.table(results["workbench"]))
+        if part == Part.golden:
+            found = golden.measure()
+            results[golden_tables.KEY] = golden_tables.kept(found)
+            Console(width=150).print(*golden_tables.tables(found))
+            if earlier is not None:
+                Console(width=150).print(*golden_tables.differences(earlier, found))
+        if part == Part.code:
+            sizes = code.measure()
+            results["code"] = {name: asdict(size) for name, size in sizes.items()}
+            Console(width=150).print(code.table(sizes))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -128,13 +128,13 @@ def challenges(
             if "none" in hidden:
                 yield rig, make_challenge(next(seeds), (), excitation, rig)
             if "two" in hidden:
-                yield rig, _two(random, seeds, excitation, rig)
+                yield rig, two_of(random, seeds, excitation, rig)
 
 
-def _two(
+def two_of(
     random: np.random.Generator, seeds: Iterator[int], excitation: simulator.Kind, rig: Rig
 ) -> Challenge:
-    """Hide two effects of which each would show alone."""
+    """Hide two effects of which each would show alone, drawn anew until they do."""
     while True:
         (effects,) = deal("two", 1, random)
         challenge = make_challenge(next(seeds), effects, excitation, rig)
@@ -169,7 +169,7 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
         moved = carried(final.composition, final.named(), [second], instrument)
         rmse, rounding = (moved.rmse, moved.rounding) if moved else (np.inf, 0.0)
         battery.heldout.append(rmse / np.linalg.norm([*noise, rounding]))
-    if not _right(battery.answers[name], battery.diagnoses[name]):
+    if not is_right(battery.answers[name], battery.diagnoses[name]):
         say(f"{_told(sealed)}: {_said(found)}")
 
 
@@ -193,7 +193,7 @@ def _diagnose(measured: Measurement, instrument: Instrument) -> diagnosis.Diagno
             return found
 
 
-def _right(sealed: Mapping[str, Any], said: Diagnosis) -> bool:
+def is_right(sealed: Mapping[str, Any], said: Diagnosis) -> bool:
     """Whether it counts as right for what was hidden, by the strictest mark."""
     marks = grade({"": sealed}, {"": said})
     if kind_of(sealed) == Kind.none:

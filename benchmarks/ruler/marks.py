@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import tissue_probe as tp
-from benchmarks.ruler.dealt import Dealt, Truth
+from benchmarks.ruler.dealt import Dealt, Record, Truth
 from benchmarks.ruler.probabilities import Stated, stated
 
 #: Half the width of a 95 % interval, in standard deviations.
@@ -85,11 +85,7 @@ def mark(dealt: Dealt) -> Outcome:
     asked = {"protocol": dealt.protocol, "seed": dealt.seed}
     asked |= {"hidden": truth.hidden, "ratio": truth.ratio}
     try:
-        first, second = (
-            tp.read(record.columns(), force_polarity="compression")
-            for record in (dealt.first, dealt.second)
-        )
-        found = tp.diagnose(first, validate=second, **dealt.arguments).to_dict()
+        found = answer(dealt.first, dealt.second, dealt.arguments)
     except Exception as error:
         # Whatever ends a diagnosis is a refusal, an untold exception of a library too.
         kind = "" if isinstance(error, tp.TissueProbeError) else f"{type(error).__name__}: "
@@ -102,7 +98,7 @@ def mark(dealt: Dealt) -> Outcome:
         verdict=found["verdict"],
         effects=tuple(found["effects"]),
         ranking=tuple(each["effect"] for each in ranking[:3]),
-        right=_right(found, truth.hidden, "family", truth.families),
+        right=is_right(found, truth),
         exact=_right(found, truth.hidden, "effect", truth.effects),
         error=None if error is None else error / dealt.second.noise,
         inside=0 if truth.hidden else inside,
@@ -111,6 +107,20 @@ def mark(dealt: Dealt) -> Outcome:
         seconds=time.perf_counter() - began,
         stated=_stated(found, truth),
     )
+
+
+def answer(first: Record, second: Record | None, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the answer for programs; the second record, if there is one, validates."""
+    read = [
+        record and tp.read(record.columns(), force_polarity="compression")
+        for record in (first, second)
+    ]
+    return tp.diagnose(read[0], validate=read[1], **arguments).to_dict()
+
+
+def is_right(found: Mapping[str, Any], truth: Truth) -> bool:
+    """Whether an answer is right: see ``Outcome``."""
+    return _right(found, truth.hidden, "family", truth.families)
 
 
 def _stated(found: Mapping[str, Any], truth: Truth) -> Stated:

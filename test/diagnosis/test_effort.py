@@ -50,6 +50,16 @@ def test_what_a_copy_of_the_process_does_is_counted_too(measured, responses):
     assert effort.done == sum(responses)
 
 
+def test_an_effort_counts_what_is_done_within_others_too(measured):
+    samples, whole, part = measured[0].force.size, Effort(measured), Effort(measured)
+    with whole.counted():
+        count([np.empty((samples, 2))])
+        with part.counted():
+            mapped(lambda each: count([np.empty((samples, each))]), (3, 4))
+        count([np.empty((samples, 1))])
+    assert (whole.done, part.done) == (10.0, 7.0)
+
+
 def test_effort_is_counted_from_nothing_and_only_where_that_is_asked_for(measured):
     effort, response = Effort(measured), np.empty((measured[0].force.size, 1))
     count([response])

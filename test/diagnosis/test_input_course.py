@@ -85,6 +85,7 @@ def test_half_a_sample_between_straight_lines_and_a_converter_is_no_delay():
     found = tp.diagnose(recording, rig="force_driven", starts="at-rest")
     assert found.effects == ("standard_linear_solid",)
     assert found.verdict == "missing"
+    assert found.found.revisions == ("course",)
     assert found.found.ladder.final.named()["relaxation_rate"] == pytest.approx(rate, rel=0.05)
 
 

@@ -169,6 +169,12 @@ class Answer(_Entry):
     findings: list[str] = Field(
         description="what was done to read the samples, and what is wrong with them, in sentences"
     )
+    revisions: list[str] = Field(
+        [],
+        description="names of the revisions of the samples and of their weights that models asked "
+        "for, in their order: quieter and louder (noise), motion, undecided, outliers, corners, "
+        "colour, course, flicker",
+    )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,
@@ -207,6 +213,7 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         suggested_excitation=_experiment(diagnosis),
         carries_over=diagnosis.carries_over if diagnosis.validated else None,
         findings=[finding.sentence for finding in diagnosis.findings],
+        revisions=list(diagnosis.revisions),
         seconds=diagnosis.seconds,
         compared=compared and step(compared, compared.heldout_rmse),
     )

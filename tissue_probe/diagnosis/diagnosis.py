@@ -115,6 +115,10 @@ class Diagnosis:
     uncertainty : float
         Error that the last model's values, known as roughly as they are, leave on the validating
         recordings; 0 without.
+    revisions : tuple of str
+        Names of all revisions of the samples and of their weights, in their order: "colour" of a
+        driving force's noise, "course" of the input between samples and "flicker" for 1/f noise
+        that is not there, beside those of each ladder.
     """
 
     verdict: Verdict
@@ -129,6 +133,7 @@ class Diagnosis:
     validation_noise: float = math.nan
     command: DriverCommand | None = None
     uncertainty: float = 0.0
+    revisions: tuple[str, ...] = ()
 
     @property
     def carries_over(self) -> bool:
@@ -224,16 +229,19 @@ def diagnose(
 
     taken = clean if wanted else _coloured(composition, clean, instrument, library, begin_at)
     ladder = climbed(taken, instrument)
+    revisions = (*(() if taken is clean else ("colour",)), *ladder.revisions)
     known = any(each.between is not None for each in measurements)
     if anew := [] if known else told_anew(ladder.final, instrument):
         course, taken = anew[0].between, anew
         findings = [each for each in findings if each.name != COURSE] + told(course)
         clean = [replace(each, between=course) for each in clean]
         ladder = climbed(taken, instrument)
+        revisions += ("course", *ladder.revisions)
     if instrument.flicker_noise and is_quiet(ladder.final) and not wanted:
         instrument = replace(instrument, flicker_noise=0.0)
         findings.append(QUIET)
         ladder = climbed(taken, instrument)
+        revisions += ("flicker", *ladder.revisions)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
         hidden = unseen(ladder.final, admitted, instrument, composition, ladder.ranking)
@@ -263,7 +271,7 @@ def diagnose(
     }
     if second and not wanted and ladder.harmonic is None:
         again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
-        ladder = replace(again, curtailed=ladder.curtailed)
+        ladder = replace(again, curtailed=ladder.curtailed, revisions=ladder.revisions)
     indistinguishable = ladder.tied if ladder.alternatives else ()
     if ladder.verdict in ("missing", "ambiguous"):
         hidden = unseen(ladder.final, admitted, instrument, composition)
@@ -282,6 +290,7 @@ def diagnose(
         validated, time.perf_counter() - begun, _noise(validation),
         _command(suggestion, clean),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
+        revisions,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
     fails = verdict in ("adequate", "missing") and not found.carries_over

@@ -43,6 +43,9 @@ class Ladder:
         Whether the effects were asked for, and no others tried.
     curtailed : bool
         Whether more is left than noise, and not all was tried that might explain it.
+    revisions : tuple of str
+        Names of the revisions of the samples and of their weights that a model asked for, in their
+        order; after each the search began anew.
     """
 
     base: Fit
@@ -55,6 +58,7 @@ class Ladder:
     harmonic: float | None = None
     asked: bool = False
     curtailed: bool = False
+    revisions: tuple[str, ...] = ()
 
     def exchanged(self, old: Fit, new: Fit) -> Ladder:
         """Return the same, of a model of which more is known: wherever it stands, another."""

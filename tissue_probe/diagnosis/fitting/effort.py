@@ -30,6 +30,7 @@ class Effort:
     def __init__(self, measurements: Sequence[Measurement]) -> None:
         self._samples = sum(measurement.force.size for measurement in measurements)
         self._counted = Numbers(0.0)
+        self._within: Effort | None = None
 
     @property
     def done(self) -> float:
@@ -38,16 +39,19 @@ class Effort:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Count what is done meanwhile, from nothing."""
+        """Count what is done meanwhile, from nothing; an effort that counts already counts on."""
         self._counted = Numbers(0.0)
+        self._within = _counting.get()
         token = _counting.set(self)
         try:
             yield
         finally:
             _counting.reset(token)
 
-    def _add(self, sensitivities: Iterable[FloatArray]) -> None:
-        self._counted.own += sum(sensitivity.size for sensitivity in sensitivities)
+    def _add(self, size: int) -> None:
+        self._counted.own += size
+        if self._within is not None:
+            self._within._add(size)
 
 
 _counting: ContextVar[Effort | None] = ContextVar("effort", default=None)
@@ -57,4 +61,4 @@ def count(sensitivities: Iterable[FloatArray]) -> None:
     """Count responses, each of shape (samples, values), where that is asked for."""
     effort = _counting.get()
     if effort is not None:
-        effort._add(sensitivities)
+        effort._add(sum(sensitivity.size for sensitivity in sensitivities))

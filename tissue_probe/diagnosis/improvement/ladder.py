@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str], None]
 """Told what is under way."""
+Revised = tuple[str, list[Measurement]]
+"""Name of a revision, and the measurements after it."""
 
 #: Effects in all.
 MOST = 3
@@ -80,16 +82,22 @@ def climb(
     tell : callable
         Told the model with each effect alone, as ``fit_candidates`` does.
     """
+
+    def anew(revision: str, kept: Sequence[Measurement]) -> Ladder:
+        left = rounds - 1
+        ladder = climb(composition, kept, instrument, library, begin_at, left, progress, tell)
+        return replace(ladder, revisions=(revision, *ladder.revisions))
+
     progress("the model that is asked about is fitted")
     base = fit_base(composition, measurements, instrument, begin_at)
     if kept := _first_weighed(base, instrument, rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
+        return anew(*kept)
     allowed = addable(composition, library)
     progress(f"each of {len(allowed)} effects is added to it")
     ranking = ranked(base, fit_candidates(base, allowed.values(), instrument, tell=tell))
     best = ranking[0] if ranking and significant(base, ranking[0], base) else base
     if kept := _weighed_anew(best, instrument, rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
+        return anew(*kept)
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     if best is base or is_enough(base):
         return concluded(base, ranking, [])
@@ -98,7 +106,7 @@ def climb(
     queue = queued(base, moves, ranking, Effort(measurements))
     steps = _steps(queue, best, leading, progress)
     if kept := _weighed_anew(steps[-1], instrument, rounds):
-        return climb(composition, kept, instrument, library, begin_at, rounds - 1, progress, tell)
+        return anew(*kept)
     ranking = ranked(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
     ladder = concluded(base, ranking, steps, list(queue.known.values()))
     if not explained(ladder.final):
@@ -129,7 +137,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     return steps
 
 
-def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
+def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> Revised | None:
     """Return the measurements as the model that is asked about shows that they are to be weighed.
 
     There is no more noise than it leaves, also where it lacks an effect; and corners of the motion
@@ -137,11 +145,12 @@ def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> list[Measu
     """
     if rounds == 0:
         return None
-    told = quieter(base, instrument, True) if is_quiet(base) and not explained(base) else None
-    return told or without_corners(base) or finer(base, instrument)
+    if is_quiet(base) and not explained(base) and (kept := quieter(base, instrument, True)):
+        return "quieter", kept
+    return _first_of(base, instrument, (("corners", _corners), ("fineness", finer)))
 
 
-def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measurement] | None:
+def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | None:
     """Return the measurements of the best model as it shows that they are to be weighed.
 
     None where it leaves noise only and is simulated finely enough, where it shows nothing, or after
@@ -149,14 +158,34 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> list[Measure
     """
     if rounds == 0:
         return None
-    if explained(fit):
-        return finer(fit, instrument)
-    if told := finer(fit, instrument):
-        return told
-    # The noise first: by it outliers are told, and where there is more than was counted are none.
-    told = quieter(fit, instrument) if is_quiet(fit) else louder(fit, instrument)
-    told = told or felt_anew(fit, instrument)
-    return told or without_undecided(fit, instrument) or without_outliers(fit)
+    revisions = [("fineness", finer)]
+    if not explained(fit):
+        # The noise first: by it outliers are told, and where more is counted there are none.
+        revisions += [
+            ("quieter", quieter) if is_quiet(fit) else ("louder", louder),
+            ("motion", felt_anew),
+            ("undecided", without_undecided),
+            ("outliers", _outliers),
+        ]
+    return _first_of(fit, instrument, revisions)
+
+
+Revise = Callable[[Fit, Instrument], list[Measurement] | None]
+
+
+def _first_of(
+    fit: Fit, instrument: Instrument, revisions: Sequence[tuple[str, Revise]]
+) -> Revised | None:
+    told = ((name, revise(fit, instrument)) for name, revise in revisions)
+    return next(((name, kept) for name, kept in told if kept), None)
+
+
+def _corners(fit: Fit, _: Instrument) -> list[Measurement] | None:
+    return without_corners(fit)
+
+
+def _outliers(fit: Fit, _: Instrument) -> list[Measurement] | None:
+    return without_outliers(fit)
 
 
 def climb_by(
@@ -184,7 +213,9 @@ def climb_by(
             )
         steps += found
     if kept := _weighed_anew([base, *steps][-1], instrument, rounds):
-        return climb_by(composition, kept, instrument, wanted, begin_at, rounds - 1)
+        revision, samples = kept
+        ladder = climb_by(composition, samples, instrument, wanted, begin_at, rounds - 1)
+        return replace(ladder, revisions=(revision, *ladder.revisions))
     verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
     if not explained(steps[-1]):
         verdict = "unexplained"
