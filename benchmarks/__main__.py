@@ -38,6 +38,11 @@ from benchmarks import (
 from benchmarks.code import measure as code
 from benchmarks.golden import tables as golden_tables
 from benchmarks.golden import told as golden
+from benchmarks.instrument import groups as instrument_groups
+from benchmarks.instrument import measure as instrument
+from benchmarks.instrument import speed as instrument_speed
+from benchmarks.instrument import tables as instrument_tables
+from benchmarks.instrument import written_cases
 from benchmarks.maps import explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
@@ -70,6 +75,7 @@ class Part(str, Enum):
     start = "start"
     protocols = "protocols"
     third_party = "third_party"
+    instrument = "instrument"
     map = "map"
     explore = "explore"
     workbench = "workbench"
@@ -81,7 +87,7 @@ class Part(str, Enum):
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    *(Part.explore, Part.golden, Part.code),
+    *(Part.explore, Part.golden, Part.code, Part.instrument),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -95,6 +101,7 @@ class Rig(str, Enum):
 
 Hidden = Enum("Hidden", {name: name for name in diagnosis.HIDDEN}, type=str)
 Excitation = Enum("Excitation", {name: name for name in DURATIONS}, type=str)
+Group = Enum("Group", {name: name for name in (*instrument_groups.GROUPS, "speed")}, type=str)
 Protocol = Enum("Protocol", {name: name for name in PROTOCOLS}, type=str)
 
 
@@ -119,13 +126,14 @@ def main(
             help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
             "third as many of each other kind. `protocols`: records of each protocol with "
             "something hidden, and as many without. `third_party`: records of each effect, and "
-            "twice as many without.",
+            "twice as many without. `instrument`: records of each group.",
         ),
     ] = diagnosis.COUNT,
     first_seed: Annotated[
         int,
         typer.Option(
-            min=diagnosis.FIRST_SEED, help="Of the challenges of `diagnosis`, and of `protocols`."
+            min=diagnosis.FIRST_SEED,
+            help="Of the challenges of `diagnosis`, of `protocols`, and of `instrument`.",
         ),
     ] = diagnosis.FIRST_SEED,
     rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
@@ -140,11 +148,27 @@ def main(
         typer.Option(min=3, help="`map`, `explore`: random phantoms (of each raster of sites)."),
     ] = 200,
     before: Annotated[
-        str, typer.Option(metavar="REVISION", help="`start`: beside which of git's revisions.")
-    ] = "HEAD~1",
+        str | None,
+        typer.Option(
+            metavar="REVISION",
+            help="Beside which of git's revisions: of `start` (by default HEAD~1), and of the "
+            "group `speed` of `instrument` (by default none).",
+        ),
+    ] = None,
     against: Annotated[
         Path | None,
         typer.Option(help="`golden`: an earlier result; what differs from it is printed."),
+    ] = None,
+    group: Annotated[
+        list[Group] | None, typer.Option(help="Of `instrument`; all by default.")
+    ] = None,
+    cases: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            file_okay=False,
+            help="`instrument`: mark the recordings of this folder by the command line, instead.",
+        ),
     ] = None,
     hide: Annotated[
         list[Hidden] | None, typer.Option(help="What `diagnosis` has to find; all by default.")
@@ -158,10 +182,11 @@ def main(
     any samples make a filter lose its numbers; `start` how long commands take to start, beside an
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
-    felupe); `map` how right the map of sites is, `explore` that of sites which are chosen one by
-    one; `workbench` how soon its page answers in a browser; `golden` what the diagnosis says of a
-    fixed set of records, beside an earlier result; `code` how large and tangled the diagnosis' code
-    is. `all` leaves these thirteen out.
+    felupe); `instrument` whether the instrument and the numerics are told as tissue; `map` how
+    right the map of sites is, `explore` that of sites which are chosen one by one; `workbench` how
+    soon its page answers in a browser; `golden` what the diagnosis says of a fixed set of records,
+    beside an earlier result; `code` how large and tangled the diagnosis' code is. `all` leaves
+    these fourteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -183,8 +208,9 @@ def main(
             ):
                 Console().print(table)
         if part == Part.start:
-            results["start"] = start.measure(before)
-            Console().print(start.table(results["start"], before))
+            revision = before or "HEAD~1"
+            results["start"] = start.measure(revision)
+            Console().print(start.table(results["start"], revision))
         if part == Part.soak:
             bag = RESULTS / "soak.mcap"
             results["soak"] = soak.measure(RESULTS, minutes)
@@ -206,6 +232,19 @@ def main(
             outcomes = marks.measure(dealt)
             results["third_party"] = [asdict(outcome) for outcome in outcomes]
             Console(width=150).print(*ruler_tables.tables("Simulators of others", outcomes))
+        if part == Part.instrument and cases is not None:
+            written = written_cases.measure(cases)
+            results["instrument_cases"] = [asdict(outcome) for outcome in written]
+            Console(width=150).print(written_cases.table(written))
+        elif part == Part.instrument:
+            asked = [each.value for each in group or Group]
+            drawn = [name for name in asked if name != "speed"]
+            marked = instrument.measure(drawn, count, first_seed)
+            results["instrument"] = [asdict(outcome) for outcome in marked]
+            Console(width=150).print(*instrument_tables.tables(marked))
+            if "speed" in asked:
+                results["instrument_speed"] = instrument_speed.measure(before)
+                Console().print(instrument_speed.table(results["instrument_speed"], before))
         if part == Part.map:
             found = maps.measure(RESULTS / "blocks", phantoms)
             results["map"] = maps.kept(found)

@@ -60,7 +60,7 @@ def measure(revision: str, say: Callable[[str], None] = print) -> dict[str, dict
     """
     with TemporaryDirectory() as name:
         folder = Path(name)
-        trees = {"before": _tree(revision, folder / "before"), "now": ROOT}
+        trees = {"before": tree_of(revision, folder / "before"), "now": ROOT}
         times: dict[str, dict[str, float]] = {}
         _processor_time(("-m", "tissue_probe", *MAKE, "made"), ROOT, folder)
         for title, command in COMMANDS.items():
@@ -91,7 +91,7 @@ def table(times: dict[str, dict[str, float]], revision: str) -> Table:
     return shown
 
 
-def _tree(revision: str, folder: Path) -> Path:
+def tree_of(revision: str, folder: Path) -> Path:
     """Leave the files of a revision in a folder."""
     command = ["git", "-C", str(ROOT), "archive", revision]
     packed = subprocess.run(command, capture_output=True)
