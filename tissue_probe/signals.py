@@ -292,13 +292,42 @@ class PalpationSite:
 
 
 @dataclass(frozen=True)
+class OwnTimes:
+    """Samples at the times at which they were taken, where these are not even.
+
+    Attributes
+    ----------
+    stamp : int
+        Of the times' zero [ns since the epoch].
+    time : array, shape (n,)
+        Ascending [s].
+    position, force : array, shape (n,)
+        [m], [N]; NaN where not known.
+    """
+
+    stamp: int
+    time: FloatArray
+    position: FloatArray
+    force: FloatArray
+
+    def between(self, first: int, last: int) -> OwnTimes:
+        """Return the samples that are known from one stamp on, and before another."""
+        begin, end = ((stamp - self.stamp) / NANOSECONDS for stamp in (first, last))
+        rounding = 1.0 / NANOSECONDS
+        inside = (self.time >= begin - rounding) & (self.time < end - rounding)
+        inside &= np.isfinite(self.position) & np.isfinite(self.force)
+        return OwnTimes(self.stamp, self.time[inside], self.position[inside], self.force[inside])
+
+
+@dataclass(frozen=True)
 class Recording:
     """Everything measured in one run.
 
     ``blocks`` in the order recorded, joined where they continue one another; ``sites`` as
     announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run);
     ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
-    ``noise`` is white noise of variance 1, resampled as the force was; None where that was not.
+    ``noise`` is white noise of variance 1, resampled as the force was; None where that was not;
+    ``own`` has the samples as they were before that.
     """
 
     blocks: tuple[SampleBlock, ...]
@@ -306,6 +335,7 @@ class Recording:
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     time_doubt: float = 0.0
     noise: FloatArray | None = None
+    own: OwnTimes | None = None
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.fitting.measurement import Measurement
-from tissue_probe.diagnosis.fitting.runs import Runs, name_in
+from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -65,7 +65,7 @@ def test_two_runs_have_each_its_own_phase_or_instant(name):
     final = diagnose(Composition(), both, EXACT, library(name, *OTHERS)).ladder.final
     assert final.composition.names == (name,)
     assert final.ratio < 1.03
-    own = {name_in(each, 1) for each in EFFECTS[name].of_run}
+    own = {f"{each} of run 2" for each in EFFECTS[name].of_run}
     assert set(final.names) - set(final.composition.kernel.values) == own
     # Each run's own values are those that it has alone, all else being held.
     for number, one in enumerate(both):

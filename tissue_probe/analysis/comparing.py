@@ -18,7 +18,7 @@ from tissue_probe.analysis.other_values import predicted
 from tissue_probe.analysis.question import Constants, Question, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import segments
-from tissue_probe.diagnosis.cleaning import cleaned, from_touch
+from tissue_probe.diagnosis.cleaning import cleaned, from_touch, with_any_touch
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.corners import without_corners
@@ -225,9 +225,10 @@ def compare(
     fitted = measurements_of(measured)
     found = segments(fitted, starts, site, lowpass, course)
     taken = [each.measurement(asked.composition.output) for each in found]
-    composition, of_size, instrument = sized(asked.composition, taken, asked.instrument)
+    composition, of_size, instrument = sized(asked.composition, taken, asked.instrument_for(fitted))
     clean, findings = cleaned(of_size, composition.rig)
     clean, instrument, touched = from_touch(clean, instrument)
+    instrument = with_any_touch(clean, instrument)
     clean, held_by = with_input(composition, clean, instrument, asked.model.values)
     touched += held_by + told_of_size(composition.scale)
     if model is not None:

@@ -261,7 +261,7 @@ def diagnose(
         diagnosis: Diagnosis = search(
             asked.composition,
             [each.measurement(output) for each in samples],
-            asked.instrument,
+            asked.instrument_for(fitted),
             asked.library,
             [each.measurement(output) for each in others],
             tuple(add),
@@ -290,7 +290,7 @@ def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
     """Diagnose the measurements of a comparison, with the model that was compared."""
     asked, fitted = compared.asked, compared.fitted
     found = search(
-        asked.composition, compared.taken, asked.instrument, asked.library, (), (),
+        asked.composition, compared.taken, asked.instrument_for(fitted), asked.library, (), (),
         asked.model.values,
     )  # fmt: skip
     return DiagnosisResult(found, fitted, Measurements(()), compared.sources, compared.notes, asked)

@@ -29,7 +29,7 @@ def predicted(
     See ``ComparisonResult.predict``.
     """
     problem = Problem(fit.composition, [fit.measurements[index]], instrument)
-    names = _names_in(fit, index)
+    names = _names_in(fit, instrument, index)
     whole = np.array([values.get(name, fit.named()[name]) for name in names])
     _check(fit, names, whole, values)
     found = np.array([fit.named()[name] for name in names])
@@ -40,10 +40,10 @@ def predicted(
         return problem.response(0, measured, whole, start).output
 
 
-def _names_in(fit: Fit, index: int) -> list[str]:
+def _names_in(fit: Fit, instrument: Instrument, index: int) -> list[str]:
     """Return the names of the values that a measurement's run has, in the kernel's order."""
-    runs = Runs(fit.composition, fit.measurements)
-    return [runs.names[place] for place in runs.places[runs.numbers[index]]]
+    runs = Runs(fit.composition, fit.measurements, instrument.of_run)
+    return [runs.names[place] for place in runs.places[index]]
 
 
 def _check(fit: Fit, names: list[str], whole: FloatArray, values: Mapping[str, float]) -> None:

@@ -114,7 +114,7 @@ def promises(
     base, ranking, findings = search(
         asked.composition,
         [each.measurement(output) for each in taken],
-        asked.instrument,
+        asked.instrument_for(fitted),
         asked.library,
         asked.model.values,
     )

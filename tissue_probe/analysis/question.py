@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import Measurements
     from tissue_probe.physics.effects import Effect
 
+#: The place of the first touch, by name.
+CONTACT = "contact_position"
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
 
@@ -65,6 +67,18 @@ class Question:
         """
         own = self.rig_given or all(part.is_own for part in measured.parts)
         return self.notes if own else (*self.notes, SUPPOSED)
+
+    def instrument_for(self, measured: Measurements) -> Instrument:
+        """Return what is known of the rig for these measurements.
+
+        A tip that follows the position exactly has no spring that tells the touch. Where nobody
+        says where it is, the zero of others' positions may be anywhere; this suite's is the touch.
+        """
+        supposed = CONTACT in self.instrument.supposed and not self.model.values
+        own = all(part.is_own for part in measured.parts)
+        exact = self.instrument.constants.get(CONTACT, (0.0, math.inf))[1] == 0.0
+        zeros = any(effect.zero for effect in self.composition.all_effects)
+        return replace(self.instrument, any_zero=supposed and exact and not (own or zeros))
 
     @cached_property
     def library(self) -> Mapping[str, Effect]:

@@ -9,18 +9,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.fitting.shaken import FAINT
 from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffness_deviation
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.response import Between
-from tissue_probe.quantities import Quantity
+from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.lowpass import lowpassed
 from tissue_probe.recording.stretches import Stretch, dwell_blocks, known_stretches, unknown_runs
-from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, SampleBlock
+from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, OwnTimes, SampleBlock
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Segment:
         By how much position and force may be apart in time [s].
     noise : array, shape (m,), optional
         White noise of variance 1, resampled as the force was; None where that was not.
+    own : OwnTimes, optional
+        The samples as they were before they were resampled.
     notes : tuple of str
         How it was read, in sentences; those on a file stand with its first segment.
     course : Course
@@ -66,11 +71,33 @@ class Segment:
     begins: float = 0.0
     time_doubt: float = 0.0
     noise: FloatArray | None = None
+    own: OwnTimes | None = None
     notes: tuple[str, ...] = ()
     course: Course = "auto"
 
     def measurement(self, output: Quantity) -> Measurement:
-        """Return it as models of this output are compared with it."""
+        """Return it as models of this output are compared with it.
+
+        Samples at uneven times keep these, but where the force feels noise of the position, which
+        drives, or a force drives: noise of what drives is counted at even times only.
+        """
+        even = self._even(output)
+        slope = np.ptp(self.force) / max(np.ptp(self.position), np.finfo(float).tiny)
+        felt = slope * even.position_noise > FAINT * even.noise
+        if self.own is None or output is not FORCE or felt:
+            return even
+        own = self.own
+        return replace(
+            even,
+            position=own.position,
+            force=own.force,
+            used=None,
+            noise=0.0,
+            resampled=None,
+            at=own.time - own.time[0],
+        )
+
+    def _even(self, output: Quantity) -> Measurement:
         return Measurement(
             self.position,
             self.force,
@@ -164,10 +191,17 @@ def _segments(
                 (stretch.stamp - chosen[0].stamp) / NANOSECONDS,
                 part.recording.time_doubt,
                 part.recording.noise if lowpass is None else None,
+                _own(part, piece) if lowpass is None else None,
                 tuple(told) if number == 0 else (),
             )
         )
     return found
+
+
+def _own(part: ReadRecording, piece: Stretch) -> OwnTimes | None:
+    """Return the samples of a piece at their own times; None where these are even."""
+    own = part.recording.own
+    return None if own is None else own.between(piece.stamp, piece.end)
 
 
 def check_enough(name: str, count: int) -> None:

@@ -14,6 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.adequacy import adequacy
 from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import added
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
@@ -124,6 +125,20 @@ class Model(_Entry):
     heldout_rmse: Number = Field(description="error on held-out data [output.unit]")
 
 
+class InstrumentValue(_Entry):
+    """A value that belongs to the instrument, not to the tissue."""
+
+    name: str = Field(description="contact_position, or by how much a part differs: zero_by_part")
+    unit: str
+    recording: str = Field(description="where it was measured; empty where that has no name")
+    part: int | None = Field(description="number of the part from 1; null: the whole recording")
+    value: Number
+    deviation: Number = Field(description="standard deviation of its error, same unit")
+    degenerate_with: list[str] = Field(
+        description="effects that would change the output in the same way"
+    )
+
+
 class Answer(_Entry):
     """What ``compare``, ``diagnose`` and ``improve`` say."""
 
@@ -175,6 +190,9 @@ class Answer(_Entry):
         "for, in their order: quieter and louder (noise), motion, undecided, outliers, corners, "
         "colour, course, flicker",
     )
+    instrument: list[InstrumentValue] = Field(
+        [], description="values of the last model that belong to the instrument"
+    )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,
@@ -214,8 +232,21 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         carries_over=diagnosis.carries_over if diagnosis.validated else None,
         findings=[finding.sentence for finding in diagnosis.findings],
         revisions=list(diagnosis.revisions),
+        instrument=[_of_instrument(value) for value in diagnosis.instrument],
         seconds=diagnosis.seconds,
         compared=compared and step(compared, compared.heldout_rmse),
+    )
+
+
+def _of_instrument(found: Found) -> InstrumentValue:
+    return InstrumentValue(
+        name=found.name,
+        unit=found.unit,
+        recording=found.recording,
+        part=found.part,
+        value=found.value,
+        deviation=found.deviation,
+        degenerate_with=list(found.degenerate_with),
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import motion
+from tissue_probe.diagnosis.inspection.contact import in_contact
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
@@ -91,6 +92,21 @@ def from_touch(
     return found, instrument, findings
 
 
+def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) -> Instrument:
+    """Return the instrument with the place of touch free where nothing tells it.
+
+    That is where nobody has said where the position's zero is, and the tip never leaves the tissue.
+    """
+    told = instrument.constants.get("contact_position", (0.0, 0.0))[1] > 0.0
+    if told or not instrument.any_zero:
+        return instrument
+    felt = all(
+        in_contact(each.position[each.used], each.force[each.used], each.noise)
+        for each in measurements
+    )
+    return replace(instrument, free_touch=felt)
+
+
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
     found = inspect(
         measurement.position,
@@ -149,7 +165,7 @@ def _finely_read(measurement: Measurement) -> Measurement:
     period, and smoothing would bend the beginning. A coarse step is for the effects to explain,
     and where a force drives, rounding is part of the noise.
     """
-    if measurement.input is FORCE:
+    if measurement.input is FORCE or measurement.at is not None:
         return measurement
     if noise := measurement.position_noise:
         told = motion(measurement.position, noise)

@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from tissue_probe.diagnosis import instrument_values
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
-from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
+from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch, with_any_touch
 from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
@@ -34,6 +35,7 @@ from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, c
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.input_course import COURSE, told, told_anew, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.instrument_values import InstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
@@ -119,6 +121,8 @@ class Diagnosis:
         Names of all revisions of the samples and of their weights, in their order: "colour" of a
         driving force's noise, "course" of the input between samples and "flicker" for 1/f noise
         that is not there, beside those of each ladder.
+    instrument : tuple of InstrumentValue
+        Values of the last model that belong to the instrument, not to the tissue.
     """
 
     verdict: Verdict
@@ -134,6 +138,7 @@ class Diagnosis:
     command: DriverCommand | None = None
     uncertainty: float = 0.0
     revisions: tuple[str, ...] = ()
+    instrument: tuple[InstrumentValue, ...] = ()
 
     @property
     def carries_over(self) -> bool:
@@ -211,9 +216,12 @@ def diagnose(
     begun = time.perf_counter()
     composition, measurements, instrument = sized(composition, measurements, instrument)
     library = library_of_size(library, composition.scale, wanted)
-    admitted = _admitted(composition, library)
+    asked_for = [library[name] for name in wanted]
+    if any(effect.zero for effect in asked_for):
+        instrument = replace(instrument, any_zero=False)
     clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
-    _refuse(composition.rig, [library[name] for name in wanted])
+    library = _admitted(composition, library, clean, instrument)
+    _refuse(composition.rig, asked_for)
     spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
     read = _as_read([*measurements, *validation])
     findings = [*read, *told_of_size(composition.scale), *findings]
@@ -224,7 +232,7 @@ def diagnose(
 
     def climbed(samples: Sequence[Measurement], rig: Instrument) -> Ladder:
         if wanted:
-            return climb_by(composition, samples, rig, [library[name] for name in wanted], begin_at)
+            return climb_by(composition, samples, rig, asked_for, begin_at)
         return climb(composition, samples, rig, library, begin_at, ROUNDS, progress, tell)
 
     taken = clean if wanted else _coloured(composition, clean, instrument, library, begin_at)
@@ -244,7 +252,7 @@ def diagnose(
         revisions += ("flicker", *ladder.revisions)
     hidden: tuple[str, ...] = ()
     if ladder.verdict == "adequate":
-        hidden = unseen(ladder.final, admitted, instrument, composition, ladder.ranking)
+        hidden = unseen(ladder.final, library, instrument, composition, ladder.ranking)
         # What may hide comes before what would have shown.
         order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
         ladder = replace(ladder, ranking=tuple(order))
@@ -274,23 +282,25 @@ def diagnose(
         ladder = replace(again, curtailed=ladder.curtailed, revisions=ladder.revisions)
     indistinguishable = ladder.tied if ladder.alternatives else ()
     if ladder.verdict in ("missing", "ambiguous"):
-        hidden = unseen(ladder.final, admitted, instrument, composition)
+        hidden = unseen(ladder.final, library, instrument, composition)
     progress("the next experiment is chosen")
     rivals = ladder.rivals if indistinguishable else [ladder.final]
     asked = hidden if ladder.verdict == "adequate" else ()
-    suggestion = suggest(rivals, instrument, admitted, asked)
+    suggestion = suggest(rivals, instrument, library, asked)
     findings += left_out(clean, ladder.final, instrument)
     doubts = list(check_fit(ladder.base, ladder.final))
     findings += doubts if doubts or validation else check_held_out(ladder.final)
     findings += [CURTAILED] if ladder.curtailed else []
     findings += _noisier(ladder.final, validation)
+    own = instrument_values.instrument_values(ladder.final, instrument)
+    findings += instrument_values.findings(own)
     verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
     found = Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         validated, time.perf_counter() - begun, _noise(validation),
         _command(suggestion, clean),
         _uncertainty(ladder.final, moved.get(ladder.final.composition.names), instrument),
-        revisions,
+        revisions, own,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
     fails = verdict in ("adequate", "missing") and not found.carries_over
@@ -314,6 +324,7 @@ def prepared(
     """
     clean, findings = cleaned(measurements, composition.rig)
     clean, instrument, touched = from_touch(clean, instrument)
+    instrument = with_any_touch(clean, instrument)
     clean, held = with_input(composition, clean, instrument, begin_at)
     return clean, instrument, [*findings, *touched, *held]
 
@@ -358,16 +369,34 @@ def promises(
     library = library_of_size(library, composition.scale)
     clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
     base = fit_base(composition, clean, instrument, begin_at)
-    allowed = addable(composition, _admitted(composition, library)).values()
+    admitted = _admitted(composition, library, clean, instrument)
+    allowed = addable(composition, admitted).values()
     (ranking,) = screened([(base, allowed)], composition, instrument)
     return base, ranking, [*_as_read(measurements), *told_of_size(composition.scale), *findings]
 
 
-def _admitted(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Return the effects that act on something that the rig has."""
+def _admitted(
+    composition: Composition,
+    library: Mapping[str, Effect],
+    measurements: Sequence[Measurement],
+    instrument: Instrument,
+) -> dict[str, Effect]:
+    """Return the effects that act on something that the rig has, and that can be told.
+
+    Parts of a run tell by how much they differ; a place of touch that is free is a constant of the
+    force as well.
+    """
     from tissue_probe.physics.rigs import admits
 
-    return {name: each for name, each in library.items() if admits(composition.rig, each)}
+    runs = [each.run for each in measurements if each.run]
+    parts = len(runs) > len(set(runs))
+    return {
+        name: each
+        for name, each in library.items()
+        if admits(composition.rig, each)
+        and (parts or not each.of_part)
+        and not (instrument.free_touch and [p.name for p in each.parameters] == [each.zero])
+    }
 
 
 def _possible(ladder: Ladder) -> list[Fit]:

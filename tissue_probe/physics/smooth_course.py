@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
+#: Degree of the splines by which a simulation is read off: it may have bends.
+CUBIC = 3
+
 
 class _Spline(NamedTuple):
     """What makes a spline's coefficients of samples, and its pieces of these.
@@ -70,6 +73,39 @@ def splines(values: FloatArray, period: float, degree: int) -> FloatArray:
     return (spline.pieces @ found).reshape(degree + 1, -1) / powers[:, np.newaxis]
 
 
+def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArray:
+    """Return columns at other times, by cubic splines through their samples.
+
+    Parameters
+    ----------
+    columns : array, shape (n,) or (n, m)
+        Samples a period apart, the first at time 0; n is 6 at least.
+    period : float
+        [s].
+    times : array, shape (k,)
+        Within the samples' [s].
+
+    Returns
+    -------
+    array, shape (k,) or (k, m)
+    """
+    from scipy.linalg.lapack import dgbtrs
+
+    spline = _spline(len(columns), CUBIC)
+    found, _ = dgbtrs(spline.factor, CUBIC, CUBIC, columns, spline.pivots)
+    read = _values(len(columns), (times / period).tobytes())
+    return (read @ found).reshape(len(times), *columns.shape[1:])
+
+
+@lru_cache(maxsize=16)
+def _values(count: int, places: bytes) -> csr_array:
+    """Return the matrix from a cubic spline's coefficients to its values at places."""
+    from scipy.interpolate import BSpline
+
+    at = np.minimum(np.frombuffer(places), count - 1.0)
+    return BSpline.design_matrix(at, _knots(count, CUBIC), CUBIC)
+
+
 @lru_cache(maxsize=16)
 def _spline(count: int, degree: int) -> _Spline:
     """Prepare the splines through so many samples, a time of 1 apart."""
@@ -77,9 +113,7 @@ def _spline(count: int, degree: int) -> _Spline:
     from scipy.linalg.lapack import dgbtrf
     from scipy.sparse import vstack
 
-    at, half = np.arange(count, dtype=np.float64), (degree + 1) // 2
-    inner = at[half:-half]
-    knots = np.concatenate([np.repeat(at[0], degree + 1), inner, np.repeat(at[-1], degree + 1)])
+    at, knots = np.arange(count, dtype=np.float64), _knots(count, degree)
     matrix = BSpline.design_matrix(at, knots, degree).tocoo()
     band = np.zeros((3 * degree + 1, count))
     band[2 * degree + matrix.row - matrix.col, matrix.col] = matrix.data
@@ -89,6 +123,13 @@ def _spline(count: int, degree: int) -> _Spline:
         for order in range(degree, -1, -1)
     ]
     return _Spline(degree, factor, pivots, vstack(rows).tocsr())
+
+
+def _knots(count: int, degree: int) -> FloatArray:
+    """Return the knots of a spline that is not a knot at the first and last few samples."""
+    at, half = np.arange(count, dtype=np.float64), (degree + 1) // 2
+    ends = np.repeat(at[0], degree + 1), np.repeat(at[-1], degree + 1)
+    return np.concatenate([ends[0], at[half:-half], ends[1]])
 
 
 def _derivative(at: FloatArray, knots: FloatArray, degree: int, order: int) -> csr_array:

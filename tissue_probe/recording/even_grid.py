@@ -40,6 +40,10 @@ WHOLE = 0.1
 ODD, FEW = 0.02, 0.01
 """Steps off by more than so many periods do not count in the period where they are so few."""
 
+LASTING = 15
+"""Steps of which more than half are alike where a recording goes on at another rate: a few missing
+samples are none."""
+
 NEGLIGIBLE = 1e-3
 """Jitter that is not worth resampling [periods]."""
 
@@ -148,9 +152,12 @@ def even_grid(
     _check(time, where, place)
     steps = np.diff(time)
     usual = np.quantile(steps, 0.5, method="lower")  # one of the steps, no mean of two
-    _refuse_irregular(steps, usual, where)
-    longest = longest_step(steps, usual)
-    inside = steps <= longest * usual
+    there = _usual_there(steps, usual)
+    _refuse_irregular(steps, there, where)
+    longest = longest_step(steps, there)
+    inside = steps <= longest * there
+    if isinstance(there, np.ndarray):
+        return _of_several_rates(time, steps, inside, there, where)
     rows = _parts(inside)
     odd = (np.abs(_ratio(steps, usual, 1.0)) > ODD)[inside]
     few = 0.0 < odd.mean() < FEW
@@ -160,8 +167,8 @@ def even_grid(
     notes = []
     if not even:
         notes.append(
-            f"{where}: times deviate by up to {1e3 * jitter:.3g} ms from even spacing; "
-            f"resampled by a cubic spline at {1.0 / period:.6g} Hz"
+            f"{where}: times deviate by up to {1e3 * jitter:.3g} ms from even spacing; where that "
+            f"is needed, resampled by a cubic spline at {1.0 / period:.6g} Hz"
         )
     # Two times are rounded; what is resampled keeps its times, in step or not.
     in_step = ~np.array(even) | (
@@ -177,6 +184,42 @@ def even_grid(
             f"{gaps.max():.4g} s; split into {gaps.size + 1} parts"
         )
     return EvenGrid(period, tuple(_spans(time, rows, period, even)), even, tuple(notes), longest)
+
+
+def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
+    """Return the usual step, or that about each of the steps where a recording has several rates.
+
+    A rate lasts for more than half of ``LASTING`` steps, which are even, and is no whole number of
+    periods of the others: there samples are missing.
+    """
+    if steps.size < LASTING:
+        return usual
+    from scipy.ndimage import median_filter  # with what else takes uneven times
+
+    there = median_filter(steps, LASTING, mode="nearest")
+    even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR
+    several = bool(np.any(_off(there, usual) > WHOLE * usual))
+    return there if several and even else usual
+
+
+def _of_several_rates(
+    time: FloatArray, steps: FloatArray, inside: np.ndarray, there: FloatArray, where: str
+) -> EvenGrid:
+    """Return the grid of the highest of several rates, on which the slower samples are resampled.
+
+    All samples keep their own times beside it.
+    """
+    period = float(np.median(steps[there < GAP * there.min()]))
+    rows = _parts(inside)
+    notes = [
+        f"{where}: sampled at rates from {1.0 / there.max():.4g} to {1.0 / there.min():.4g} Hz; "
+        "each sample keeps its time"
+    ]
+    if len(rows) > 1:
+        notes.append(f"{where}: split into {len(rows)} parts by gaps")
+    longest = float(steps[inside].max() / np.median(steps)) * (1.0 + NEGLIGIBLE)
+    spans = tuple(_spans(time, rows, period, even=False))
+    return EvenGrid(period, spans, even=False, notes=tuple(notes), longest=longest)
 
 
 def interpolate(
@@ -260,17 +303,17 @@ def sample_blocks(
         )
 
 
-def longest_step(steps: FloatArray, usual: float) -> float:
+def longest_step(steps: FloatArray, usual: float | FloatArray) -> float:
     """Return the longest step in time that may be jitter, and no gap [periods].
 
     Parameters
     ----------
     steps : array, shape (n,)
         Steps in time [s]; by how much they are off whole periods tells how much they jitter.
-    usual : float
-        The period [s].
+    usual : float, or array of shape (n,)
+        The period [s], or that about each step.
     """
-    jitter = NORMAL * float(np.median(_off(steps, usual))) / usual
+    jitter = NORMAL * float(np.median(_off(steps, usual) / usual))
     return max(GAP, 1.0 + RARE * jitter)
 
 
@@ -289,26 +332,26 @@ def _check(time: FloatArray, where: str, place: Callable[[int], str]) -> None:
             )
 
 
-def _refuse_irregular(steps: FloatArray, usual: float, where: str) -> None:
+def _refuse_irregular(steps: FloatArray, usual: float | FloatArray, where: str) -> None:
     """Refuse times that follow no rate; where samples are missing they still do."""
     in_step = (steps > GAP * usual) & (_off(steps, usual) < WHOLE * usual)
     off = np.mean((np.abs(_ratio(steps, usual, 1.0)) > 0.5) & ~in_step)
     if off > IRREGULAR:
         raise RecordingError(
             f"{where} is sampled irregularly: {100.0 * off:.0f} % of its steps in time are off by "
-            f"more than half of the usual {usual:g} s; record at an even rate, or give "
+            f"more than half of the usual {np.median(usual):g} s; record at an even rate, or give "
             "`sample_rate` if the samples were in fact taken evenly"
         )
 
 
-def _ratio(steps: FloatArray, period: float, less: float) -> FloatArray:
+def _ratio(steps: FloatArray, period: float | FloatArray, less: float) -> FloatArray:
     """Return steps in periods, less a number of these, in memory of their own size."""
     ratio = steps / period
     ratio -= less
     return ratio
 
 
-def _off(steps: FloatArray, period: float) -> FloatArray:
+def _off(steps: FloatArray, period: float | FloatArray) -> FloatArray:
     """Return by how much steps differ from whole periods [s]."""
     off = steps / period
     off -= np.rint(off)

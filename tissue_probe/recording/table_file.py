@@ -27,7 +27,14 @@ from tissue_probe.recording.fresh_values import REPEATED, drives, fresh_values
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.roles import Roles, roles
 from tissue_probe.recording.times import Times, times
-from tissue_probe.signals import NANOSECONDS, FloatArray, PalpationSite, Phase, Recording
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    OwnTimes,
+    PalpationSite,
+    Phase,
+    Recording,
+)
 
 EXPORTED = ("sequence", "site")
 """What ``tables.write_samples`` tells besides; there is no site where the probe dwells at none."""
@@ -113,13 +120,14 @@ def read_columns(
     else:
         grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
     notes += grid.notes
+    own = None if grid.even else OwnTimes(time.origin, time.seconds, position.copy(), force.copy())
     spans = [_values(grid, time.seconds, position)]
     del position, signals
     spans.append(_values(grid, time.seconds, force))
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
-    return Recording(blocks, sites, time_doubt=doubt, noise=noise), tuple(notes)
+    return Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own), tuple(notes)
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:

@@ -61,7 +61,10 @@ def corners_that_count(measurement: Measurement, rig: str) -> BoolArray:
     """
     if rig != AT_ONCE or measurement.output is not FORCE:
         return np.zeros(measurement.position.size, dtype=bool)
-    return corners(measurement.position)
+    found = corners(measurement.on_grid(measurement.position))
+    if measurement.at is None:
+        return found
+    return found[np.rint(measurement.at / measurement.sample_period).astype(np.int64)]
 
 
 def corners(position: FloatArray) -> BoolArray:
@@ -86,14 +89,12 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
     """
     from scipy.interpolate import CubicSpline  # long in coming, and seldom needed
 
-    position, period = measurement.position, measurement.sample_period
-    smooth = CubicSpline(period * np.arange(position.size), position)(
-        period * np.arange(position.size), 1
-    )
-    straight = np.diff(position) / period
+    position, times = measurement.position, measurement.times
+    smooth = CubicSpline(times, position)(times, 1)
+    straight = np.diff(position) / np.diff(times)
     before = np.concatenate([[0.0 if measurement.at_rest else straight[0]], straight])
     after = np.concatenate([straight, straight[-1:]])
     apart = np.maximum(np.abs(smooth - before), np.abs(smooth - after))
-    answer = values.get("damping", 0.0) + values.get("tip_mass", 0.0) / period
+    answer = values.get("damping", 0.0) + values.get("tip_mass", 0.0) / measurement.sample_period
     unknown = (apart > KNOWN * np.abs(smooth)) & (measurement.motion is None)
     return (answer * apart > np.sqrt(measurement.noise_power)) | unknown

@@ -6,6 +6,7 @@ What does not: reading files (``recording``), judging the samples (``inspection`
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -28,7 +29,9 @@ from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.response import USUAL as COARSE
 from tissue_probe.physics.response import Between, Fineness
 from tissue_probe.physics.scale import USUAL, Scale
+from tissue_probe.physics.smooth_course import at_times
 from tissue_probe.quantities import FORCE, Quantity, other
+from tissue_probe.recording.even_grid import interpolate
 from tissue_probe.signals import BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -81,19 +84,27 @@ class Instrument:
     A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
     ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]; where it is not
     given, that of the paper's on the paper's rig, and none on others. ``supposed`` names constants
-    that nobody gave.
+    that nobody gave. With ``any_zero`` the zero of the position may be anywhere; with
+    ``free_touch`` each run says where its tip touches.
     """
 
     rig: str = "compliant_probe"
     constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
     flicker_noise: float | None = None
     supposed: frozenset[str] = frozenset()
+    any_zero: bool = False
+    free_touch: bool = False
 
     def __post_init__(self) -> None:
         if self.flicker_noise is None:
             paper = self.rig == "compliant_probe"
             object.__setattr__(self, "flicker_noise", FLICKER_NOISE if paper else 0.0)
             object.__setattr__(self, "supposed", self.supposed | {FLICKER})
+
+    @property
+    def of_run(self) -> tuple[str, ...]:
+        """Constants that belong to a run."""
+        return ("contact_position",) if self.free_touch else ()
 
     def of_size(self, scale: Scale) -> Instrument:
         """Return the instrument of a record of a size: what nobody gave is as many times larger."""
@@ -114,7 +125,7 @@ class Instrument:
         Its noise is white.
         """
         held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
-        return Instrument(self.rig, held, flicker_noise=0.0, supposed=self.supposed)
+        return replace(self, constants=held, flicker_noise=0.0)
 
 
 @dataclass(frozen=True)
@@ -164,6 +175,9 @@ class Measurement:
         How the input goes on from sample to sample. None where that is not known: smoothly then.
     fineness : Fineness
         How finely a response is computed for it.
+    at : array, shape (n,), optional
+        Time of each sample after the first, where these are not even [s]; ``sample_period`` is that
+        of the even times at which a model is simulated then.
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale
@@ -190,6 +204,7 @@ class Measurement:
     resampled: FloatArray | None = None
     between: Between | None = None
     fineness: Fineness = COARSE
+    at: FloatArray | None = None
     time_doubt: float = 0.0
     scale: Scale = USUAL
 
@@ -316,7 +331,23 @@ class Measurement:
     @property
     def times(self) -> FloatArray:
         """Time of each sample after the first [s]."""
+        if self.at is not None:
+            return self.at
         return np.arange(self.position.size) * self.sample_period
+
+    def on_grid(self, values: FloatArray) -> FloatArray:
+        """Return values of the input at the even times at which a model is simulated."""
+        if self.at is None:
+            return values
+        count = math.ceil(self.at[-1] / self.sample_period - 1e-6) + 1
+        even = np.minimum(np.arange(count) * self.sample_period, self.at[-1])
+        return interpolate(self.at, values, even, reach=np.inf)
+
+    def read_off(self, columns: FloatArray) -> FloatArray:
+        """Return a simulation's columns, shape (m, ...), at the times of the samples, (n, ...)."""
+        if self.at is None:
+            return columns
+        return at_times(columns, self.sample_period, self.at)
 
     def thinned(self) -> Measurement:
         """Return the same in as few samples as tell which start of a search promises most.
@@ -324,7 +355,8 @@ class Measurement:
         What a filter makes white needs all samples.
         """
         times = int(OFTEN * self.scale.time / self.sample_period + 1e-6)
-        if times < 2 or self.whitening is not None or self.shaken is not None:
+        kept = self.whitening is not None or self.shaken is not None or self.at is not None
+        if times < 2 or kept:
             return self
         few = self._only(slice(None, None, times))
         return replace(few, sample_period=self.sample_period * times, resampled=None)
@@ -338,7 +370,7 @@ class Measurement:
             self._only(slice(first, None)),
             motion=None if self.motion is None else self.motion.since(first),
             at_rest=self.at_rest or rig == "rigid_probe",
-            begins=self.begins + first * self.sample_period,
+            begins=self.begins + float(self.times[first]),
         )
 
     def begun(self, count: int) -> Measurement:
@@ -363,6 +395,7 @@ class Measurement:
             force=self.force[kept],
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
+            at=None if self.at is None else self.at[kept] - self.at[kept][0],
             shaken=None,
         )
 
@@ -388,10 +421,10 @@ class Measurement:
     @cached_property
     def extent(self) -> Extent:
         """How far position, speed and force reach."""
-        rate = np.abs(np.diff(self.position)) / self.sample_period
+        rate = np.abs(np.diff(self.position) / np.diff(self.times))
         scale = self.scale
         return Extent(
-            duration=self.position.size * self.sample_period,
+            duration=float(self.times[-1]) + self.sample_period,
             indentation=float(np.ptp(self.position)) / 2 + SMALLEST * scale.length,
             depth=float(np.max(self.position)),
             speed=float(np.quantile(rate, 0.99)) + SMALLEST * scale.of("m/s"),

@@ -17,8 +17,9 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.kinds import RELAXATION
 from tissue_probe.physics.response import Between, Response, course, respond
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
 #: motion that goes on of its prior. Where the model lacks an effect, its residual would else
@@ -26,10 +27,17 @@ from tissue_probe.signals import FloatArray
 FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
+#: The place of the first touch, by name.
+CONTACT = "contact_position"
 #: How far a state may be off at the start at least [m]: at rest without load, or soon forgotten.
 SHORTEST = 1e-8
 #: How fast a probe at rest may be [m/s].
 RESTING = 1e-4
+
+
+#: The slowest rate at which a branch relaxes is this over the record's duration: a slower one gives
+#: way by less than a quarter, and is as good as a spring, or a zero of the force that moves.
+SLOWEST = 0.3
 
 
 class Begin(NamedTuple):
@@ -102,18 +110,25 @@ class Problem:
         _check_output(composition, self.measurements)
         self.kernel = composition.kernel
         self.held = dict(held or {})
-        self.runs = Runs(composition, self.measurements)
+        self.runs = Runs(composition, self.measurements, instrument.of_run)
         entries = self.runs.entries
         constants = instrument.constants
         self.nominal = np.array([constants.get(e.name, (e.default, 0.0))[0] for e in entries])
         deviation = [constants.get(e.name, (0.0, np.inf))[1] for e in entries]
         self.deviation = np.array(deviation)
+        for effect in composition.all_effects:
+            self._hold([composition.kernel.values.index(n) for n in effect.of_part], effect.neutral)
+        if instrument.free_touch:
+            self._free_touch()
         for index, entry in enumerate(entries):
             if entry.name in self.held:
                 self.nominal[index], self.deviation[index] = self.held[entry.name], 0.0
         own = np.isinf(self.deviation)
         self.lower = np.array([e.lower for e in entries])
         self.upper = np.array([e.upper for e in entries])
+        slowest = SLOWEST / max(m.begins + m.extent.duration for m in self.measurements)
+        forgetting = np.isin(self.runs.meanings, _relaxing(composition))
+        self.lower = np.where(forgetting, np.maximum(self.lower, slowest), self.lower)
         tolerated = ~own & (self.deviation > 0)
         reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
         self.lower = np.where(tolerated, np.maximum(self.lower, self.nominal - reach), self.lower)
@@ -138,6 +153,28 @@ class Problem:
             else None
             for m, colour in ((m, m.colour) for m in self.measurements)
         ]
+
+    def _hold(self, places: Sequence[int] | IntArray, value: float) -> None:
+        self.nominal[places], self.deviation[places] = value, 0.0
+
+    def _free_touch(self) -> None:
+        """Let each run touch anywhere about the lower end of its travel, as far as that is long.
+
+        A constant of the force would be the same to first order: there is none beside it.
+        """
+        zeros = {effect.zero for effect in self.composition.all_effects} - {""}
+        self._hold(np.flatnonzero(np.isin(self.runs.meanings, list(zeros))), 0.0)
+        contact = self.composition.kernel.values.index(CONTACT)
+        for index, places in enumerate(self.runs.places):
+            number = self.runs.numbers[index]
+            own = [
+                each.position
+                for each, run in zip(self.measurements, self.runs.numbers, strict=True)
+                if run == number
+            ]
+            lowest, highest = min(map(np.min, own)), max(map(np.max, own))
+            self.nominal[places[contact]] = lowest
+            self.deviation[places[contact]] = highest - lowest
 
     def begin(self, values: FloatArray) -> list[Begin]:
         """Return what is known beforehand of the states at the start of each measurement."""
@@ -174,7 +211,7 @@ class Problem:
         """Indentation at the start: a state where the load cell yields, else the coil's place."""
         if "free" in self.kernel.spreads:
             return float(z[self.kernel.spreads.index("free")])
-        return float(position - values[self.kernel.values.index("contact_position")])
+        return float(position - values[self.kernel.values.index(CONTACT)])
 
     def simulate(
         self, values: FloatArray, starts: Sequence[FloatArray]
@@ -195,15 +232,27 @@ class Problem:
         period, begins = measurement.sample_period, measurement.begins
         between = measurement.between or Between.smooth
         coil = course(
-            *(self.kernel, driven, period, own, begins),
+            *(self.kernel, measurement.on_grid(driven), period, own, begins),
             *(measurement.at_rest, between, measurement.fineness),
         )
-        return respond(self.kernel, own, start, coil)
+        found = respond(self.kernel, own, start, coil)
+        return Response(*map(measurement.read_off, (found.output, found.sensitivity)))
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""
         over_noise, weights = self.measurements[index].over_noise(columns), self.weights[index]
         return over_noise if weights is None else evened(over_noise, weights)
+
+
+def _relaxing(composition: Composition) -> list[str]:
+    """Name the values that are rates at which the tissue relaxes."""
+    return [
+        entry.name
+        for effect in composition.all_effects
+        if effect.family == RELAXATION
+        for entry in effect.parameters
+        if entry.unit == "1/s"
+    ]
 
 
 def _check_output(composition: Composition, measurements: Sequence[Measurement]) -> None:

@@ -1,4 +1,4 @@
-"""Several runs of one specimen: which values of a model belong to each, such as a phase.
+"""Several runs of one specimen, and their parts: which values of a model belong to each.
 
 What belongs here: values of all runs in one vector, and those of one measurement out of it.
 What does not: how they are found (``problem``, ``search``).
@@ -6,7 +6,7 @@ What does not: how they are found (``problem``, ``search``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,68 +14,87 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.entry import Entry
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 
 class Runs:
-    """Values of a model under measurements of one or more runs.
+    """Values of a model under measurements of one or more runs, each of one or more parts.
 
-    First come those of the first run, in the kernel's order; then of each further run what belongs
-    to it (``Effect.of_run``). All else is the same in every run.
+    First come those of the first measurement, in the kernel's order; then of each further run what
+    belongs to it (``Effect.of_run``), and of each further part of a run how it differs from the
+    first (``Effect.of_part``). All else is the same everywhere.
 
     Parameters
     ----------
     composition : Composition
         The model.
     measurements : sequence of Measurement
-        Of one run those that say so (``Measurement.run``).
+        Of one run those that say so (``Measurement.run``): its parts.
+    constants : collection of str
+        Constants of the instrument that belong to a run, too.
     """
 
-    def __init__(self, composition: Composition, measurements: Sequence[Measurement]) -> None:
+    def __init__(
+        self,
+        composition: Composition,
+        measurements: Sequence[Measurement],
+        constants: Collection[str] = (),
+    ) -> None:
         names = composition.kernel.values
-        meanings = list(names)
-        of_run = {name for effect in composition.all_effects for name in effect.of_run}
-        own = [place for place, name in enumerate(names) if name in of_run]
         numbers: dict[object, int] = {}
         #: The number of each measurement's run.
         self.numbers = [
             numbers.setdefault(m.run or index, len(numbers)) for index, m in enumerate(measurements)
         ]
-        entries = list(composition.values)
-        #: Of each run, the place of each of the kernel's values among all.
-        self.places = [np.arange(len(names))]
-        for number in range(1, len(numbers)):
-            place = self.places[0].copy()
+        by_run, by_part = (
+            [place for place, name in enumerate(names) if name in of]
+            for of in (of_run(composition).union(constants), of_part(composition))
+        )
+        entries, meanings = list(composition.values), list(names)
+        places: list[IntArray] = []
+
+        def add(own: Sequence[int], place: IntArray, called: str) -> None:
             place[own] = len(entries) + np.arange(len(own))
-            self.places.append(place)
-            entries += [_renamed(composition.values[each], number) for each in own]
-            meanings += [names[each] for each in own]
+            entries.extend(_renamed(composition.values[each], called) for each in own)
+            meanings.extend(names[each] for each in own)
+
+        for index, number in enumerate(self.numbers):
+            first = self.numbers.index(number)
+            place = np.arange(len(names)) if first == index else places[first].copy()
+            # Of the first part of every run the values that belong to a part are the same: none.
+            if first == index and number:
+                add(by_run, place, run_name(number))
+            if first < index:
+                add(by_part, place, f"part {index + 1}")
+            places.append(place)
+        #: Of each measurement, the place of each of the kernel's values among all.
+        self.places = places
         #: What is declared of each value.
         self.entries: tuple[Entry, ...] = tuple(entries)
         #: How many runs there are.
-        self.count = len(self.places)
-        #: Names of all values; of a further run see ``name_in``.
+        self.count = len(numbers)
+        #: Names of all values; of a further run or part see ``run_name``.
         self.names = tuple(entry.name for entry in entries)
-        #: Their names in the kernel, which are those of the first run.
+        #: Their names in the kernel, which are those of the first measurement.
         self.meanings = tuple(meanings)
 
     def values_in(self, index: int, values: FloatArray) -> FloatArray:
         """Return the kernel's values for a measurement, shape (q,), of all values."""
-        return values[self.places[self.numbers[index]]]
+        return values[self.places[index]]
 
     def named_in(self, number: int, named: Mapping[str, float]) -> dict[str, float]:
         """Return values by the kernel's names, for a run, of all values by their names."""
-        places = self.places[number]
+        places = self._of_run(number)
         return {self.meanings[place]: named[self.names[place]] for place in places}
 
     def told_in(self, number: int, values: Mapping[str, float]) -> dict[str, float]:
         """Return values by their names among all, of values for a run by the kernel's names."""
-        own = {self.meanings[place]: self.names[place] for place in self.places[number]}
+        own = {self.meanings[place]: self.names[place] for place in self._of_run(number)}
         return {own[name]: value for name, value in values.items()}
 
     def spread(self, index: int, sensitivity: FloatArray) -> FloatArray:
         """Return derivatives by start and all values, of those by start and the kernel's values."""
-        place = self.places[self.numbers[index]]
+        place = self.places[index]
         states = sensitivity.shape[1] - place.size
         if len(self.entries) == place.size:
             return sensitivity
@@ -84,11 +103,25 @@ class Runs:
         spread[:, states + place] = sensitivity[:, states:]
         return spread
 
+    def _of_run(self, number: int) -> IntArray:
+        """Return the places of the values of a run's first part."""
+        return self.places[self.numbers.index(number)]
 
-def name_in(name: str, number: int) -> str:
-    """Return the name of a value that belongs to a run, for that run; the first is number 0."""
-    return f"{name} of run {number + 1}" if number else name
+
+def of_run(composition: Composition) -> set[str]:
+    """Name the values of a model that belong to a run."""
+    return {name for effect in composition.all_effects for name in effect.of_run}
 
 
-def _renamed(entry: Entry, number: int) -> Entry:
-    return replace(entry, name=name_in(entry.name, number))
+def of_part(composition: Composition) -> set[str]:
+    """Name the values of a model that belong to a part of a run."""
+    return {name for effect in composition.all_effects for name in effect.of_part}
+
+
+def run_name(number: int) -> str:
+    """Return how a further run is called in the names of its values; the first is number 0."""
+    return f"run {number + 1}"
+
+
+def _renamed(entry: Entry, called: str) -> Entry:
+    return replace(entry, name=f"{entry.name} of {called}")

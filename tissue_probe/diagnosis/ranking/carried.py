@@ -14,6 +14,7 @@ import numpy as np
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.runs import of_part, of_run
 from tissue_probe.diagnosis.fitting.search import promise, search
 from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
 from tissue_probe.diagnosis.ranking.starts import (
@@ -33,9 +34,9 @@ FOLLOWED = 2
 
 
 def of_specimen(composition: Composition) -> list[str]:
-    """Name the values of a model that are the same in every run."""
-    of_run = {name for effect in composition.all_effects for name in effect.of_run}
-    return [name for name in composition.kernel.values if name not in of_run]
+    """Name the values of a model that are the same in every run and part."""
+    own = of_run(composition) | of_part(composition)
+    return [name for name in composition.kernel.values if name not in own]
 
 
 def carried(

@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument
-from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
 from tissue_probe.diagnosis.fitting.search import search
 from tissue_probe.diagnosis.transforms import peaks
 from tissue_probe.physics.extent import Extent
@@ -29,8 +29,6 @@ Values = Mapping[str, float]
 FINER = 4
 #: Share of the samples that must be in contact to tell the tissue there.
 LEAST_PRESSED = 0.05
-#: The place of the first touch, by name.
-CONTACT = "contact_position"
 #: How many samples about a touch tell how far apart they are; how many steps of the motion to
 #: either side others are tried; and at how many places at the most.
 ABOUT, SIDE, MOST = 9, 3.0, 24
@@ -117,7 +115,7 @@ def extent(fit: Fit, known: Values, effect: Effect) -> Extent:
         return reach
     from scipy.interpolate import CubicSpline  # only for effects by which tissue lets go
 
-    tip = CubicSpline(measurement.times, fit.tip[index] - known.get("contact_position", 0.0))
+    tip = CubicSpline(measurement.times, fit.tip[index] - known.get(CONTACT, 0.0))
     often = np.linspace(0.0, measurement.times[-1], FINER * measurement.times.size)
     pull = -known.get("stiffness", 0.0) * tip(often) - known.get("damping", 0.0) * tip(often, 1)
     tensions = np.sort(pull[peaks(pull, 0.0)])[::-1]

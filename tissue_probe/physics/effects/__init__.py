@@ -28,6 +28,7 @@ from tissue_probe.physics.effects.stiffness_step import STIFFNESS_STEP
 from tissue_probe.physics.effects.stribeck_friction import STRIBECK_FRICTION
 from tissue_probe.physics.effects.structural_mode import STRUCTURAL_MODE
 from tissue_probe.physics.effects.tissue_motion import TISSUE_MOTION
+from tissue_probe.physics.effects.zero_by_part import ZERO_BY_PART
 
 __all__ = ["EFFECTS", "Effect", "Extent", "Parameter", "State", "Switch"]
 
@@ -53,6 +54,7 @@ EFFECTS = {
         LOAD_CELL_STIFFNESS_ERROR,
         FORCE_BIAS,
         FORCE_DRIFT,
+        ZERO_BY_PART,
         TISSUE_MOTION,
         MAINS_HUM,
         FORCE_LAG,

@@ -163,6 +163,11 @@ class Effect:
         of which the second would only bend the first.
     of_run : tuple of str
         Parameters that belong to a run and not to specimen or instrument, such as a phase.
+    of_part : tuple of str
+        Parameters by which a part of a run, which a gap in its times ends, differs from the first:
+        they are ``neutral`` in that.
+    zero : str
+        The parameter that is added to the force, the same at all times; empty where none is.
     absolute : bool
         Whether it is of the world about, as the mains' frequency is: it is not sought in a record
         that is far slower or faster than usual, whose times are in other units.
@@ -205,6 +210,8 @@ class Effect:
     limit: str = ""
     excludes: tuple[str, ...] = ()
     of_run: tuple[str, ...] = ()
+    of_part: tuple[str, ...] = ()
+    zero: str = ""
     assumptions: str = ""
     reference: str = ""
     absolute: bool = field(default=False, repr=False)

@@ -12,6 +12,7 @@ FORCE_BIAS = Effect(
     physics="A constant is added to the force",
     parameters=(Parameter(BIAS, "N", default=0.02, lower=-1e3, upper=1e3),),
     output=FORCE + BIAS,
+    zero="force_bias",
     assumptions="Constant over the record",
     reference="Doebelin, Measurement Systems (2004), section 3.2, on zero errors",
 )

@@ -25,6 +25,7 @@ _SETTLES = Effect(
     output=FORCE + BIAS - DRIFT * SETTLING * (sp.exp(-TIME / SETTLING) - 1),
     strengths=2,
     of_run=("drift_start",),
+    zero="drift_start",
     starts=starts,
     simpler=("force_bias",),
 )
@@ -36,6 +37,7 @@ FORCE_DRIFT = Effect(
     output=FORCE + BIAS + DRIFT * TIME,
     strengths=2,
     of_run=("drift_start",),
+    zero="drift_start",
     forms=(_SETTLES,),
     simpler=("force_bias",),
     assumptions="Constant rate, or one time constant: a load cell's creep has several",
