@@ -33,6 +33,9 @@ class Law:
         which e' = x' - r e.
     deep : bool
         Whether it is a law of the depth of contact: the tip must not come to 0.
+    usual : bool
+        Whether the library's values refer to 1 mm, or are bounded in m/s: in a record of another
+        size these would be others.
     rate : str
         Name of r [1/s]; empty without a branch.
     """
@@ -42,6 +45,7 @@ class Law:
     names: tuple[str, ...]
     force: Callable[[Values, Array, Array, Array], Array]
     deep: bool = False
+    usual: bool = False
     rate: str = ""
 
 
@@ -80,14 +84,17 @@ LAWS = (
         "exponential_stiffening", "stiffening", ("exponential_force", "exponential_length"),
         _exponential,
     ),
-    Law("hertz_contact", "stiffening", ("contact_exponent",), _hertz, deep=True),
+    Law("hertz_contact", "stiffening", ("contact_exponent",), _hertz, deep=True, usual=True),
     Law(
         "hunt_crossley", "stiffening", ("depth_damping", "depth_damping_exponent"),
-        _hunt_crossley, deep=True,
+        _hunt_crossley, deep=True, usual=True,
     ),
     Law(
         "standard_linear_solid", "relaxation", ("relaxing_stiffness", "relaxation_rate"), _branch,
         rate="relaxation_rate",
     ),
-    Law("coulomb_friction", "friction", ("coulomb_force", "transition_velocity"), _friction),
+    Law(
+        "coulomb_friction", "friction", ("coulomb_force", "transition_velocity"), _friction,
+        usual=True,
+    ),
 )  # fmt: skip

@@ -35,9 +35,11 @@ ABOVE = 1.3
 SEEN = (20.0, 200.0)
 #: Least noise over the motion: better sensors of a vibrating tip are not sold.
 LEAST_NOISE = 3e-5
-#: Travel of the tip [m]; of laws that refer to a depth of 1 mm, such that they need not be told
-#: in another.
-TRAVEL, DEEP_TRAVEL = (1e-5, 2e-3), (1e-3, 3e-3)
+#: Travel of the tip [m]: any, and that of records of a usual size.
+TRAVEL, USUAL_TRAVEL = (1e-5, 2e-3), (1e-3, 3e-3)
+#: Bounds of the library [N/m], [1/s], [m/s] to the stiffness of a tissue, the rate of a branch, and
+#: the speed at which friction turns, which a record keeps well within.
+STIFFEST, FASTEST, BLUNTEST = 1e5, 1.5e3, 1e-2
 #: The depth never falls below this share of its mean where the law is one of contact.
 IN_CONTACT = 0.1
 #: How often a record is drawn anew whose law does not show, or which loses contact.
@@ -116,14 +118,14 @@ def _drawn(law: Law, random: Random, per_period: float) -> tuple[_Tip, list[Mult
     """Return a tip, and the forces of two recordings, which are at rest at their beginning."""
     rate = log_uniform(random, 300.0, 4000.0)
     resonance = 2.0 * np.pi * rate / per_period
-    mass = log_uniform(random, 0.003, 0.3)
+    mass = min(log_uniform(random, 0.003, 0.3), STIFFEST / resonance**2)
     stiffness, ratio = mass * resonance**2, log_uniform(random, *DAMPING_RATIO)
     plain = {
         "tip_mass": mass,
         "stiffness": stiffness,
         "damping": 2.0 * ratio * mass * resonance,
     }
-    travel = log_uniform(random, *(DEEP_TRAVEL if law.deep else TRAVEL))
+    travel = log_uniform(random, *(USUAL_TRAVEL if law.usual else TRAVEL))
     rest = travel if law.deep else 0.0
     end = max(rate * log_uniform(random, *CONTENT), ABOVE * rate / per_period)
     size = 0.25 * travel  # a peak is some four times it
@@ -165,10 +167,10 @@ def _strength(
         values["depth_damping_exponent"] = exponent
     elif law.effect == "standard_linear_solid":
         values["relaxing_stiffness"] = share * stiffness
-        values["relaxation_rate"] = speed * log_uniform(random, 0.03, 1.0)
+        values["relaxation_rate"] = min(speed * log_uniform(random, 0.03, 1.0), FASTEST)
     else:
         values["coulomb_force"] = 0.5 * share * force
-        values["transition_velocity"] = 0.02 * speed * travel
+        values["transition_velocity"] = min(0.02 * speed * travel, BLUNTEST)
     return values
 
 

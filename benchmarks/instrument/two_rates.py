@@ -18,6 +18,9 @@ KINDS = ("plain", "relaxation", "two relaxations")
 ON_RAMPS, ON_HOLDS = 2.4, 6.0
 #: Time of each ramp and hold [s]; there are two ramps to greater depths, one back.
 RAMP, HOLD = 120.0, 320.0
+#: Damping over stiffness [s]: without any a branch is the same as a force that lags, and no record
+#: could tell which.
+DAMPING = (2.0, 6.0)
 #: Position's and force's noise [m], [N]: of a testing machine with a small load cell.
 POSITION_NOISE, NOISE = 5e-9, 5e-3
 
@@ -36,7 +39,8 @@ def make(seed: int) -> Case:
         ]
     )
     stiffness = log_uniform(random, 400.0, 2000.0)
-    tissue = Tissue(stiffness, 0.0, _branches(kind, random, stiffness))
+    damping = stiffness * log_uniform(random, *DAMPING)
+    tissue = Tissue(stiffness, damping, _branches(kind, random, stiffness))
     position = np.interp(times, corners, depths)
     force = tissue.on_path(corners, depths, times)
     record = Record(
@@ -45,8 +49,7 @@ def make(seed: int) -> Case:
         force + NOISE * random.standard_normal(times.size),
         NOISE,
     )
-    values = {name: value for name, value in tissue.values().items() if value}
-    truth = Truth(tissue.effects(), values)
+    truth = Truth(tissue.effects(), tissue.values())
     arguments = {"rig": "rigid_probe", "starts": "at-rest", "constants": {"tip_mass": 0.0}}
     return Case("two_rates", kind, seed, truth, record, None, arguments)
 
@@ -54,6 +57,6 @@ def make(seed: int) -> Case:
 def _branches(
     kind: str, random: np.random.Generator, stiffness: float
 ) -> tuple[tuple[float, float], ...]:
-    slow = (stiffness * log_uniform(random, 1.0, 8.0), log_uniform(random, 0.003, 0.01))
-    fast = (stiffness * log_uniform(random, 1.0, 8.0), log_uniform(random, 0.05, 0.15))
+    slow = (stiffness * log_uniform(random, 1.0, 4.0), log_uniform(random, 0.003, 0.01))
+    fast = (stiffness * log_uniform(random, 3.0, 8.0), log_uniform(random, 0.05, 0.15))
     return {"plain": (), "relaxation": (slow,), "two relaxations": (slow, fast)}[kind]
