@@ -45,7 +45,7 @@ def test_jittering_times_are_resampled_and_it_is_said(jitter):
     assert grid.period == pytest.approx(period, rel=1e-5)
     assert_allclose(values, sine(at), atol=2e-6)
     (note,) = grid.notes
-    assert "resampled by a cubic spline at 2000" in note
+    assert "where that is needed, resampled by a cubic spline at 2000" in note
     assert "x.csv" in note
 
 

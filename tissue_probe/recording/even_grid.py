@@ -198,8 +198,8 @@ def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
 
     there = median_filter(steps, LASTING, mode="nearest")
     even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR
-    several = bool(np.any(_off(there, usual) > WHOLE * usual))
-    return there if several and even else usual
+    others = bool(np.any(_off(there, usual) > WHOLE * usual))
+    return there if others and even and there.max() > GAP * there.min() else usual
 
 
 def _of_several_rates(
