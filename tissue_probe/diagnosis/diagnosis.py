@@ -46,6 +46,7 @@ from tissue_probe.signals import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.rigs import Rig
 
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
@@ -339,9 +340,7 @@ def promises(
 
 def _admitted(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
     """Return the effects that act on something that the rig has."""
-    from tissue_probe.physics.rigs import admits
-
-    return {name: each for name, each in library.items() if admits(composition.rig, each)}
+    return {name: each for name, each in library.items() if composition.rig.admits(each)}
 
 
 def _possible(ladder: Ladder) -> list[Fit]:
@@ -459,11 +458,9 @@ def _coil_gain(measurements: Sequence[Measurement]) -> float:
     return next(filter(math.isfinite, gains), math.nan)
 
 
-def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
-    from tissue_probe.physics.rigs import obstacle
-
+def _refuse(rig: Rig, wanted: Sequence[Effect]) -> None:
     for effect in wanted:
-        told = [obstacle(rig, form) for form in effect.every_form]
+        told = [rig.obstacle(form) for form in effect.every_form]
         if all(told):
             raise MeasurementError(
                 f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
