@@ -180,10 +180,10 @@ def _begun(
 
 def _rig(given: RigChoice | None) -> Rig | None:
     """Return the rig that is asked about, by its name or as itself."""
-    if given is None or RIGS.get(str(given)) is given:
-        return given
+    if given is None:
+        return None
     if isinstance(given, Rig):
-        if given.name in RIGS:
+        if RIGS.get(given.name, given) is not given:
             raise ParameterError(f"`rig` has the name of another rig, {given}: choose another")
         return given
     if given not in RIGS:
