@@ -39,6 +39,14 @@ def test_the_package_alone_imports_nothing_but_of_the_standard_library(tmp_path)
     assert others == {"tissue_probe"}
 
 
+def test_what_is_known_of_rigs_and_tissues_takes_no_numbers_and_no_symbols(tmp_path):
+    code = (
+        "import sys; from tissue_probe.physics import kinds, rigs; print('MODULES', *sys.modules)"
+    )
+    found, _ = modules_of(code, tmp_path)
+    assert not found & (HEAVY | {"numpy", "pydantic", "rich"})
+
+
 def test_help_imports_neither_numbers_nor_settings(tmp_path):
     found, _ = modules_of(RUN.format(arguments=["--help"]), tmp_path)
     assert not found & (HEAVY | {"numpy", "pydantic", "rich"})

@@ -2,14 +2,18 @@
 
 What belongs here: name, unit, and the units in which people read them.
 What does not: which of them drives and which answers (``physics.rigs``), samples (``signals``).
+
+It imports no NumPy: names are asked for before there are numbers.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,8 @@ class Quantity:
 
     def size(self, values: NDArray[np.float64]) -> float:
         """Return the rms of values [SI], about their mean where the zero means nothing."""
+        import numpy as np
+
         return float(np.sqrt(np.mean(values**2)) if self.zeroed else np.std(values))
 
     def tell(self, error: float, digits: int = 3) -> str:

@@ -9,19 +9,20 @@ from scipy.signal import lsim, lti
 
 from tissue_probe.diagnosis.diagnosis import diagnose, plainly
 from tissue_probe.diagnosis.fitting.accuracy import UNSEEN, doubt, widened
-from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.revisions.fineness import finer
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.response import Between, Fineness
+from tissue_probe.physics.rigs import FORCE_DRIVEN
 from tissue_probe.quantities import POSITION
 
 pytestmark = pytest.mark.timeout(900)
 
-RIG = Composition("force_driven")
-CUBIC = Composition("force_driven", effects=(EFFECTS["cubic_stiffening"],))
-FREE = Instrument("force_driven", FORCE_DRIVEN | {"contact_position": (0.0, 0.0)})
+RIG = Composition(FORCE_DRIVEN)
+
+FREE = Instrument(FORCE_DRIVEN, FORCE_DRIVEN.known | {"contact_position": (0.0, 0.0)})
 MASS, STIFFNESS, CUBE, NOISE = 0.05, 5e2, 2e8, 2e-7
 RESONANCE = np.sqrt(STIFFNESS / MASS)
 

@@ -24,10 +24,11 @@ from tissue_probe.diagnosis.evidence.adequacy import (
 )
 from tissue_probe.diagnosis.evidence.conclusion import concluded
 from tissue_probe.diagnosis.evidence.posterior import LIBRARY, SECOND, SURE, posterior
-from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import RIGID_PROBE
 
 
 @cache
@@ -94,7 +95,7 @@ def test_a_colour_that_fine_steps_do_not_give_is_doubtful():
 @pytest.mark.parametrize(("samples", "seeds"), first_of([(100, 150), (400, 100), (2000, 40)], 1))
 def test_noise_alone_is_explained_however_few_samples_there_are(samples, seeds):
     """One record in a hundred may exceed a limit: of so many, more than four hardly ever do."""
-    known = Instrument("rigid_probe", RIGID | {"tip_mass": (0.0, 0.0)})
+    known = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"tip_mass": (0.0, 0.0)})
     time, wrong = np.arange(samples) * 0.01, 0
     for seed in range(seeds):
         random = np.random.default_rng([samples, seed])

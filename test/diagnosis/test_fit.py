@@ -13,13 +13,14 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 import tissue_probe as tp
-from tissue_probe.diagnosis.fitting.measurement import PAPER_RIG, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem, history
 from tissue_probe.diagnosis.fitting.search import Bar
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.starts import extent
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import OWN
 
 PERIOD = 5e-4
 
@@ -45,7 +46,7 @@ def within(fit, truth, deviations=3.0):
 
 def test_a_constant_that_ends_at_its_tolerances_limit_is_named():
     taken = [measurement(challenge(7, "cubic_stiffening", preload=2e-3).recording)]
-    constants = {**PAPER_RIG, "tip_mass": (0.06, 1e-4)}
+    constants = {**OWN.known, "tip_mass": (0.06, 1e-4)}
     off = fitted(taken, "cubic_stiffening", instrument=replace(TOLERANT, constants=constants))
     assert "tip_mass" in off.exhausted
     assert fitted(taken, "cubic_stiffening", instrument=TOLERANT).exhausted == ()
@@ -108,7 +109,7 @@ def test_tolerances_are_drawn_to_the_nominal_rig_and_hold_the_true_one():
     made = challenge(12, excitation="msine60", rig="tolerant", preload=2e-3)
     fit = fitted([measurement(made.recording)], instrument=TOLERANT)
     true = {**made.answer.rig, "contact_position": made.answer.rig["contact_zero"]}
-    for name, (nominal, tolerance) in PAPER_RIG.items():
+    for name, (nominal, tolerance) in OWN.known.items():
         assert abs(fit.named()[name] - nominal) < 3.5 * tolerance
         assert 0.0 < fit.deviations()[name] <= 1.05 * tolerance
         off = fit.named()[name] - true[name]
@@ -118,7 +119,7 @@ def test_tolerances_are_drawn_to_the_nominal_rig_and_hold_the_true_one():
 
 def test_a_rig_that_is_known_is_held():
     fit = fitted([measurement(challenge(7, preload=2e-3).recording)])
-    for name, (nominal, _) in PAPER_RIG.items():
+    for name, (nominal, _) in OWN.known.items():
         assert (fit.named()[name], fit.deviations()[name]) == (nominal, 0.0)
 
 

@@ -11,14 +11,15 @@ from shaken import Specimen as Shaken
 from specimen import Specimen, chirp, sine
 
 from tissue_probe.diagnosis.fit_checks import check_fit
-from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.rigs import FORCE_DRIVEN, RIGID_PROBE
 from tissue_probe.quantities import POSITION
 
 NOTHING = Specimen(stiffness=0.0, damping=0.0)
 SOFT = Specimen(stiffness=100.0, damping=1.0)
-RIGID_PROBE = Instrument("rigid_probe", RIGID)
+STIFF_CELL = Instrument(RIGID_PROBE)
 
 
 def fitted(specimen, motion=None, metre=1.0, newton=1.0, instrument=None):
@@ -49,7 +50,7 @@ def test_a_soft_tissue_is_touched(motion):
 
 @pytest.mark.parametrize("motion", [sine(), chirp(duration=2.0)], ids=["sine", "chirp"])
 def test_a_mass_that_is_not_known_does_not_hide_the_contact(motion):
-    assert names(fitted(Specimen(), motion, instrument=RIGID_PROBE)) == []
+    assert names(fitted(Specimen(), motion, instrument=STIFF_CELL)) == []
 
 
 def test_what_is_known_of_the_tissue_is_no_lack_of_contact():
@@ -94,7 +95,7 @@ def test_a_rigid_stop_under_the_probe_is_no_tissue(motion, instrument):
 
 
 def test_a_force_in_millinewtons_is_no_tissue_of_a_rigid_probe():
-    fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=RIGID_PROBE)
+    fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=STIFF_CELL)
     (finding,) = check_fit(fit, fit)
     assert finding.name == "no_tissue"
     for word in ("N/m is suspicious", "`force_unit`", "`force_polarity`", "rigid stop"):
@@ -106,7 +107,7 @@ def test_a_stiff_tissue_is_one():
 
 
 def test_a_stiffness_that_is_known_may_be_any():
-    known = Instrument("rigid_probe", RIGID | {"stiffness": (8e5, 0.0)})
+    known = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"stiffness": (8e5, 0.0)})
     fit = fitted(Specimen(), chirp(duration=2.0), newton=1e-3, instrument=known)
     assert "no_tissue" not in names(fit)
 
@@ -123,7 +124,7 @@ def test_what_an_effect_explains_is_no_wrong_unit():
 
 
 def test_a_position_that_a_force_drives_may_wander():
-    instrument = Instrument("force_driven", FORCE_DRIVEN)
+    instrument = Instrument(FORCE_DRIVEN)
     seen = Measurement(shaken(Shaken()), push(TIMES), PERIOD, at_rest=True, output=POSITION)
     fit = fit_base(Composition("force_driven"), [seen], instrument)
     assert names(fit) == []

@@ -9,18 +9,19 @@ from shaken import ENCODER, PERIOD, TIMES, Specimen, push, shaken
 
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import FORCE_DRIVEN
 from tissue_probe.quantities import POSITION
 
 #: The kernels of every effect are compiled where no earlier run has done so.
 pytestmark = pytest.mark.timeout(900)
 
 RIG = Composition("force_driven")
-FREE = Instrument("force_driven", FORCE_DRIVEN)
-WEIGHED = Instrument("force_driven", FORCE_DRIVEN | {"tip_mass": (0.08, 0.0008)})
+FREE = Instrument(FORCE_DRIVEN)
+WEIGHED = Instrument(FORCE_DRIVEN, FORCE_DRIVEN.known | {"tip_mass": (0.08, 0.0008)})
 SOFTER = {"preload": 0.6}
 
 

@@ -11,14 +11,15 @@ from scipy.stats import binomtest
 
 from tissue_probe.diagnosis.cleaning import cleaned
 from tissue_probe.diagnosis.evidence.adequacy import explained
-from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import Felt, motion
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.rigs import RIGID_PROBE
 
 RATE = 100.0
 TRUE = {"stiffness": 400.0, "damping": 5.0, "tip_mass": 0.1}
-FREE = Instrument("rigid_probe", RIGID)
+FREE = Instrument(RIGID_PROBE)
 
 
 def smooth_ramp(time, begins, lasts):

@@ -11,7 +11,7 @@ import tissue_probe as tp
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.evidence.adequacy import explained
-from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
@@ -22,8 +22,8 @@ from tissue_probe.physics.response import Between
 from tissue_probe.quantities import POSITION
 
 RIGID_PROBE, DRIVEN = Composition("rigid_probe"), Composition("force_driven")
-STILL = Instrument("rigid_probe", RIGID | {"tip_mass": (0.0, 0.0)})
-MOVED = Instrument("force_driven", FORCE_DRIVEN)
+STILL = Instrument(RIGID_PROBE.rig, RIGID_PROBE.rig.known | {"tip_mass": (0.0, 0.0)})
+MOVED = Instrument(DRIVEN.rig)
 
 
 def relaxation(seed=0, ramp=0.1, hold=20.0, rate=50.0, noise=3e-3):

@@ -10,19 +10,20 @@ import pytest
 
 from tissue_probe.diagnosis.cleaning import cleaned
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import RIGID, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import RIGID_PROBE
 from tissue_probe.recording.lowpass import lowpassed
 from tissue_probe.signals import SampleBlock
 
 RIG = Composition("rigid_probe")
-FREE = Instrument("rigid_probe", RIGID)
-STILL = Instrument("rigid_probe", RIGID | {"tip_mass": (0.0, 0.0)})
-NO_TISSUE = Instrument("rigid_probe", RIGID | {"stiffness": (0.0, 0.0)})
+FREE = Instrument(RIGID_PROBE)
+STILL = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"tip_mass": (0.0, 0.0)})
+NO_TISSUE = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"stiffness": (0.0, 0.0)})
 MASS, VISCOUS, COULOMB, BIAS = 95.0, 203.0, 20.4, -3.2
 
 

@@ -5,15 +5,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import FORCE_DRIVEN, Instrument, Measurement
+from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import FORCE_DRIVEN
 from tissue_probe.quantities import POSITION
 
 pytestmark = pytest.mark.timeout(900)
 
-RIG = Composition("force_driven")
-FREE = Instrument("force_driven", FORCE_DRIVEN)
+RIG = Composition(FORCE_DRIVEN)
+FREE = Instrument(FORCE_DRIVEN)
 MASS, DAMPING, STIFFNESS, CUBE, NOISE = 0.02, 0.8, 4.2e3, 9e7, 2e-6
 PERIOD, COUNT = 1.0 / 600.0, 1200
 

@@ -10,13 +10,13 @@ from scipy.integrate import solve_ivp
 from tissue_probe.physics.discretise import exact_step
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.program import Program
-from tissue_probe.physics.rigs import compliant_probe
+from tissue_probe.physics.rigs import OWN
 
 CONSTANTS = {"tip_mass": 0.04, "load_cell_stiffness": 9700.0, "load_cell_damping": 0.8}
 
 
 TISSUE = ("stiffness", "damping", "springpot_stiffness", "springpot_exponent")
-MODEL = compliant_probe([EFFECTS["springpot"]])
+MODEL = OWN.compose([EFFECTS["springpot"]])
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.model_file import ModelFileError, load, save
 from tissue_probe.physics.response import course, respond
-from tissue_probe.physics.rigs import admits
+from tissue_probe.physics.rigs import FORCE_DRIVEN
 from tissue_probe.quantities import FORCE, POSITION
 
 M, K, B = 0.04, 450.0, 5.0
@@ -120,13 +120,13 @@ def test_sensitivities_are_the_derivatives_of_the_position(name):
     ],
 )
 def test_what_has_no_meaning_under_a_known_force_is_refused(name, why):
-    assert not admits("force_driven", FORMS[name])
+    assert not FORCE_DRIVEN.admits(FORMS[name])
     with pytest.raises(ValueError, match=why):
         _ = driven(name).model
 
 
 def test_all_other_effects_have_a_meaning():
-    assert sum(admits("force_driven", effect) for effect in EFFECTS.values()) == len(EFFECTS) - 5
+    assert sum(FORCE_DRIVEN.admits(effect) for effect in EFFECTS.values()) == len(EFFECTS) - 5
 
 
 def written(path, **changes):
@@ -139,7 +139,7 @@ def written(path, **changes):
 def test_a_model_file_keeps_the_rig(tmp_path):
     composition = written(tmp_path / "model.yaml", cubic_stiffness=2e7)
     found = load(tmp_path / "model.yaml")
-    assert found.composition.rig == "force_driven"
+    assert found.composition.rig is FORCE_DRIVEN
     assert found.composition.names == composition.names
     assert found.values["cubic_stiffness"] == 2e7
 

@@ -6,16 +6,16 @@ from scipy.integrate import solve_ivp
 
 from tissue_probe.physics.effects.cubic_stiffening import CUBIC_STIFFENING
 from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
-from tissue_probe.physics.rigs import compliant_probe
+from tissue_probe.physics.rigs import OWN
 from tissue_probe.physics.simulation import simulate
 
 M, K0, B0 = 0.04, 9700.0, 0.8
 MODELS = {
-    "plain": compliant_probe(),
-    "offset": compliant_probe(force_offset=True),
-    "relaxing": compliant_probe([STANDARD_LINEAR_SOLID]),
-    "stiffening": compliant_probe([CUBIC_STIFFENING]),
-    "both": compliant_probe([STANDARD_LINEAR_SOLID, CUBIC_STIFFENING], force_offset=True),
+    "plain": OWN.compose(),
+    "offset": OWN.compose(force_offset=True),
+    "relaxing": OWN.compose([STANDARD_LINEAR_SOLID]),
+    "stiffening": OWN.compose([CUBIC_STIFFENING]),
+    "both": OWN.compose([STANDARD_LINEAR_SOLID, CUBIC_STIFFENING], force_offset=True),
 }
 VALUES = {
     "plain": [450.0, 5.0],

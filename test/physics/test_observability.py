@@ -5,9 +5,9 @@ import sympy as sp
 
 from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
 from tissue_probe.physics.observability import is_observable, observability_matrix
-from tissue_probe.physics.rigs import compliant_probe
+from tissue_probe.physics.rigs import OWN
 
-MODEL = compliant_probe()
+MODEL = OWN.compose()
 X, V = MODEL.states
 K, B = MODEL.parameters
 M, K0, B0 = MODEL.constants
@@ -50,7 +50,7 @@ def _exponential(x, a):
 
 
 def test_a_constant_force_can_be_told_apart_too():
-    matrix = observability_matrix(compliant_probe(force_offset=True))
+    matrix = observability_matrix(OWN.compose(force_offset=True))
     values = motion(sp.Rational(1, 1000), sp.Rational(1, 100), sp.Rational(3, 2000), 1, 7, 3)
     names = {symbol.name: symbol for symbol in matrix.free_symbols}
     values |= {names[n]: 0 for n in names if names[n] not in values}
@@ -58,7 +58,7 @@ def test_a_constant_force_can_be_told_apart_too():
 
 
 def test_a_relaxing_branch_can_be_told_apart_too():
-    model = compliant_probe([STANDARD_LINEAR_SOLID])
+    model = OWN.compose([STANDARD_LINEAR_SOLID])
     matrix = observability_matrix(model)
     values = motion(sp.Rational(1, 1000), sp.Rational(1, 100), sp.Rational(3, 2000), 1, 7, 3)
     numbers = iter([300, 40, sp.Rational(1, 5000), 2, 5, 1, 3])

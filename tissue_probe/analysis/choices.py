@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
-"""How the instrument couples to the tissue (``physics.rigs``)."""
-FilteredRig = Literal["compliant_probe", "rigid_probe"]
-"""Those of them that filters run on."""
+from tissue_probe.physics.rigs import OWN, Rig, RigName
+from tissue_probe.physics.rigs import FilteredRig as FilteredRig
+
+RigChoice = RigName | Rig
+"""How the instrument couples to the tissue (``physics.rigs``): a name, or a rig of one's own."""
 TissueName = Literal["kelvin_voigt", "maxwell", "standard_linear_solid", "generalized_maxwell"]
 """Table I of the paper (``physics.tissues``)."""
 Starts = Literal["auto", "at-rest", "moving"]
@@ -16,6 +17,8 @@ Course = Literal["auto", "smooth", "straight", "held", "jumping"]
 """How a force that drives goes on between two samples (``physics.response.Between``)."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
+#: What is meant where no rig is named.
+OWN_RIG = OWN.name
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)
 TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)
 STARTS: tuple[Starts, ...] = get_args(Starts)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
+from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_values import predicted
@@ -192,7 +192,7 @@ def compare(
     measured: Source | Sequence[Source],
     *,
     model: str | Path | FittedModel | None = None,
-    rig: RigName | None = None,
+    rig: RigChoice | None = None,
     tissue: TissueName | None = None,
     known_rig: bool = False,
     constants: Constants | None = None,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
-from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
+from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (
@@ -207,7 +207,7 @@ def diagnose(
     validate: Source | Sequence[Source] | None = None,
     add: Sequence[str] = (),
     model: str | Path | FittedModel | None = None,
-    rig: RigName | None = None,
+    rig: RigChoice | None = None,
     tissue: TissueName | None = None,
     known_rig: bool = False,
     constants: Constants | None = None,
@@ -303,7 +303,7 @@ def improve(
     add: Sequence[str] = (),
     output: str | Path | None = None,
     model: str | Path | FittedModel | None = None,
-    rig: RigName | None = None,
+    rig: RigChoice | None = None,
     tissue: TissueName | None = None,
     known_rig: bool = False,
     constants: Constants | None = None,

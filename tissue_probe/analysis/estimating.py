@@ -16,6 +16,7 @@ from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate as run_estimator
+from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.stretches import dwell_blocks
 from tissue_probe.recording.tables import estimate_columns, write_estimates
 from tissue_probe.signals import Status, TissueEstimates
@@ -173,9 +174,9 @@ def estimate(
         Model file whose tool and effects a Kalman filter takes.
     effects : sequence of path
         Python files with effects of the user's own that the model needs; they are run.
-    rig : {"compliant_probe", "rigid_probe"}, optional
-        How the instrument couples to the tissue; by default as recorded, else compliant_probe. A
-        known force that drives (``force_driven``) no filter takes: ``compare`` does.
+    rig : FilteredRig, optional
+        How the instrument couples to the tissue; by default as recorded, else this suite's own
+        probe. A known force that drives no filter takes: ``compare`` does.
     restart_at_site : bool, optional
         Whether the tissue is forgotten where a dwell begins; by default as recorded, else yes.
     site : int, optional
@@ -199,7 +200,8 @@ def estimate(
     notes = (*part.notes, *_doubts(part))
     stated = {"model": str(model) if model else None, "rig": rig}
     changes = {**(settings or {}), **{name: each for name, each in stated.items() if each}}
-    if changes.get("rig") == "rigid_probe" and "tip_mass" not in changes and not part.is_own:
+    led = any(each.tip_is_position for each in RIGS.values() if each.name == changes.get("rig"))
+    if led and "tip_mass" not in changes and not part.is_own:
         changes["tip_mass"] = 0.0
         notes = (*notes, NO_MASS)
     chosen = estimator_settings(recording, estimator, changes, tuple(map(Path, effects)))

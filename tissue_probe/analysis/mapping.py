@@ -295,8 +295,9 @@ def map_sites(
         Filters to run on the samples of a scan; by default the recorded estimates are taken.
     effects : sequence of path
         Python files with effects of the user's own that a recorded model needs; they are run.
-    rig : {"compliant_probe", "rigid_probe"}, optional
-        How the instrument couples to the tissue; by default as recorded, else compliant_probe.
+    rig : FilteredRig, optional
+        How the instrument couples to the tissue; by default as recorded, else this suite's own
+        probe.
     raster : float
         Step of the surface [m].
     contrast : float

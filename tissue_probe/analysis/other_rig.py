@@ -10,14 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from tissue_probe.analysis.choices import RIG_NAMES, TissueName
+from tissue_probe.analysis.choices import TissueName
 from tissue_probe.analysis.question import Question, question
 from tissue_probe.analysis.segments import Segment
 from tissue_probe.diagnosis.diagnosis import Diagnosis, plainly
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.physics.composition import Composition
-from tissue_probe.quantities import POSITION
+from tissue_probe.physics.rigs import RIGS, named
+from tissue_probe.quantities import FORCE, POSITION
 
 EXPLAINS = "On another rig no effect is missing: the plain model of {0} explains these measurements"
 COMMANDED = "The force is smooth to the last digits, as one that is commanded and not measured"
@@ -33,14 +33,14 @@ def other_rig(found: Diagnosis, asked: Question, taken: Sequence[Segment]) -> st
     own = asked.composition
     if own.effects:
         return ""
-    driven = [each.measurement(Composition("force_driven").output) for each in taken]
+    driven = [each.measurement(POSITION) for each in taken]
     commanded = own.input is POSITION and all(each.is_commanded for each in driven)
     unexplained = found.verdict == "unexplained"
     if commanded and (unexplained or all(each.position_noise > 0.0 for each in driven)):
-        return (COMMANDED + ASKED).format("force_driven")
+        return (COMMANDED + ASKED).format(named(lambda rig: rig.input is FORCE))
     if not unexplained:
         return ""
-    for rig in (name for name in RIG_NAMES if name != own.rig):
+    for rig in (rig for rig in RIGS.values() if rig is not own.rig):
         other = question(rig=rig, tissue=cast(TissueName, own.tissue))
         measurements = [each.measurement(other.composition.output) for each in taken]
         try:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe import quantities
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.quantities import Quantity
 
@@ -67,6 +68,8 @@ class _Writer(pickle.Pickler):
         """Name what the reader has as well."""
         if isinstance(obj, Quantity):
             return ("quantity", obj.name)
+        if isinstance(obj, Rig) and RIGS.get(obj.name) is obj:
+            return ("rig", obj.name)
         if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
             # As a whole, or in one of its forms: `plain` is not what the library holds.
             return ("effect", *self._named(obj))
@@ -90,6 +93,8 @@ class _Reader(pickle.Unpickler):
         kind, *named = pid
         if kind == "quantity":
             return {q.name: q for q in (quantities.FORCE, quantities.POSITION)}[named[0]]
+        if kind == "rig":
+            return RIGS[named[0]]
         if kind == "effect":
             return self._effect(*named)
         rig, tissue, effects, scale = named

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissue_probe.analysis.choices import Course, RigName, Starts, TissueName
+from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import Constants, question
 from tissue_probe.analysis.result_table import Column, ResultTable, number
@@ -85,7 +85,7 @@ def promises(
     measured: Source | Sequence[Source],
     *,
     model: str | Path | FittedModel | None = None,
-    rig: RigName | None = None,
+    rig: RigChoice | None = None,
     tissue: TissueName | None = None,
     known_rig: bool = False,
     constants: Constants | None = None,

@@ -13,11 +13,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES, RigName, TissueName
-from tissue_probe.diagnosis.fitting.measurement import FLICKER, KNOWN, Instrument
+from tissue_probe.analysis.choices import TISSUE_NAMES, RigChoice, TissueName
+from tissue_probe.diagnosis.fitting.measurement import FLICKER, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.rigs import OWN, RIGS, Rig
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import Measurements
@@ -31,10 +32,10 @@ TISSUE = ("stiffness", "damping")
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
 
+_OTHERS = ", ".join(f"{rig} {rig.whose}" for rig in RIGS.values() if rig is not OWN)
 SUPPOSED = (
-    "No `rig` is given: this suite's own probe is supposed, compliant_probe, with a load cell that "
-    "gives way between coil and tip. Give `rig` rigid_probe for a robot, a stage or a testing "
-    "machine that moves the tip, force_driven where a force drives."
+    f"No `rig` is given: this suite's own probe is supposed, {OWN}, {OWN.whose}. Give `rig` "
+    f"{_OTHERS}."
 )
 
 
@@ -76,7 +77,7 @@ class Question:
         """
         supposed = CONTACT in self.instrument.supposed and not self.model.values
         own = all(part.is_own for part in measured.parts)
-        exact = self.instrument.constants.get(CONTACT, (0.0, math.inf))[1] == 0.0
+        exact = (self.instrument.constants or {}).get(CONTACT, (0.0, math.inf))[1] == 0.0
         zeros = any(effect.zero for effect in self.composition.all_effects)
         return replace(self.instrument, any_zero=supposed and exact and not (own or zeros))
 
@@ -104,7 +105,7 @@ class Question:
 
 def question(
     model: str | Path | FittedModel | None = None,
-    rig: RigName | None = None,
+    rig: RigChoice | None = None,
     tissue: TissueName | None = None,
     effects: Sequence[str | Path] = (),
     constants: Constants | None = None,
@@ -116,8 +117,11 @@ def question(
     ----------
     model : path or FittedModel, optional
         A model to begin with, in place of ``rig`` and ``tissue``.
-    rig, tissue : str, optional
-        By default those of ``model``, else ``compliant_probe`` and ``kelvin_voigt``.
+    rig : str or Rig, optional
+        A name in ``RIGS``, or a rig of the user's own; by default that of ``model``, else this
+        suite's own probe.
+    tissue : str, optional
+        By default that of ``model``, else ``kelvin_voigt``.
     effects : sequence of path
         Python files with effects of the user's own; they are run.
     constants : mapping, optional
@@ -134,7 +138,7 @@ def question(
         If a file cannot be used.
     """
     effects = [effects] if isinstance(effects, (str, Path)) else effects
-    begun = _begun(model, rig, tissue, tuple(map(Path, effects)))
+    begun = _begun(model, _rig(rig), tissue, tuple(map(Path, effects)))
     notes: tuple[str, ...] = ()
     if begun.data and not begun.data.converged:
         name = "the model" if isinstance(model, FittedModel) else model
@@ -165,17 +169,16 @@ def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
 
 def _begun(
     model: str | Path | FittedModel | None,
-    rig: str | None,
+    rig: Rig | None,
     tissue: str | None,
     effect_files: tuple[Path, ...],
 ) -> FittedModel:
-    for name, given, known in (("rig", rig, RIG_NAMES), ("tissue", tissue, TISSUE_NAMES)):
-        if given is not None and given not in known:
-            raise ParameterError(f"`{name}` is {given!r}; give one of {', '.join(known)}")
+    if tissue is not None and tissue not in TISSUE_NAMES:
+        raise ParameterError(f"`tissue` is {tissue!r}; give one of {', '.join(TISSUE_NAMES)}")
     if model is None:
-        plain = Composition(rig or "compliant_probe", tissue or "kelvin_voigt")
+        plain = Composition(rig or OWN, tissue or "kelvin_voigt")
         return FittedModel(plain, {}, {}, effect_files=effect_files)
-    found = _load(model, effect_files)
+    found = _load(model, effect_files, rig)
     for name, given, own in (
         ("rig", rig, found.composition.rig),
         ("tissue", tissue, found.composition.tissue),
@@ -189,19 +192,34 @@ def _begun(
     return found
 
 
-def _load(model: str | Path | FittedModel, effect_files: tuple[Path, ...]) -> FittedModel:
+def _rig(given: RigChoice | None) -> Rig | None:
+    """Return the rig that is asked about, by its name or as itself."""
+    if given is None:
+        return None
+    if isinstance(given, Rig):
+        if RIGS.get(given.name, given) is not given:
+            raise ParameterError(f"`rig` has the name of another rig, {given}: choose another")
+        return given
+    if given not in RIGS:
+        raise ParameterError(f"`rig` is {given!r}; give one of {', '.join(RIGS)}")
+    return RIGS[given]
+
+
+def _load(
+    model: str | Path | FittedModel, effect_files: tuple[Path, ...], rig: Rig | None
+) -> FittedModel:
     """Return a model with the user's files of effects; what reads YAML is imported for a file."""
     if isinstance(model, FittedModel):
         files = dict.fromkeys((*model.effect_files, *effect_files))
         return replace(model, effect_files=tuple(files))
     from tissue_probe.physics.model_file import load
 
-    return load(model, effect_files)
+    return load(model, effect_files, rig)
 
 
-def _instrument(rig: str, known: bool, constants: Constants) -> Instrument:
+def _instrument(rig: Rig, known: bool, constants: Constants) -> Instrument:
     """Return the rig's constants, those of the paper unless others are given."""
-    values = dict(KNOWN[rig])
+    values = rig.known
     flicker_noise = None
     for name, given in constants.items():
         value, deviation = given if isinstance(given, tuple) else (given, 0.0)

@@ -16,16 +16,19 @@ import typer
 from tissue_probe.analysis.choices import RIG_NAMES, TISSUE_NAMES
 from tissue_probe.cli.arguments import in_a_folder
 from tissue_probe.cli.options_named import with_options
+from tissue_probe.physics.rigs import OWN, named
+from tissue_probe.quantities import FORCE
 
 RigName = Enum("RigName", {name: name for name in RIG_NAMES}, type=str)
 TissueName = Enum("TissueName", {name: name for name in TISSUE_NAMES}, type=str)
+FORCE_DRIVES = named(lambda rig: rig.input is FORCE)
 
 Rig = Annotated[
     RigName | None,
     typer.Option(
-        help="How the instrument couples to the tissue; in force_driven the force is the input, "
-        "and the position is predicted.",
-        show_default="that of --model, else compliant_probe",
+        help=f"How the instrument couples to the tissue; in {FORCE_DRIVES} the force is the "
+        "input, and the position is predicted.",
+        show_default=f"that of --model, else {OWN}",
     ),
 ]
 TissueOption = Annotated[

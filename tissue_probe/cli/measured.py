@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.choices import COURSES, FILTERED_RIGS, STARTS
+from tissue_probe.analysis.choices import COURSES, FILTERED_RIGS, OWN_RIG, STARTS
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ FilteredRigOption = Annotated[
     typer.Option(
         "--rig",
         help="How the instrument couples to the tissue; a filter takes no force that drives.",
-        show_default="the recording's own, else compliant_probe",
+        show_default=f"the recording's own, else {OWN_RIG}",
     ),
 ]
 

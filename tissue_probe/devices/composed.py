@@ -24,6 +24,7 @@ from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.effects.effect import POSITION, TIME, TISSUE_FORCE
 from tissue_probe.physics.model_file import load
 from tissue_probe.physics.plant_code import source
+from tissue_probe.physics.rigs import OWN
 from tissue_probe.signals import FloatArray
 
 #: Longest Runge-Kutta step as a part of the time constant of the fastest motion.
@@ -90,14 +91,11 @@ class ComposedProbe:
     ) -> None:
         fitted = load(path, effect_files)
         composition = fitted.composition
-        if composition.rig != "compliant_probe":
+        if composition.rig is not OWN:
             raise DeviceError(
-                f"{path}: the rig is {composition.rig}, but the simulated probe is a "
-                "compliant_probe"
+                f"{path}: the rig is {composition.rig}, but the simulated probe is a {OWN}"
             )
-        with_stage = Composition(
-            "compliant_probe", composition.tissue, (*composition.effects, STAGE)
-        )
+        with_stage = Composition(OWN, composition.tissue, (*composition.effects, STAGE))
         model = with_stage.model
         digest = hashlib.sha256(repr(model).encode()).hexdigest()[:16]
         self._kernel = compiled.module(f"plant_{digest}", lambda: source(model))

@@ -22,6 +22,7 @@ from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
+from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
@@ -42,7 +43,7 @@ ZERO = " The force there, {:.3g} N, is taken off: it is the zero."
 
 
 def cleaned(
-    measurements: Sequence[Measurement], rig: str
+    measurements: Sequence[Measurement], rig: Rig
 ) -> tuple[list[Measurement], list[Finding]]:
     """Inspect measurements, leave spoilt samples out of the fit, and smooth the position.
 

@@ -51,6 +51,7 @@ from tissue_probe.signals import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
+    from tissue_probe.physics.rigs import Rig
 
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
@@ -386,14 +387,12 @@ def _admitted(
     Parts of a run tell by how much they differ; a place of touch that is free is a constant of the
     force as well.
     """
-    from tissue_probe.physics.rigs import admits
-
     runs = [each.run for each in measurements if each.run]
     parts = len(runs) > len(set(runs))
     return {
         name: each
         for name, each in library.items()
-        if admits(composition.rig, each)
+        if composition.rig.admits(each)
         and (parts or not each.of_part)
         and not (instrument.free_touch and [p.name for p in each.parameters] == [each.zero])
     }
@@ -558,11 +557,9 @@ def _coil_gain(measurements: Sequence[Measurement]) -> float:
     return next(filter(math.isfinite, gains), math.nan)
 
 
-def _refuse(rig: str, wanted: Sequence[Effect]) -> None:
-    from tissue_probe.physics.rigs import obstacle
-
+def _refuse(rig: Rig, wanted: Sequence[Effect]) -> None:
     for effect in wanted:
-        told = [obstacle(rig, form) for form in effect.every_form]
+        told = [rig.obstacle(form) for form in effect.every_form]
         if all(told):
             raise MeasurementError(
                 f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"

@@ -14,6 +14,7 @@ from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.carried import of_specimen
+from tissue_probe.physics.rigs import named
 from tissue_probe.quantities import FORCE
 
 #: What is fitted of every tissue.
@@ -29,6 +30,8 @@ PLAIN = ("kelvin_voigt", "maxwell")
 #: Stiffness of no soft tissue [N/m]; and of none that a probe's load cell can feel, in multiples of
 #: its own: the tip then hardly moves.
 STIFFEST, BEYOND_CELL = 1e5, 5.0
+#: Rigs whose position is that of the tip.
+LED = named(lambda rig: rig.tip_is_position)
 
 HELD_OUT = (
     "One part of the record alone tells {}: no error on a part that is left out tests that. Give "
@@ -127,7 +130,7 @@ def _no_tissue(fit: Fit) -> str:
             f"the load cell's {cell:.4g} N/m, so that the tip hardly moves and nothing is told of "
             "what it presses on. Look whether it presses on a rigid stop; check the units "
             "(`position_unit`, `force_unit`), the load cell (`constant` load_cell_stiffness), and "
-            "whether the position is that of the tip (`rig` rigid_probe)."
+            f"whether the position is that of the tip (`rig` {LED})."
         )
     return (
         f"No soft tissue: a stiffness of {stiffness:.3g} N/m is suspicious. Check the units "

@@ -20,6 +20,7 @@ from tissue_probe.errors import MeasurementError
 from tissue_probe.jumps import jumps
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.response import Between
+from tissue_probe.physics.rigs import named
 from tissue_probe.quantities import FORCE
 
 #: Share of its range by which the spline through a force overshoots a jump: half of the tenth by
@@ -42,7 +43,7 @@ JUMPING = (
 )
 NOT_DRIVEN = (
     "`course`: the position drives a {}, and it is measured: it moves on between two samples; "
-    "leave it out, or give rig force_driven if a force drives"
+    f"leave it out, or give rig {named(lambda rig: rig.input is FORCE)} if a force drives"
 )
 
 

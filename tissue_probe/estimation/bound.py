@@ -61,14 +61,14 @@ def cramer_rao_bound(
     force_offset : bool
         Whether a constant force is unknown, too.
     """
-    from tissue_probe.physics.rigs import compliant_probe
+    from tissue_probe.physics.rigs import OWN
     from tissue_probe.physics.simulation import simulate
 
     constants = (settings.tip_mass, settings.load_cell_stiffness, settings.load_cell_damping)
     offset = [0.0] if force_offset else []
     s = simulate(
         f"probe_{'offset' if force_offset else 'plain'}",
-        compliant_probe(force_offset=force_offset),
+        OWN.compose(force_offset=force_offset),
         constants,
         [stiffness, damping, *offset],
         np.asarray(position, dtype=np.float64),

@@ -16,6 +16,7 @@ from tissue_probe.estimation.layout import Layout
 from tissue_probe.estimation.settings import EstimatorSettings
 from tissue_probe.physics import compiled, machine_code, numba_code
 from tissue_probe.physics.machine_code import MachineCode
+from tissue_probe.physics.rigs import RIGS, Live
 from tissue_probe.settings import SettingsError
 
 FloatArray = NDArray[np.float64]
@@ -77,10 +78,10 @@ class KalmanFilter:
         """Return the compiled kernel, generated the first time that it is wanted."""
         if settings.model:
             return self._composed(settings)
-        how, rigid = settings.discretisation, settings.rig == "rigid_probe"
-        name = f"{self._name}_rigid" if rigid else f"{self._name}_{how}"
+        how, windowed = settings.discretisation, RIGS[settings.rig].live is Live.windows
+        name = f"{self._name}_rigid" if windowed else f"{self._name}_{how}"
         code = _code(name, lambda: self._source(settings.rig, how))
-        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"], windowed=rigid)
+        layout = Layout(tuple(code.facts["STATE_NAMES"]), code.facts["EXTRA"], windowed=windowed)
         return Kernel(layout.constants, code, layout)
 
     def _composed(self, settings: EstimatorSettings) -> Kernel:
@@ -107,7 +108,6 @@ class KalmanFilter:
     def _source(self, rig: str, discretisation: str) -> str:
         # SymPy is imported only where a kernel has to be generated: it takes half a second.
         from tissue_probe.estimation.generate import WINDOW_SUMS, source
-        from tissue_probe.physics.rigs import RIGS
 
         model = RIGS[rig].compose(force_offset=self.force_offset)
         states = tuple(map(str, [*model.states, *model.parameters]))
@@ -162,7 +162,7 @@ class ByHand:
 
 def _stiff(settings: EstimatorSettings) -> EstimatorSettings:
     """Return a rigid probe's settings as those of a load cell that yields nothing: the limit."""
-    if settings.rig == "compliant_probe":
+    if not RIGS[settings.rig].tip_is_position:
         return settings
     stiff = {"load_cell_stiffness": math.inf, "load_cell_damping": 0.0}
     return settings.model_copy(update=stiff)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.estimation.settings import EstimatorSettings
+from tissue_probe.physics.rigs import RIGS
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ def force_variance(settings: EstimatorSettings) -> float:
     variance q^2 / 12. Where the tip follows the position rigidly, it is seen through the tissue
     only (``windows``), and not counted here.
     """
-    if settings.rig == "rigid_probe":
+    if RIGS[settings.rig].tip_is_position:
         return settings.force_noise**2
     rounding = settings.load_cell_stiffness * settings.encoder_resolution / math.sqrt(12.0)
     return settings.force_noise**2 + rounding**2

@@ -30,7 +30,7 @@ from tissue_probe.physics.effects.effect import (
 )
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.model_file import FittedModel, load
-from tissue_probe.physics.rigs import compliant_probe
+from tissue_probe.physics.rigs import RIGS, Live, Rig, named
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError
 
@@ -120,9 +120,9 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
         If the file cannot be used, or holds something that cannot run live.
     """
     path = Path(settings.model)
-    if settings.rig != "compliant_probe":
+    if not _runs_live(RIGS[settings.rig]):
         raise SettingsError(
-            f"rig is {settings.rig}, but the filters take model files of compliant_probe only: "
+            f"rig is {settings.rig}, but the filters take model files of {named(_runs_live)} only: "
             "leave model empty"
         )
     fitted = load(path, settings.effects)
@@ -132,9 +132,8 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     effects = [_sampled(each) for each in composition.all_effects if not _is_followed(each)]
     # What makes the position true comes before what it then does to the coil.
     effects.sort(key=lambda effect: effect.position.has(POSITION_BEFORE))
-    model = compliant_probe(
-        effects, force_offset, TISSUES[composition.tissue], contact_position=True
-    )
+    tissue = TISSUES[composition.tissue]
+    model = composition.rig.compose(effects, tissue, True, force_offset)
     priors = {str(state.symbol): _of_state(state, settings) for state in model.begin[2:]}
     if _flows(composition.tissue):
         priors |= {name: _about(fitted.values[name]) for name in ("stiffness", "damping")}
@@ -146,11 +145,17 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     return live
 
 
+def _runs_live(rig: Rig) -> bool:
+    return rig.live is Live.models
+
+
 def _refusals(fitted: FittedModel) -> list[str]:
     """Say what cannot run live, and why."""
     composition = fitted.composition
-    if composition.rig != "compliant_probe":
-        return [f"the rig {composition.rig} cannot run live: model files of compliant_probe can"]
+    if not _runs_live(composition.rig):
+        return [
+            f"the rig {composition.rig} cannot run live: model files of {named(_runs_live)} can"
+        ]
     said = {
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None

@@ -6,11 +6,15 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from tissue_probe.physics.rigs import OWN, RIGS, Live, named
+
 
 def _setting(default: Any, unit: str, description: str, **bounds: float) -> Any:
     return Field(default, description=description, json_schema_extra={"unit": unit}, **bounds)
 
 
+#: Names of the rigs whose samples filters take.
+FILTERED = [rig.name for rig in RIGS.values() if rig.live is not Live.no]
 #: Fastest rate of the tip's motion that the exact step follows [1/s]. Then it divides a second of
 #: samples into a million parts, for which a filter on sigma points needs about that second.
 FASTEST = 3e5
@@ -47,8 +51,8 @@ class EstimatorSettings(BaseModel):
         ge=0,
         le=1e-3,
     )
-    rig: Literal["compliant_probe", "rigid_probe"] = _setting(
-        "compliant_probe",
+    rig: Literal[tuple(FILTERED)] = _setting(
+        OWN.name,
         "",
         "How the coil moves the tip: through a load cell that yields, or rigidly, so that the "
         "position is the tip's (then load_cell_* and velocity_noise mean nothing)",
@@ -147,8 +151,9 @@ class EstimatorSettings(BaseModel):
                     f"{name}_prior is {prior:g} {unit}, outside of {name}_minimum, {low:g}, to "
                     f"{name}_maximum, {high:g} {unit}: estimates are held within these"
                 )
-        if self.rig == "compliant_probe" and self.tip_mass == 0.0:
-            raise ValueError("tip_mass is 0 kg; only the tip of rig rigid_probe may have no mass")
+        if not RIGS[self.rig].tip_is_position and self.tip_mass == 0.0:
+            led = named(lambda rig: rig.tip_is_position)
+            raise ValueError(f"tip_mass is 0 kg; only the tip of rig {led} may have no mass")
         if too_fast := self.too_fast():
             raise ValueError(too_fast)
         return self
@@ -165,7 +170,7 @@ class EstimatorSettings(BaseModel):
         sqrt(k / m) and beta / m. Forward Euler does not try to follow, and a rigid probe's moves as
         it is led.
         """
-        if self.discretisation == "euler" or self.rig == "rigid_probe":
+        if self.discretisation == "euler" or RIGS[self.rig].tip_is_position:
             return ""
         parts = {name: self._parts(name) for name in ("stiffness", "damping")}
         rates = {name: sum(part.values()) / self.tip_mass for name, part in parts.items()}

@@ -1,7 +1,7 @@
 # ruff: noqa: F821
 """Samples of a rigid probe, window by window: no measured signal is differentiated.
 
-The force follows the position with no motion in between (``physics.rigs.rigid_probe``),
+The force follows the position with no motion in between (``Rig.tip_is_position``),
 
     F = m u'' + k u + beta u' + d,
 

@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.physics.entry import Entry
-from tissue_probe.physics.kinds import SIGNALS, TISSUE_EFFECTS
+from tissue_probe.physics.kinds import TISSUE_EFFECTS
+from tissue_probe.physics.rigs import OWN, RIGS, Rig, rig_of
 from tissue_probe.physics.scale import USUAL, Scale
-from tissue_probe.quantities import FORCE, Quantity
+from tissue_probe.quantities import Quantity
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
@@ -37,19 +38,11 @@ SOURCES = (
     "physics/numba_code.py",
     "physics/pointers.py",
     "physics/response_code.py",
-    "physics/rigs.py",
+    "physics/rigs/*.py",
     "physics/runge_kutta.py",
     "physics/tissues.py",
     "physics/transition.py",
 )
-CONSTANTS = (
-    Entry("tip_mass", "kg", default=0.04, lower=0.0, upper=1e4),
-    Entry("load_cell_stiffness", "N/m", default=9700.0, lower=1.0, upper=1e8),
-    Entry("load_cell_damping", "N s/m", default=0.8, lower=0.0, upper=1e4),
-    Entry("contact_position", "m", default=0.0, lower=-1.0, upper=1.0),
-)
-#: Where a force drives, it divides by the mass [kg].
-LIGHTEST = 1e-6
 #: A tissue that pulls back when it is let go, or drives, is none: what seems so is another effect.
 TISSUE = (
     Entry("stiffness", "N/m", default=450.0, lower=0.0, upper=1e9),
@@ -63,8 +56,10 @@ class Composition:
 
     Attributes
     ----------
-    rig, tissue : str
-        Names in ``RIGS`` and ``TISSUES``.
+    rig : Rig
+        May be given by its name in ``RIGS``.
+    tissue : str
+        A name in ``TISSUES``.
     effects : tuple of Effect
         Further physics, in the order in which it is applied; those of the library of this scale.
     scale : Scale
@@ -72,10 +67,13 @@ class Composition:
         laws are as many times larger. All numbers are in SI units whatever it is.
     """
 
-    rig: str = "compliant_probe"
+    rig: Rig = OWN
     tissue: str = "kelvin_voigt"
     effects: tuple[Effect, ...] = ()
     scale: Scale = USUAL
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rig", rig_of(self.rig))
 
     @property
     def all_effects(self) -> tuple[Effect, ...]:
@@ -99,12 +97,12 @@ class Composition:
     @property
     def input(self) -> Quantity:
         """The signal that drives the model."""
-        return SIGNALS[self.rig][0]
+        return self.rig.input
 
     @property
     def output(self) -> Quantity:
         """The signal that the model predicts."""
-        return SIGNALS[self.rig][1]
+        return self.rig.output
 
     def plus(self, effect: Effect) -> Composition:
         """Return the model with one effect more."""
@@ -123,11 +121,10 @@ class Composition:
     @cached_property
     def model(self) -> Model:
         """The symbols."""
-        from tissue_probe.physics.rigs import RIGS
         from tissue_probe.physics.tissues import TISSUES
 
         tissue = TISSUES[self.tissue]
-        return RIGS[self.rig].compose(self.all_effects, tissue=tissue, contact_position=True)
+        return self.rig.compose(self.all_effects, tissue, contact_position=True)
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -139,9 +136,19 @@ class Composition:
             return self._turned_kernel()
         from tissue_probe.physics.response import Kernel
 
-        said = "\n".join((self.rig, self.tissue, *map(_declared, self.all_effects)))
-        digest = hashlib.sha256(said.encode()).hexdigest()[:16]
+        digest = hashlib.sha256(self._said.encode()).hexdigest()[:16]
         return Kernel.load(f"response_{digest}", self._text, SOURCES)
+
+    @property
+    def _said(self) -> str:
+        """Text that tells the model from any other, whose code is on disk too.
+
+        The name of a rig of the package stands for the equations in ``SOURCES``; those of a user's
+        own have to be composed.
+        """
+        if RIGS.get(self.rig.name) is not self.rig:
+            return repr(self.model)
+        return "\n".join((self.rig.name, self.tissue, *map(_declared, self.all_effects)))
 
     def _turned_kernel(self) -> Kernel:
         from tissue_probe.physics.resized import over
@@ -175,9 +182,8 @@ class Composition:
 
     def entries(self, names: Iterable[str]) -> tuple[Entry, ...]:
         """Return what is declared of constants and parameters of these names."""
-        known = {entry.name: entry for entry in (*CONSTANTS, *TISSUE)}
-        if self.input is FORCE:
-            known["tip_mass"] = replace(known["tip_mass"], lower=LIGHTEST)
+        constants = (constant.entry for constant in self.rig.constants)
+        known = {entry.name: entry for entry in (*constants, *TISSUE)}
         if not self.scale.is_usual:
             known = {name: entry.times(self.scale) for name, entry in known.items()}
         own = {each.name: each.entry for effect in self.all_effects for each in effect.parameters}
@@ -202,7 +208,7 @@ def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
 
 @cache
 def _composed(
-    rig: str, tissue: str, effects: tuple[Effect, ...], scale: Scale = USUAL
+    rig: Rig, tissue: str, effects: tuple[Effect, ...], scale: Scale = USUAL
 ) -> Composition:
     """Return the same model for the same parts: a diagnosis composes each many times over."""
     return Composition(rig, tissue, effects, scale)

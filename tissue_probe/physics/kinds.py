@@ -1,19 +1,11 @@
-"""Which rigs and tissues there are, and of each what is known without its equations.
+"""Which tissues there are, and what is known of them without equations.
 
-What belongs here: names, signals, which effects a tissue consists of. What does not: the equations
-(``rigs``, ``tissues``, ``effects``), which take SymPy.
+What belongs here: names, which effects a tissue consists of, how far channels may be apart. What
+does not: the equations (``tissues``, ``effects``), which take SymPy; rigs (``rigs``).
 """
 
 from __future__ import annotations
 
-from tissue_probe.quantities import FORCE, POSITION, Quantity
-
-#: Of each rig the signal that drives it, and the one that is predicted.
-SIGNALS: dict[str, tuple[Quantity, Quantity]] = {
-    "compliant_probe": (POSITION, FORCE),
-    "rigid_probe": (POSITION, FORCE),
-    "force_driven": (FORCE, POSITION),
-}
 #: By how much a channel may be late; what is later is no channel of one instrument [s].
 LONGEST_DELAY = 0.02
 #: By how much the force may be early: so late a filter of some hundred hertz makes the position. A

@@ -20,7 +20,7 @@ import sympy as sp
 
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics import response_code
-from tissue_probe.physics.composition import CONSTANTS, TISSUE, Composition
+from tissue_probe.physics.composition import TISSUE, Composition
 from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
     DAMPING,
@@ -38,7 +38,8 @@ from tissue_probe.physics.effects.effect import (
     TIP_VELOCITY,
     TISSUE_FORCE,
 )
-from tissue_probe.physics.rigs import (
+from tissue_probe.physics.rigs import CONSTANTS
+from tissue_probe.physics.rigs.composing import (
     CELL_DAMPING,
     CELL_STIFFNESS,
     CONTACT,
@@ -194,7 +195,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
         yield "holds a list, a set or a dict: write tuples, as for parameters=(...,)"
         return
     taken = {str(s): "of the model" for s in (*SIGNALS, *ELSEWHERE)}
-    taken |= {entry.name: "of the model" for entry in (*CONSTANTS, *TISSUE)}
+    taken |= {entry.name: "of the model" for entry in (*CONSTANTS.values(), *TISSUE)}
     # One and the same switch, such as contact, may serve several effects.
     shared = {switch for other in library.values() for switch in other.switches}
     for other in library.values():

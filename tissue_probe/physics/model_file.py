@@ -25,7 +25,7 @@ from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import EffectError, effects, load_effects
 from tissue_probe.physics.resized import sized
-from tissue_probe.physics.rigs import RIGS
+from tissue_probe.physics.rigs import RIGS, Rig
 from tissue_probe.physics.scale import Scale
 from tissue_probe.physics.tissues import TISSUES
 from tissue_probe.settings import SettingsError, rule, setting
@@ -88,8 +88,7 @@ class DataFile(_Entry):
 class Data(_Entry):
     """What the numbers came from, and how well they fit it.
 
-    Noise and errors are of what the rig's models predict: a force [N], or of ``force_driven`` a
-    position [m].
+    Noise and errors are of what the rig's models predict: a force [N], or a position [m].
     """
 
     files: tuple[DataFile, ...] = setting((), "", "fitted together")
@@ -146,7 +145,7 @@ class ModelFile(_Entry):
     """The file, field by field."""
 
     version: Literal[1] = setting(..., "", "of this layout")
-    rig: Literal[tuple(RIGS)] = setting(..., "", "how the instrument couples to the tissue")
+    rig: str = setting(..., "", "how the instrument couples to the tissue")
     tissue: Literal[tuple(TISSUES)] = setting(..., "", "what the tip presses on")
     size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
@@ -200,7 +199,7 @@ def save(
     }
     content = {
         "version": 1,
-        "rig": composition.rig,
+        "rig": composition.rig.name,
         "tissue": composition.tissue,
         "effects": entries,
         "constants": {name: q for name, q in quantities.items() if name in constants},
@@ -214,7 +213,9 @@ def save(
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
 
-def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedModel:
+def load(
+    path: str | Path, effect_files: Sequence[str | Path] = (), rig: Rig | None = None
+) -> FittedModel:
     """Read a model file.
 
     The Python files that it names are not run: a model file may come from anywhere.
@@ -225,6 +226,8 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         The file.
     effect_files : sequence of path
         Python files with the effects of the user's own that it needs, and others; they are run.
+    rig : Rig, optional
+        The user's own that it needs.
 
     Raises
     ------
@@ -248,7 +251,7 @@ def load(path: str | Path, effect_files: Sequence[str | Path] = ()) -> FittedMod
         raise ModelFileError(f"{path}: {error}") from None
     scale = Scale(file.size.length, file.size.force, file.size.time)
     chosen = tuple(_effect(path, entry, library, scale) for entry in file.effects)
-    composition = Composition(file.rig, file.tissue, chosen, scale)
+    composition = Composition(_rig(path, file, rig), file.tissue, chosen, scale)
     _consistent(path, file, composition)
     quantities = file.constants | file.parameters
     return FittedModel(
@@ -310,6 +313,14 @@ def _form_of(effect: Effect, known: Effect) -> int | None:
     forms = [repr(form.plain) for form in known.every_form]
     said = repr((effect.origin or effect).plain)
     return forms.index(said) if said in forms else None
+
+
+def _rig(path: Path, file: ModelFile, own: Rig | None) -> Rig:
+    known = RIGS if own is None else {own.name: own, **RIGS}
+    if file.rig not in known:
+        told = "a rig of your own is given to Python's `load_model`"
+        raise ModelFileError(f"{path}: rig is {file.rig!r}: give {_WANTED['rig']}; {told}")
+    return known[file.rig]
 
 
 def _effect(path: Path, entry: EffectEntry, library: Mapping[str, Effect], scale: Scale) -> Effect:
@@ -376,13 +387,14 @@ def _first_complaint(error: ValidationError) -> str:
     if place and place[-1] in model.model_fields:
         field = model.model_fields[place[-1]]
         simple = field.annotation in (int, float, str) or "Literal" in repr(field.annotation)
-        wanted = rule(field) if simple else _WANTED.get(str(place[-1]), "a mapping")
+        wanted = _WANTED.get(str(place[-1])) or (rule(field) if simple else "a mapping")
     else:
         wanted = f"the fields {', '.join(model.model_fields)}"
     return f"{name} is {found}: give {wanted}"
 
 
 _WANTED = {
+    "rig": f"one of {', '.join(RIGS)}",
     "effects": "a list of effects, each with a name",
     "size": "a mapping of length, force and time",
     "files": "a list of files, each with name and sha256",

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from tissue_probe.physics.composition import CONSTANTS, TISSUE, state_unit
+from tissue_probe.physics.composition import TISSUE, state_unit
 from tissue_probe.physics.effects.effect import (
     DAMPING,
     ELASTIC_DEPTH,
@@ -34,6 +34,7 @@ from tissue_probe.physics.effects.effect import (
     Switch,
 )
 from tissue_probe.physics.extent import Extent
+from tissue_probe.physics.rigs import CONSTANTS
 from tissue_probe.physics.scale import Scale
 
 #: Units of the signals that stand in effects, and of what effects are told by.
@@ -54,7 +55,7 @@ _ACTS = {
     "delay": "s",
 }
 _WAYS = ("surface", "coil")
-_TOLD = {entry.name: entry.unit for entry in (*CONSTANTS, *TISSUE)}
+_TOLD = {entry.name: entry.unit for entry in (*CONSTANTS.values(), *TISSUE)}
 
 
 @lru_cache(maxsize=1024)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from tissue_probe.analysis.choices import RIG_NAMES, STARTS, TISSUE_NAMES
+from tissue_probe.analysis.choices import OWN_RIG, RIG_NAMES, STARTS, TISSUE_NAMES
 from tissue_probe.workbench.refused import Refused
 
 CHOICES = {"rig": RIG_NAMES, "tissue": TISSUE_NAMES, "starts": STARTS}
@@ -21,7 +21,7 @@ class Asked:
     ``constants`` holds (value, standard deviation) by name.
     """
 
-    rig: str = "compliant_probe"
+    rig: str = OWN_RIG
     tissue: str = "kelvin_voigt"
     starts: str = "auto"
     known_rig: bool = False

@@ -16,11 +16,10 @@ from scipy.ndimage import maximum_filter1d, percentile_filter
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.physics.rigs import Rig
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import BoolArray, FloatArray
 
-#: The rig whose force follows the tip's speed at once.
-AT_ONCE = "rigid_probe"
 #: Order of the differences that show a corner. A motion with 16 samples a period leaves them
 #: 1/283 of its amplitude, white noise 30 times its deviation, a corner 6 times its change of step.
 ORDER = 6
@@ -54,12 +53,12 @@ def without_corners(fit: Fit) -> list[Measurement] | None:
     return fit.without([some & _depends(each, fit.named()) for each, some in pairs], 1.0 - LEFT)
 
 
-def corners_that_count(measurement: Measurement, rig: str) -> BoolArray:
+def corners_that_count(measurement: Measurement, rig: Rig) -> BoolArray:
     """Return which samples are near a corner of the position; none where it does not count.
 
     It counts on a rig whose force follows the tip's speed at once.
     """
-    if rig != AT_ONCE or measurement.output is not FORCE:
+    if not rig.tip_is_position or measurement.output is not FORCE:
         return np.zeros(measurement.position.size, dtype=bool)
     found = corners(measurement.on_grid(measurement.position))
     if measurement.at is None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -24,10 +24,10 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
     noise_floor,
     noise_not_felt,
 )
-from tissue_probe.physics.composition import CONSTANTS
 from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.response import USUAL as COARSE
 from tissue_probe.physics.response import Between, Fineness
+from tissue_probe.physics.rigs import OWN, Rig, rig_of
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.physics.smooth_course import at_times
 from tissue_probe.quantities import FORCE, Quantity, other
@@ -38,26 +38,8 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.fitting.shaken import Shaken
     from tissue_probe.diagnosis.fitting.whitening import Whitening
 
-#: Values and standard deviations of the paper's rig: mass, stiffness and damping to 1, 1.5 and
-#: 20 %, the coil's position at first touch to 30 um.
-PAPER_RIG = {
-    "tip_mass": (0.04, 0.0004),
-    "load_cell_stiffness": (9700.0, 145.5),
-    "load_cell_damping": (0.8, 0.16),
-    "contact_position": (0.0, 3e-5),
-}
-#: Rms of the 1/f noise of the paper's load cell over a recording [N].
-FLICKER_NOISE = 1e-3
-#: A rig without spring: the mass between load cell and tissue is not known.
-RIGID = {"tip_mass": (0.0, np.inf), "contact_position": (0.0, 0.0)}
-#: A force moves an armature of its own, whose mass is not known; touch is known as on the paper's.
-FORCE_DRIVEN = {"tip_mass": (0.04, np.inf), "contact_position": (0.0, 3e-5)}
-#: What is known of each rig where nothing is said.
-KNOWN = {"compliant_probe": PAPER_RIG, "rigid_probe": RIGID, "force_driven": FORCE_DRIVEN}
-
-#: The rms of a load cell's 1/f noise, by name, and units of what may be known of a rig.
+#: The rms of a load cell's 1/f noise, by name.
 FLICKER = "flicker_noise"
-UNITS = {**{entry.name: entry.unit for entry in CONSTANTS}, FLICKER: "N"}
 
 #: Finer steps of the position are digits of its text, not an encoder's [m].
 FINEST = 5e-9
@@ -82,23 +64,25 @@ class Instrument:
     """The rig, and its constants as (value, standard deviation), SI units.
 
     A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
-    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]; where it is not
-    given, that of the paper's on the paper's rig, and none on others. ``supposed`` names constants
-    that nobody gave. With ``any_zero`` the zero of the position may be anywhere; with
+    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]. Where they are
+    not given, both are the rig's own. ``supposed`` names constants that nobody gave. The rig may be
+    given by its name in ``RIGS``. With ``any_zero`` the zero of the position may be anywhere; with
     ``free_touch`` each run says where its tip touches.
     """
 
-    rig: str = "compliant_probe"
-    constants: Mapping[str, tuple[float, float]] = field(default_factory=lambda: dict(PAPER_RIG))
+    rig: Rig = OWN
+    constants: Mapping[str, tuple[float, float]] | None = None
     flicker_noise: float | None = None
     supposed: frozenset[str] = frozenset()
     any_zero: bool = False
     free_touch: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "rig", rig_of(self.rig))
+        if self.constants is None:
+            object.__setattr__(self, "constants", self.rig.known)
         if self.flicker_noise is None:
-            paper = self.rig == "compliant_probe"
-            object.__setattr__(self, "flicker_noise", FLICKER_NOISE if paper else 0.0)
+            object.__setattr__(self, "flicker_noise", self.rig.flicker_noise)
             object.__setattr__(self, "supposed", self.supposed | {FLICKER})
 
     @property
@@ -108,8 +92,9 @@ class Instrument:
 
     def of_size(self, scale: Scale) -> Instrument:
         """Return the instrument of a record of a size: what nobody gave is as many times larger."""
+        units = {each.name: each.entry.unit for each in self.rig.constants} | {FLICKER: "N"}
         factors = {
-            name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in UNITS.items()
+            name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in units.items()
         }
         constants = {
             name: (factors.get(name, 1.0) * value, factors.get(name, 1.0) * deviation)
@@ -361,7 +346,7 @@ class Measurement:
         few = self._only(slice(None, None, times))
         return replace(few, sample_period=self.sample_period * times, resampled=None)
 
-    def since(self, first: int, rig: str) -> Measurement:
+    def since(self, first: int, rig: Rig) -> Measurement:
         """Return the samples from one on, before which the tip touched nothing.
 
         Then no branch of a tissue is under load; the tip of a rig with a spring is moving, though.
@@ -369,7 +354,7 @@ class Measurement:
         return replace(
             self._only(slice(first, None)),
             motion=None if self.motion is None else self.motion.since(first),
-            at_rest=self.at_rest or rig == "rigid_probe",
+            at_rest=self.at_rest or rig.tip_is_position,
             begins=self.begins + float(self.times[first]),
         )
 

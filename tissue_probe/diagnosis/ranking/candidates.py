@@ -196,14 +196,12 @@ def fit_candidates(
 
 def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
     """Return each form in which effects may be added to a model."""
-    from tissue_probe.physics.rigs import admits
-
     return [
         form
         for effect in effects
         if effect.name not in composition.names
         for form in effect.every_form
-        if admits(composition.rig, form)
+        if composition.rig.admits(form)
     ]
 
 

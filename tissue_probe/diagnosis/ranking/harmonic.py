@@ -69,10 +69,8 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
         Frequency [Hz]; None where no line is better, the drive is no sine, or there are several
         measurements: then effects have more to explain than a line.
     """
-    from tissue_probe.physics.rigs import admits
-
     line = _line(base.composition.scale)
-    taken = HUM in final.composition.names or not admits(base.composition.rig, line)
+    taken = HUM in final.composition.names or not base.composition.rig.admits(line)
     if taken or len(base.measurements) > 1:
         return None
     sine = sine_of(base.measurements[0])
