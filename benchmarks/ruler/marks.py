@@ -18,6 +18,8 @@ from benchmarks.ruler.probabilities import Stated, stated
 #: Half the width of a 95 % interval, in standard deviations.
 HALF_WIDTH = 1.96
 NAMING = ("missing", "ambiguous")
+#: Standard deviations by which a value of the instrument is surely not 0.
+SURELY = 3.0
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,10 @@ class Outcome:
         What is missing, and what ranks first, of at most three.
     right : bool
         Nothing hidden: ``adequate``. Else: the verdict names effects, and the first of the
-        ranking is the hidden one or of its family.
+        ranking is the hidden one or of its family; or ``paired``.
+    paired : bool
+        A constant of the force is told as another place of touch, and that both are one and the
+        same in this record.
     exact : bool
         The same, by the hidden effect's own name.
     error : float or None
@@ -61,6 +66,7 @@ class Outcome:
     effects: tuple[str, ...] = ()
     ranking: tuple[str, ...] = ()
     right: bool = False
+    paired: bool = False
     exact: bool = False
     error: float | None = None
     inside: int = 0
@@ -99,6 +105,7 @@ def mark(dealt: Dealt) -> Outcome:
         effects=tuple(found["effects"]),
         ranking=tuple(each["effect"] for each in ranking[:3]),
         right=is_right(found, truth),
+        paired=is_paired(found, truth),
         exact=_right(found, truth.hidden, "effect", truth.effects),
         error=None if error is None else error / dealt.second.noise,
         inside=0 if truth.hidden else inside,
@@ -120,7 +127,18 @@ def answer(first: Record, second: Record | None, arguments: Mapping[str, Any]) -
 
 def is_right(found: Mapping[str, Any], truth: Truth) -> bool:
     """Whether an answer is right: see ``Outcome``."""
-    return _right(found, truth.hidden, "family", truth.families)
+    return _right(found, truth.hidden, "family", truth.families) or is_paired(found, truth)
+
+
+def is_paired(found: Mapping[str, Any], truth: Truth) -> bool:
+    """Whether a constant of the force is told as what it cannot be told from: see ``Outcome``."""
+    same = [
+        each
+        for each in found.get("instrument", [])
+        if set(each["degenerate_with"]) & set(truth.effects)
+        and abs(each["value"]) > SURELY * each["deviation"]
+    ]
+    return found["verdict"] == "adequate" and bool(same)
 
 
 def _stated(found: Mapping[str, Any], truth: Truth) -> Stated:

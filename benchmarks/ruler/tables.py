@@ -42,7 +42,7 @@ def tables(title: str, outcomes: Sequence[Outcome]) -> Iterator[Table]:
 def _marks(title: str, outcomes: Sequence[Outcome], kind: Callable[[Outcome], str]) -> Table:
     table = Table(title=title, title_justify="left")
     for column in (
-        "", "none hidden: adequate", "hidden: family first", "its name first",
+        "", "none hidden: adequate", "hidden: family first", "as the touch", "its name first",
         "error / noise, median", f"<= {NOISE:g}", "intervals that hold the truth", "p", "refused",
     ):  # fmt: skip
         table.add_column(column, justify="right" if column else "left", overflow="fold")
@@ -52,6 +52,7 @@ def _marks(title: str, outcomes: Sequence[Outcome], kind: Callable[[Outcome], st
     table.add_row(IN_ALL, *_row(outcomes))
     table.caption = (
         "in brackets: 95 % interval of the share (Clopper and Pearson), in %\n"
+        "as the touch: a constant of the force told as another place of touch, one and the same\n"
         "error: of the last model on the second record; a record refused counts as above\n"
         "p: of so many intervals or fewer, or as few as rare, were 95 % of them right"
     )
@@ -64,6 +65,7 @@ def _row(outcomes: Sequence[Outcome]) -> Iterator[str]:
     hidden = [each for each in outcomes if each.hidden]
     yield share(each.right for each in clean)
     yield share(each.right for each in hidden)
+    yield str(sum(each.paired for each in hidden))
     yield share(each.exact for each in hidden)
     errors = [each.error for each in outcomes if each.error is not None]
     yield f"{np.median(errors):.3f}" if errors else "-"
