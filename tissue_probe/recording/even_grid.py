@@ -40,6 +40,10 @@ WHOLE = 0.1
 ODD, FEW = 0.02, 0.01
 """Steps off by more than so many periods do not count in the period where they are so few."""
 
+FINER = 32
+"""Even times at the highest rate of several are at most so many times the samples: a model is
+simulated at all of them."""
+
 LASTING = 15
 """Steps of which more than half are alike where a recording goes on at another rate: a few missing
 samples are none."""
@@ -199,7 +203,9 @@ def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
     there = median_filter(steps, LASTING, mode="nearest")
     even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR
     others = bool(np.any(_off(there, usual) > WHOLE * usual))
-    return there if others and even and there.max() > GAP * there.min() else usual
+    apart = GAP * there.min() < there.max()
+    few = float(np.sum(there)) < FINER * there.size * float(there.min())
+    return there if others and even and apart and few else usual
 
 
 def _of_several_rates(
