@@ -120,7 +120,7 @@ def read_columns(
     else:
         grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
     notes += grid.notes
-    own = None if grid.even else OwnTimes(time.origin, time.seconds, position.copy(), force.copy())
+    own = None if grid.even else OwnTimes(time.origin, time.seconds, position, force)
     spans = [_values(grid, time.seconds, position)]
     del position, signals
     spans.append(_values(grid, time.seconds, force))
