@@ -188,7 +188,7 @@ class Answer(_Entry):
         [],
         description="names of the revisions of the samples and of their weights that models asked "
         "for, in their order: quieter and louder (noise), motion, undecided, outliers, corners, "
-        "colour, course, flicker",
+        "fineness (of the simulation), colour, course, flicker",
     )
     instrument: list[InstrumentValue] = Field(
         [], description="values of the last model that belong to the instrument"
