@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import motion
-from tissue_probe.diagnosis.inspection.contact import in_contact
+from tissue_probe.diagnosis.inspection.contact import is_pressed
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
@@ -101,11 +101,11 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     told = instrument.constants.get("contact_position", (0.0, 0.0))[1] > 0.0
     if told or not instrument.any_zero:
         return instrument
-    felt = all(
-        in_contact(each.position[each.used], each.force[each.used], each.noise)
+    pressed = all(
+        is_pressed(each.position[each.used], each.force[each.used], each.noise)
         for each in measurements
     )
-    return replace(instrument, free_touch=felt)
+    return replace(instrument, free_touch=pressed)
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:

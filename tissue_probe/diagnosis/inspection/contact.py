@@ -1,4 +1,4 @@
-"""Whether the tip is in contact throughout a record.
+"""Whether a record tells the place of touch: the tip is in the air, or just touches at its zero.
 
 What belongs here: telling it from the samples. What does not: where a record that begins in the air
 touches (``touch``).
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tissue_probe.diagnosis.inspection.touch import FELT
 from tissue_probe.diagnosis.transforms import without_line
 from tissue_probe.signals import FloatArray
 
@@ -16,14 +17,14 @@ LOWEST = 0.1
 #: Samples there at least that tell how much the force varies.
 FEWEST = 16
 #: Times the noise by which the force varies there at least in contact: noise alone does so by one.
-FELT = 2.0
+VARIES = 2.0
 
 
-def in_contact(position: FloatArray, force: FloatArray, noise: float) -> bool:
-    """Return whether the force follows the motion where the tip is least deep.
+def is_pressed(position: FloatArray, force: FloatArray, noise: float) -> bool:
+    """Return whether the tip is in the tissue throughout, and how deep nothing in the record tells.
 
-    In the air it is its zero, which may drift, and the noise. Where few samples tell that, any of
-    them may be the touch whose force is zero.
+    In the air the force is its zero, which may drift, and the noise. Where the force comes to zero
+    at the position's zero, the tip touches there.
 
     Parameters
     ----------
@@ -32,8 +33,11 @@ def in_contact(position: FloatArray, force: FloatArray, noise: float) -> bool:
     noise : float
         Standard deviation of the force's noise [N].
     """
-    lowest = np.min(position) + LOWEST * np.ptp(position)
-    there = force[position <= lowest]
-    if there.size < FEWEST:
-        return bool(np.min(np.abs(there)) > FELT * noise)
-    return float(np.std(without_line(there))) > FELT * noise
+    lowest, travel = np.min(position), np.ptp(position)
+    there = position <= lowest + LOWEST * travel
+    unloaded = position[there & (np.abs(force) <= FELT * noise)]
+    if unloaded.size and lowest <= LOWEST * travel and unloaded.max() >= 0.0:
+        return False
+    if np.count_nonzero(there) < FEWEST:
+        return True
+    return float(np.std(without_line(force[there]))) > VARIES * noise
