@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.shaken import FAINT
+from tissue_probe.diagnosis.inspection.coarse_response import coarse_response, regressors
 from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffness_deviation
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.response import Between
@@ -82,9 +81,7 @@ class Segment:
         drives, or a force drives: noise of what drives is counted at even times only.
         """
         even = self._even(output)
-        slope = np.ptp(self.force) / max(np.ptp(self.position), np.finfo(float).tiny)
-        felt = slope * even.position_noise > FAINT * even.noise
-        if self.own is None or output is not FORCE or felt:
+        if self.own is None or output is not FORCE or _feels_noise(even):
             return even
         own = self.own
         return replace(
@@ -114,6 +111,20 @@ class Segment:
             resampled=self.noise,
             between=None if self.course == "auto" else Between[self.course],
         )
+
+
+def _feels_noise(measurement: Measurement) -> bool:
+    """Whether the force feels noise of the position, by a first look at how it answers to it.
+
+    Noise from sample to sample has speeds and accelerations that go with the sampling rate.
+    """
+    noise = measurement.position_noise
+    if not noise:
+        return False
+    period = measurement.sample_period
+    told = coarse_response(regressors(measurement.position, measurement.force, period))
+    answers = told.stiffness, told.damping / period, told.mass / period**2
+    return noise * max(map(abs, answers)) > FAINT * measurement.noise
 
 
 def segments(
