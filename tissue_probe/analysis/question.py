@@ -77,9 +77,9 @@ class Question:
         """
         supposed = CONTACT in self.instrument.supposed and not self.model.values
         own = all(part.is_own for part in measured.parts)
-        exact = (self.instrument.constants or {}).get(CONTACT, (0.0, math.inf))[1] == 0.0
+        led = self.composition.rig.tip_is_position
         zeros = any(effect.zero for effect in self.composition.all_effects)
-        return replace(self.instrument, any_zero=supposed and exact and not (own or zeros))
+        return replace(self.instrument, any_zero=supposed and led and not (own or zeros))
 
     @cached_property
     def library(self) -> Mapping[str, Effect]:

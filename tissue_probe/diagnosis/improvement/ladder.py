@@ -44,9 +44,12 @@ MOST = 3
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 #: How often samples are weighed anew: without corners, without those that hang on the position's
-#: noise, without outliers, with less noise or more, with another motion in a noisy position, and
-#: simulated more finely: each once, and noise and fineness again after them.
-ROUNDS = 8
+#: noise, without outliers, with less noise or more, and with another motion in a noisy position:
+#: each once, and the noise again after them. That they are simulated more finely does not count: it
+#: ends by itself.
+ROUNDS = 6
+#: The revision by which measurements are simulated more finely.
+FINENESS = "fineness"
 
 
 def climb(
@@ -84,7 +87,7 @@ def climb(
     """
 
     def anew(revision: str, kept: Sequence[Measurement]) -> Ladder:
-        left = rounds - 1
+        left = rounds - (revision != FINENESS)
         ladder = climb(composition, kept, instrument, library, begin_at, left, progress, tell)
         return replace(ladder, revisions=(revision, *ladder.revisions))
 
@@ -144,10 +147,10 @@ def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> Revised | 
     tell wrong values of a model that explains them, too.
     """
     if rounds == 0:
-        return None
+        return _first_of(base, instrument, ((FINENESS, finer),))
     if is_quiet(base) and not explained(base) and (kept := quieter(base, instrument, True)):
         return "quieter", kept
-    return _first_of(base, instrument, (("corners", _corners), ("fineness", finer)))
+    return _first_of(base, instrument, (("corners", _corners), (FINENESS, finer)))
 
 
 def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | None:
@@ -156,10 +159,8 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | No
     None where it leaves noise only and is simulated finely enough, where it shows nothing, or after
     so many rounds.
     """
-    if rounds == 0:
-        return None
-    revisions = [("fineness", finer)]
-    if not explained(fit):
+    revisions = [(FINENESS, finer)]
+    if rounds and not explained(fit):
         # The noise first: by it outliers are told, and where more is counted there are none.
         revisions += [
             ("quieter", quieter) if is_quiet(fit) else ("louder", louder),
@@ -214,7 +215,8 @@ def climb_by(
         steps += found
     if kept := _weighed_anew([base, *steps][-1], instrument, rounds):
         revision, samples = kept
-        ladder = climb_by(composition, samples, instrument, wanted, begin_at, rounds - 1)
+        left = rounds - (revision != FINENESS)
+        ladder = climb_by(composition, samples, instrument, wanted, begin_at, left)
         return replace(ladder, revisions=(revision, *ladder.revisions))
     verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
     if not explained(steps[-1]):
