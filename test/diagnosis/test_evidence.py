@@ -61,6 +61,13 @@ def unexplained(misfit=0.0):
     return fit("", misfit, WRONG)
 
 
+def test_equally_probable_families_stand_in_the_order_of_the_effects():
+    """The first that is sure is claimed: the order of a set would be another in each process."""
+    names = ["mains_hum", "force_lag", "coulomb_friction", "cubic_stiffening", "springpot"]
+    told = posterior(unexplained(), [fit("+".join(names), 900.0, WRONG)])
+    assert list(told.families) == [EFFECTS[name].family for name in names]
+
+
 def test_adequacy_is_the_largest_test_over_its_limit():
     made = fit("mains_hum", 0.0)
     assert adequacy(made) == pytest.approx(NOT_THERE)

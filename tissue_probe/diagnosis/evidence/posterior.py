@@ -78,10 +78,13 @@ class Posterior:
 
     @property
     def families(self) -> dict[str, float]:
-        """Probability that some effect of a family is missing, by the family's name."""
+        """Probability that some effect of a family is missing, by the family's name.
+
+        The most probable first; of equally probable ones in the order of the models and effects.
+        """
         found: dict[str, float] = defaultdict(float)
         for fit, probability in zip(self.models, self.probabilities, strict=True):
-            for family in set(_families(fit, self.base)):
+            for family in dict.fromkeys(_families(fit, self.base)):
                 found[family] += probability
         return dict(sorted(found.items(), key=lambda each: -each[1]))
 
