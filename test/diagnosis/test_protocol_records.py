@@ -51,7 +51,7 @@ def test_the_same_with_the_wrong_sign_is_refused(noise):
 
 
 def test_a_relaxing_solid_explains_a_ramp_and_hold_from_the_first_sample():
-    (clean,), _ = cleaned([Measurement(*relaxation(), 0.02, at_rest=True)], "rigid_probe")
+    (clean,), _ = cleaned([Measurement(*relaxation(), 0.02, at_rest=True)])
     base = fit_base(RIGID_PROBE, [clean], STILL)
     (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], STILL)
     assert explained(found)
@@ -67,7 +67,7 @@ def test_clean_records_are_explained_however_few_samples_they_have(samples):
         period = 4.0 / samples
         position, speed = 3e-3 * np.sin(phase), 3e-3 * 2.0 * np.pi * np.cos(phase)
         force = 200.0 * position + 30.0 * speed + 0.01 * random.standard_normal(samples)
-        (clean,), _ = cleaned([Measurement(position, force, period)], "rigid_probe")
+        (clean,), _ = cleaned([Measurement(position, force, period)])
         right += explained(fit_base(RIGID_PROBE, [clean], STILL))
     assert right >= count - 2
 
@@ -125,7 +125,7 @@ def test_the_touch_is_found_in_a_simulation_without_noise():
 
 def test_the_air_tells_the_zero_and_so_the_place_of_the_touch():
     position, force = touching(exponent=1.0, stiffness=400.0)
-    (clean,), _ = cleaned([Measurement(position, force + 0.05, 2e-3)], "rigid_probe")
+    (clean,), _ = cleaned([Measurement(position, force + 0.05, 2e-3)])
     (pressed,), instrument, (told,) = from_touch([clean], STILL)
     fit = fit_base(RIGID_PROBE, [pressed.without(pressed.position < 1.85e-3)], instrument)
     assert fit.named()["contact_position"] == pytest.approx(1.8e-3, abs=2e-6)
@@ -162,7 +162,7 @@ def test_the_touch_point_is_fitted_and_the_law_of_contact_found():
 
 
 def test_the_samples_before_the_touch_are_left_out():
-    clean, _ = cleaned([Measurement(*touching(), 2e-3)], "rigid_probe")
+    clean, _ = cleaned([Measurement(*touching(), 2e-3)])
     (kept,), instrument, (told,) = from_touch(clean, STILL)
     assert kept.begins == pytest.approx(2e-3 * (2000 - kept.position.size))
     assert np.isinf(instrument.constants["contact_position"][1])
@@ -192,7 +192,7 @@ def of_a_command(seed=0, noise=1e-6):
 
 
 def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
-    clean, findings = cleaned([of_a_command()], "force_driven")
+    clean, findings = cleaned([of_a_command()])
     assert not findings  # a command that rests is not stuck
     held, (told,) = with_input(DRIVEN, clean, MOVED)
     assert held[0].between is Between.held
@@ -209,7 +209,7 @@ def test_a_force_that_goes_on_straight_between_its_samples_is_told_and_the_value
     force = np.where(np.arange(3000) // 170 % 2 == 1, 1.0, 0.0)
     position = pushed(force, 2e-3, held=False) + 1e-6 * random.standard_normal(force.size)
     record = Measurement(position, force, 2e-3, at_rest=True, output=POSITION)
-    clean, _ = cleaned([record], "force_driven")
+    clean, _ = cleaned([record])
     straight, (told,) = with_input(DRIVEN, clean, MOVED)
     assert straight[0].between is Between.straight
     assert "straight lines" in told.sentence
@@ -234,7 +234,7 @@ def test_a_measured_force_is_not_taken_for_a_command():
     force = np.sin(2 * np.pi * 2.0 * time) + 0.3 * np.sin(2 * np.pi * 7.0 * time)
     position = pushed(force, 1e-3, held=False) + 1e-6 * random.standard_normal(time.size)
     noisy = force + 2e-3 * random.standard_normal(time.size)
-    clean, _ = cleaned([Measurement(position, noisy, 1e-3, output=POSITION)], "force_driven")
+    clean, _ = cleaned([Measurement(position, noisy, 1e-3, output=POSITION)])
     same, told = with_input(DRIVEN, clean, MOVED)
     assert same[0].between is None
     assert not told
@@ -288,9 +288,7 @@ def test_creep_of_an_unknown_mass_is_that_of_a_relaxing_solid():
     random = np.random.default_rng(3)
     position = answer.y[0] + 5e-6 * random.standard_normal(time.size)
     force = load + 1e-3 * random.standard_normal(time.size)
-    clean, _ = cleaned(
-        [Measurement(position, force, 1.0 / rate, at_rest=True, output=POSITION)], "force_driven"
-    )
+    clean, _ = cleaned([Measurement(position, force, 1.0 / rate, at_rest=True, output=POSITION)])
     base = fit_base(DRIVEN, clean, MOVED)
     (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], MOVED)
     assert found.ratio < 1.15
@@ -335,7 +333,7 @@ def out_of_the_air(seed, damping=2000.0, period=1e-2):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_touch_is_found_where_the_tissue_resists_by_damping_at_once(seed):
     measurement, place = out_of_the_air(seed)
-    (clean,), _ = cleaned([measurement], "rigid_probe")
+    (clean,), _ = cleaned([measurement])
     (pressed,), instrument, _ = from_touch([clean], STILL)
     base = fit_base(RIGID_PROBE, [pressed], instrument)
     (found,) = fit_candidates(base, [EFFECTS["contact_loss"]], instrument)

@@ -78,7 +78,7 @@ def test_mass_and_friction_of_a_drive_are_found():
 
 
 def test_the_mass_is_found_through_the_steps_of_the_position_without_a_filter():
-    (clean,), _ = cleaned([measured(drive())], "rigid_probe")
+    (clean,), _ = cleaned([measured(drive())])
     for measurement in (measured(drive()), clean):
         found = fit_base(RIG, [measurement], NO_TISSUE).named()["tip_mass"]
         assert found == pytest.approx(MASS, rel=0.01)

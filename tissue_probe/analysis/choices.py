@@ -17,7 +17,7 @@ Course = Literal["auto", "smooth", "straight", "held", "jumping"]
 """How a force that drives goes on between two samples (``physics.response.Between``)."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
-#: What is meant where no rig is named.
+#: The rig that is supposed where none is named.
 OWN_RIG = OWN.name
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)
 TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)

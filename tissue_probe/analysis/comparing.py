@@ -18,15 +18,14 @@ from tissue_probe.analysis.other_values import predicted
 from tissue_probe.analysis.question import Constants, Question, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import segments
-from tissue_probe.diagnosis.cleaning import cleaned, from_touch, with_any_touch
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.ladder import climb_by
-from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.diagnosis.sizing import library_of_size, sized, told_of_size
@@ -226,20 +225,17 @@ def compare(
     found = segments(fitted, starts, site, lowpass, course)
     taken = [each.measurement(asked.composition.output) for each in found]
     composition, of_size, instrument = sized(asked.composition, taken, asked.instrument_for(fitted))
-    clean, findings = cleaned(of_size, composition.rig)
-    clean, instrument, touched = from_touch(clean, instrument)
-    instrument = with_any_touch(clean, instrument)
-    clean, held_by = with_input(composition, clean, instrument, asked.model.values)
-    touched += held_by + told_of_size(composition.scale)
+    clean, instrument, findings = prepared(composition, of_size, instrument, asked.model.values)
+    findings += told_of_size(composition.scale)
     if model is not None:
         fit = held(asked.model, clean)
     else:
         fit = fit_base(composition, clean, instrument)
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
-            touched += left_out(clean, fit, instrument)
+            findings += left_out(clean, fit, instrument)
     notes = [*asked.notes_for(fitted), *(note for each in found for note in each.notes)]
-    notes += [each.sentence for each in (*findings, *touched, *check_fit(fit, fit))]
+    notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
     return ComparisonResult(

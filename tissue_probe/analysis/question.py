@@ -19,13 +19,12 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.rigs import OWN, RIGS, Rig
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import Measurements
     from tissue_probe.physics.effects import Effect
 
-#: The place of the first touch, by name.
-CONTACT = "contact_position"
 #: What may be known of the tissue, such as that there is none.
 TISSUE = ("stiffness", "damping")
 
@@ -70,12 +69,12 @@ class Question:
         return self.notes if own else (*self.notes, SUPPOSED)
 
     def instrument_for(self, measured: Measurements) -> Instrument:
-        """Return what is known of the rig for these measurements.
+        """Return the rig's constants as far as they are known for these measurements.
 
         A tip that follows the position exactly has no spring that tells the touch. Where nobody
         says where it is, the zero of others' positions may be anywhere; this suite's is the touch.
         """
-        supposed = CONTACT in self.instrument.supposed and not self.model.values
+        supposed = CONTACT_POSITION.name in self.instrument.supposed and not self.model.values
         own = all(part.is_own for part in measured.parts)
         led = self.composition.rig.tip_is_position
         zeros = any(effect.zero for effect in self.composition.all_effects)

@@ -78,7 +78,7 @@ class Segment:
         """Return it as models of this output are compared with it.
 
         Samples at uneven times keep these, but where the force feels noise of the position, which
-        drives, or a force drives: noise of what drives is counted at even times only.
+        drives, or a force drives: noise of the input is counted at even times only.
         """
         even = self._even(output)
         if self.own is None or output is not FORCE or _feels_noise(even):

@@ -14,6 +14,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.motion import motion
+from tissue_probe.diagnosis.fitting.problem import CONTACT
 from tissue_probe.diagnosis.inspection.contact import is_pressed
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -22,7 +23,6 @@ from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
-from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
@@ -43,7 +43,7 @@ ZERO = " The force there, {:.3g} N, is taken off: it is the zero."
 
 
 def cleaned(
-    measurements: Sequence[Measurement], rig: Rig
+    measurements: Sequence[Measurement],
 ) -> tuple[list[Measurement], list[Finding]]:
     """Inspect measurements, leave spoilt samples out of the fit, and smooth the position.
 
@@ -75,7 +75,7 @@ def from_touch(
     found, findings, places = [], [], []
     for each in measurements:
         touch = None
-        if each.input is POSITION and "contact_position" in instrument.constants:
+        if each.input is POSITION and CONTACT in instrument.constants:
             touch = first_touch(each.position, each.force, each.noise)
         if touch is None:
             found.append(each)
@@ -88,7 +88,7 @@ def from_touch(
         sentence = TOUCH.format(told, touch.sample, touch.position, zero)
         findings.append(Finding("touch", sentence))
     if places:
-        constants = {**instrument.constants, "contact_position": (places[0], np.inf)}
+        constants = {**instrument.constants, CONTACT: (places[0], np.inf)}
         instrument = replace(instrument, constants=constants)
     return found, instrument, findings
 
@@ -98,7 +98,7 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
 
     That is where nobody has said where the position's zero is, and the tip never leaves the tissue.
     """
-    told = instrument.constants.get("contact_position", (0.0, 0.0))[1] > 0.0
+    told = instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
     if told or not instrument.any_zero:
         return instrument
     pressed = all(

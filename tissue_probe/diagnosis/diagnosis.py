@@ -19,7 +19,7 @@ from tissue_probe.diagnosis import instrument_values
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
-from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch, with_any_touch
+from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
@@ -33,10 +33,11 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.improvement.ladder import ROUNDS, Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
-from tissue_probe.diagnosis.input_course import COURSE, told, told_anew, with_input
+from tissue_probe.diagnosis.input_course import COURSE, told, told_anew
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.instrument_values import InstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
@@ -227,7 +228,7 @@ def diagnose(
     read = _as_read([*measurements, *validation])
     findings = [*read, *told_of_size(composition.scale), *findings]
     validation = [of_size(each, composition.scale) for each in validation]
-    validation, of_validation = cleaned(validation, composition.rig)
+    validation, of_validation = cleaned(validation)
     validation, _, touched = from_touch(validation, instrument)
     findings += [*of_validation, *touched]
 
@@ -306,28 +307,6 @@ def diagnose(
     # A model that explains one recording of a specimen, and not another, does not explain it.
     fails = verdict in ("adequate", "missing") and not found.carries_over
     return replace(found, verdict="unexplained") if fails else found
-
-
-def prepared(
-    composition: Composition,
-    measurements: Sequence[Measurement],
-    instrument: Instrument,
-    begin_at: Mapping[str, float] | None = None,
-) -> tuple[Sequence[Measurement], Instrument, list[Finding]]:
-    """Inspect measurements; return them, and the instrument, as a model is fitted to them.
-
-    Without spoilt samples, from the touch on, and with the course of what drives between samples.
-
-    Raises
-    ------
-    MeasurementError
-        If any samples are such that a fit would be worthless.
-    """
-    clean, findings = cleaned(measurements, composition.rig)
-    clean, instrument, touched = from_touch(clean, instrument)
-    instrument = with_any_touch(clean, instrument)
-    clean, held = with_input(composition, clean, instrument, begin_at)
-    return clean, instrument, [*findings, *touched, *held]
 
 
 def plainly(
@@ -451,7 +430,7 @@ def told_by(
     def moved(samples: Sequence[Measurement]) -> Fit | None:
         return carried(fit.composition, fit.named(), samples, instrument)
 
-    of_force = max(each.input_noise for each in fit.measurements)
+    of_force = float(np.fmax.reduce([each.input_noise for each in fit.measurements]))
     found = moved([replace(each, input_noise=of_force) for each in measurements])
     if found is None:
         return measurements
@@ -492,7 +471,7 @@ def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Findi
 
 
 def _finest(measurements: Sequence[Measurement]) -> Fineness:
-    """Return what is as fine as each of them is simulated."""
+    """Return the fineness that none of the measurements exceeds."""
     every = [each.fineness for each in measurements]
     return Fineness(max(each.degree for each in every), max(each.parts for each in every))
 

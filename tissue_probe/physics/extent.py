@@ -9,6 +9,10 @@ from dataclasses import dataclass
 
 from tissue_probe.physics.scale import Scale
 
+#: The slowest rate at which a branch relaxes, times a record's duration: it gives way by a quarter
+#: then, and one that is slower is as good as a spring, or as a zero of the force that moves.
+SLOWEST = 0.3
+
 
 @dataclass(frozen=True)
 class Extent:

@@ -11,7 +11,7 @@ there are thousands of samples, and no residual shows it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +27,8 @@ from tissue_probe.signals import FloatArray
 #: Standard deviations by which numbers may be wrong for the simulation: an interval that holds the
 #: truth in 95 % of all records holds it in 94 % then.
 UNSEEN = 0.3
-#: Most parts more; where more are needed the model is not to be simulated at these values.
+#: Most parts more: they divide the error by a million. Where that is not enough, the model cannot
+#: be simulated at these values.
 MOST = 32
 #: Degrees of the course through smooth samples, each of which tells the error of the one before.
 DEGREES = (3, 7, 9)
@@ -61,21 +62,26 @@ def doubt(fit: Fit, instrument: Instrument) -> Doubt:
     if point is None:
         nothing = np.zeros(len(fit.values))
         return Doubt(nothing, nothing)
-    in_steps = problem.states and not problem.kernel.linear
-    step = _shift(fit, problem, point, in_more_parts) if in_steps else np.zeros(len(fit.values))
-    return Doubt(step, _shift(fit, problem, point, smoother))
+    known = covariance(problem, point)
+    step = course = np.zeros(len(fit.values))
+    if problem.states and not problem.kernel.linear:
+        step = _shift(fit, problem, point, known, [*map(in_more_parts, problem.measurements)])
+    along = [smoother(each) or each for each in problem.measurements]
+    if any(new is not old for new, old in zip(along, problem.measurements, strict=True)):
+        course = _shift(fit, problem, point, known, along)
+    return Doubt(step, course)
 
 
 def widened(fit: Fit, instrument: Instrument) -> Fit:
     """Return a fit whose covariance has the errors that no finer simulation takes away."""
     told = doubt(fit, instrument)
     # Of a course that is not smooth another one tells nothing.
-    smooth = any(each.fineness.degree > DEGREES[0] for each in fit.measurements)
-    if max(told.step, told.course if smooth else 0.0) <= UNSEEN:
+    if all(each.fineness.degree == DEGREES[0] for each in fit.measurements):
+        told = replace(told, by_course=np.zeros(len(fit.values)))
+    if max(told.step, told.course) <= UNSEEN:
         return fit
-    aside = (told.by_step + (told.by_course if smooth else 0.0)) * np.sqrt(
-        np.maximum(np.diag(fit.covariance), 0.0)
-    )
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    aside = (told.by_step + told.by_course) * deviations
     return replace(fit, covariance=fit.covariance + np.outer(aside, aside))
 
 
@@ -83,39 +89,38 @@ def _shift(
     fit: Fit,
     problem: Problem,
     point: Point,
-    finer: Callable[[Measurement], Measurement | None],
+    known: FloatArray,
+    finer: Sequence[Measurement],
 ) -> FloatArray:
-    """Return by how much values move, in standard deviations, where measurements are finer."""
+    """Return by how much values move, in standard deviations, where measurements are finer.
+
+    ``known`` is the covariance of the unknowns at the point, by the samples' noise alone.
+    """
     q, n = problem.count, problem.states
+    finely = Problem(problem.composition, finer, problem.instrument)
     gradient, scale = np.zeros(len(point.gradient)), np.ones(len(point.gradient))
     scale[:q] = scale_of(problem, point.values)
-    for index, measurement in enumerate(problem.measurements):
-        other = finer(measurement)
-        if other is None:
+    for index, measurement in enumerate(finer):
+        residual, sensitivity = point.simulated[index]
+        driven, start = measurement.input_values, point.starts[index]
+        output = finely.response(index, driven, point.values, start).output
+        moved = output - (measurement.output_values - residual)
+        if not np.isfinite(moved).all():
             continue
-        found = _output(problem, index, other, point) - _output(problem, index, measurement, point)
-        if not np.isfinite(found).all():
-            continue
-        J = problem.weighed(index, point.simulated[index][1])
+        J = problem.weighed(index, sensitivity)
         place = np.concatenate([q + index * n + np.arange(n), np.arange(q)])
-        gradient[place] += (J.T @ problem.weighed(index, found)) * scale[place]
-    told, inverse = free(problem, point), covariance(problem, point)
-    moved = np.zeros(len(gradient))
-    moved[told] = (inverse @ gradient[told]) * scale[told]
+        gradient[place] += (J.T @ problem.weighed(index, moved)) * scale[place]
+    told, shift = free(problem, point), np.zeros(len(gradient))
+    shift[told] = (known @ gradient[told]) * scale[told]
     deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
-    return np.divide(moved[:q], deviations, out=np.zeros(q), where=deviations > 0.0)
-
-
-def _output(problem: Problem, index: int, measurement: Measurement, point: Point) -> FloatArray:
-    """Return the output of a model at a point, where one measurement is simulated otherwise."""
-    others = [*problem.measurements]
-    others[index] = measurement
-    own = Problem(problem.composition, others, problem.instrument)
-    return own.response(index, measurement.input_values, point.values, point.starts[index]).output
+    return np.divide(shift[:q], deviations, out=np.zeros(q), where=deviations > 0.0)
 
 
 def in_more_parts(measurement: Measurement, times: int = 2) -> Measurement:
-    """Return a measurement that is simulated in so many times more parts."""
+    """Return a measurement that is simulated in so many times more parts.
+
+    Up to one halving beyond ``MOST``, which tells the error that is left there.
+    """
     now = measurement.fineness
     return replace(measurement, fineness=replace(now, parts=min(times * now.parts, 2 * MOST)))
 

@@ -39,7 +39,7 @@ class Effort:
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Count what is done meanwhile, from nothing; an effort that counts already counts on."""
+        """Count the responses of the block, from nothing; an outer block counts them, too."""
         self._counted = Numbers(0.0)
         self._within = _counting.get()
         token = _counting.set(self)

@@ -28,6 +28,7 @@ from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.response import USUAL as COARSE
 from tissue_probe.physics.response import Between, Fineness
 from tissue_probe.physics.rigs import OWN, Rig, rig_of
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.physics.smooth_course import at_times
 from tissue_probe.quantities import FORCE, Quantity, other
@@ -88,7 +89,7 @@ class Instrument:
     @property
     def of_run(self) -> tuple[str, ...]:
         """Constants that belong to a run."""
-        return ("contact_position",) if self.free_touch else ()
+        return (CONTACT_POSITION.name,) if self.free_touch else ()
 
     def of_size(self, scale: Scale) -> Instrument:
         """Return the instrument of a record of a size: what nobody gave is as many times larger."""
@@ -324,6 +325,14 @@ class Measurement:
         """Return values of the input at the even times at which a model is simulated."""
         if self.at is None:
             return values
+        return self._driven if values is self.input_values else self._evenly(values)
+
+    @cached_property
+    def _driven(self) -> FloatArray:
+        """The input at even times: the same in all responses of a fit."""
+        return self._evenly(self.input_values)
+
+    def _evenly(self, values: FloatArray) -> FloatArray:
         count = math.ceil(self.at[-1] / self.sample_period - 1e-6) + 1
         even = np.minimum(np.arange(count) * self.sample_period, self.at[-1])
         return interpolate(self.at, values, even, reach=np.inf)

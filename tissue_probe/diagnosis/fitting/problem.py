@@ -17,8 +17,10 @@ from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.extent import SLOWEST
 from tissue_probe.physics.kinds import RELAXATION
 from tissue_probe.physics.response import Between, Response, course, respond
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.signals import FloatArray, IntArray
 
 #: A rig's constant stays within this many standard deviations of its tolerance, and the start of a
@@ -28,16 +30,11 @@ FARTHEST = 4.0
 #: Parameters whose bounds span more than this factor are searched by their logarithm.
 LOGARITHMIC = 50.0
 #: The place of the first touch, by name.
-CONTACT = "contact_position"
+CONTACT = CONTACT_POSITION.name
 #: How far a state may be off at the start at least [m]: at rest without load, or soon forgotten.
 SHORTEST = 1e-8
 #: How fast a probe at rest may be [m/s].
 RESTING = 1e-4
-
-
-#: The slowest rate at which a branch relaxes is this over the record's duration: a slower one gives
-#: way by less than a quarter, and is as good as a spring, or a zero of the force that moves.
-SLOWEST = 0.3
 
 
 class Begin(NamedTuple):
@@ -164,17 +161,12 @@ class Problem:
         """
         zeros = {effect.zero for effect in self.composition.all_effects} - {""}
         self._hold(np.flatnonzero(np.isin(self.runs.meanings, list(zeros))), 0.0)
-        contact = self.composition.kernel.values.index(CONTACT)
-        for index, places in enumerate(self.runs.places):
-            number = self.runs.numbers[index]
-            own = [
-                each.position
-                for each, run in zip(self.measurements, self.runs.numbers, strict=True)
-                if run == number
-            ]
-            lowest, highest = min(map(np.min, own)), max(map(np.max, own))
-            self.nominal[places[contact]] = lowest
-            self.deviation[places[contact]] = highest - lowest
+        contact, numbers = self.composition.kernel.values.index(CONTACT), self.runs.numbers
+        for number in range(self.runs.count):
+            pairs = zip(self.measurements, numbers, strict=True)
+            positions = np.concatenate([each.position for each, run in pairs if run == number])
+            place = self.runs.places[numbers.index(number)][contact]
+            self.nominal[place], self.deviation[place] = np.min(positions), np.ptp(positions)
 
     def begin(self, values: FloatArray) -> list[Begin]:
         """Return what is known beforehand of the states at the start of each measurement."""

@@ -61,9 +61,8 @@ class Runs:
         for index, number in enumerate(self.numbers):
             first = self.numbers.index(number)
             place = np.arange(len(names)) if first == index else places[first].copy()
-            # Of the first part of every run the values that belong to a part are the same: none.
             if first == index and number:
-                add(by_run, place, run_name(number))
+                add(by_run, place, f"run {number + 1}")
             if first < index:
                 add(by_part, place, f"part {index + 1}")
             places.append(place)
@@ -73,7 +72,7 @@ class Runs:
         self.entries: tuple[Entry, ...] = tuple(entries)
         #: How many runs there are.
         self.count = len(numbers)
-        #: Names of all values; of a further run or part see ``run_name``.
+        #: Names of all values: of a further run, or part, with its number among all measurements.
         self.names = tuple(entry.name for entry in entries)
         #: Their names in the kernel, which are those of the first measurement.
         self.meanings = tuple(meanings)
@@ -116,11 +115,6 @@ def of_run(composition: Composition) -> set[str]:
 def of_part(composition: Composition) -> set[str]:
     """Name the values of a model that belong to a part of a run."""
     return {name for effect in composition.all_effects for name in effect.of_part}
-
-
-def run_name(number: int) -> str:
-    """Return how a further run is called in the names of its values; the first is number 0."""
-    return f"run {number + 1}"
 
 
 def _renamed(entry: Entry, called: str) -> Entry:

@@ -23,8 +23,9 @@ from tissue_probe.signals import FloatArray
 #: one is: a state known to a share of a turn by one window is known to less than a turn by the
 #: next, as long as its error falls as fast as the window grows.
 FIRST, LONGER = 8, 3
-#: The last window: what is in step for so many samples stays so.
-LAST = 216
+#: The last window, three times as much longer: its start is then known to a share of a turn of a
+#: motion that turns once in the samples of the first.
+LAST = FIRST * LONGER**3
 
 
 def started_anew(problem: Problem, fit: Fit | None, bar: Bar | None = None) -> Fit | None:

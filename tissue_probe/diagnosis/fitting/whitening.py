@@ -22,8 +22,8 @@ import numpy as np
 
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
-#: White noise of the output over that of the force in it, as ratios that are tried: of two next to
-#: each other the likelihood of a thousand samples differs by less than one.
+#: White noise of the output over that of the force in it, as ratios that are tried: half of a step
+#: is 15 %, and so well the smaller of both deviations is told.
 RATIOS = np.geomspace(1e-4, 10.0, 41)
 #: Share of the covariance's mean that rounding may be: so much is added to what is inverted.
 ROUNDING = 1e-13

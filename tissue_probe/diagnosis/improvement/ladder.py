@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained, is_quiet, removes
@@ -37,6 +38,8 @@ Progress = Callable[[str], None]
 """Told what is under way."""
 Revised = tuple[str, list[Measurement]]
 """Name of a revision, and the measurements after it."""
+Revise = Callable[[Fit, Instrument], list[Measurement] | None]
+"""Returns the measurements of a fit, revised; None where there is nothing to revise."""
 
 #: Effects in all.
 MOST = 3
@@ -146,11 +149,12 @@ def _first_weighed(base: Fit, instrument: Instrument, rounds: int) -> Revised | 
     There is no more noise than it leaves, also where it lacks an effect; and corners of the motion
     tell wrong values of a model that explains them, too.
     """
-    if rounds == 0:
-        return _first_of(base, instrument, ((FINENESS, finer),))
-    if is_quiet(base) and not explained(base) and (kept := quieter(base, instrument, True)):
-        return "quieter", kept
-    return _first_of(base, instrument, (("corners", _corners), (FINENESS, finer)))
+    revisions: list[tuple[str, Revise]] = []
+    if rounds and is_quiet(base) and not explained(base):
+        revisions.append(("quieter", partial(quieter, least=True)))
+    if rounds:
+        revisions.append(("corners", _corners))
+    return _first_of(base, instrument, [*revisions, (FINENESS, finer)])
 
 
 def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | None:
@@ -159,7 +163,7 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | No
     None where it leaves noise only and is simulated finely enough, where it shows nothing, or after
     so many rounds.
     """
-    revisions = [(FINENESS, finer)]
+    revisions: list[tuple[str, Revise]] = [(FINENESS, finer)]
     if rounds and not explained(fit):
         # The noise first: by it outliers are told, and where more is counted there are none.
         revisions += [
@@ -171,12 +175,10 @@ def _weighed_anew(fit: Fit, instrument: Instrument, rounds: int) -> Revised | No
     return _first_of(fit, instrument, revisions)
 
 
-Revise = Callable[[Fit, Instrument], list[Measurement] | None]
-
-
 def _first_of(
     fit: Fit, instrument: Instrument, revisions: Sequence[tuple[str, Revise]]
 ) -> Revised | None:
+    """Return the first revision for which the fit gives a reason."""
     told = ((name, revise(fit, instrument)) for name, revise in revisions)
     return next(((name, kept) for name, kept in told if kept), None)
 

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.touch import FELT
+from tissue_probe.diagnosis.inspection.touch import FELT, FEWEST
 from tissue_probe.diagnosis.transforms import without_line
 from tissue_probe.signals import FloatArray
 
 #: Share of the travel, at its lower end, in which the tip is in the air if it is anywhere.
 LOWEST = 0.1
-#: Samples there at least that tell how much the force varies.
-FEWEST = 16
-#: Times the noise by which the force varies there at least in contact: noise alone does so by one.
+#: Times the noise by which the force varies there at least in contact: of the fewest samples that
+#: are asked, noise alone does so in less than one of ten million.
 VARIES = 2.0
 
 

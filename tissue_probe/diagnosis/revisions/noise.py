@@ -106,8 +106,8 @@ def _with_less_colour(
 
     Whichever makes the residual likelier.
     """
-    found = whitening.likeliest(residual, measurement.used)
-    if least or not found.force:
+    found = None if least else whitening.likeliest(residual, measurement.used)
+    if found is None or not found.force:
         return replace(measurement.with_noise_of(residual), whitening=None, input_noise=0.0)
     return replace(measurement, whitening=found, noise=found.own, input_noise=found.force)
 
