@@ -19,6 +19,7 @@ from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.second_recording import told_by
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -51,7 +52,7 @@ def measured(record: Record) -> Measurement:
 
 
 def second_error(challenge: Challenge, fit, instrument: Instrument) -> float:
-    second = diagnosis.told_by(fit, [measured(challenge.second)], instrument)
+    second = told_by(fit, [measured(challenge.second)], instrument)
     moved = carried(fit.composition, fit.named(), second, instrument)
     assert moved is not None
     return moved.rmse

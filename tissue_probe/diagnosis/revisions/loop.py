@@ -1,0 +1,77 @@
+"""The one loop of revisions: a model asks for one, is fitted to what it asked for, and asks again.
+
+What belongs here: how long this goes on, and what is remembered of it. What does not: which
+revisions there are (``table``), the search for effects (``improvement``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from tissue_probe.diagnosis.fitting.fit import Fit
+from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.ranking.candidates import fit_base
+from tissue_probe.diagnosis.revisions.table import Revision, observed_with
+
+#: How often samples are weighed anew: without corners, without those that hang on the position's
+#: noise, without outliers, with less noise or more, and with another motion in a noisy position:
+#: each once, and the noise again after them.
+ROUNDS = 6
+
+
+class Revisions:
+    """The revisions of one question.
+
+    Parameters
+    ----------
+    instrument : Instrument
+        What is known of the rig.
+    given : collection of str
+        Names of revisions that are not made: what they would tell somebody has said.
+    """
+
+    def __init__(self, instrument: Instrument, given: Collection[str] = ()) -> None:
+        self.names: list[str] = []
+        self._given, self._left, self._instrument = given, ROUNDS, instrument
+
+    @property
+    def instrument(self) -> Instrument:
+        """What is known of the rig now."""
+        return observed_with(self._instrument, self.names)
+
+    def settled(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
+        """Return a model after all revisions that it asks for; None where it asks for none."""
+        settled, revised = None, self._revised(fit, table)
+        while revised is not None:
+            settled, revised = revised, self._revised(revised, table)
+        return settled
+
+    def _revised(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
+        """Return a model after the first revision of a table for which it gives a reason."""
+        for each in filter(self._may, table):
+            told = each.revise(fit, self.instrument) if each.when(fit) else None
+            if not told:
+                continue
+            instrument = observed_with(self.instrument, [each.name])
+            problem = Problem(fit.composition, told, instrument)
+            revised = search(problem, fit.values, fit.starts)
+            if revised is not None:
+                self.names.append(each.name)
+                self._left -= not (each.once or each.ends)
+                return revised
+        return None
+
+    def _may(self, revision: Revision) -> bool:
+        if revision.name in self._given or (revision.once and revision.name in self.names):
+            return False
+        return revision.once or revision.ends or self._left > 0
+
+    def of_base(self, base: Fit, revised: Fit) -> Fit:
+        """Return the model that was asked about, as it fits to what a larger one has revised."""
+        if revised.composition is base.composition:
+            return revised
+        problem = Problem(base.composition, revised.measurements, self.instrument)
+        again = search(problem, base.values, base.starts)
+        return again or fit_base(base.composition, revised.measurements, self.instrument)
