@@ -96,10 +96,6 @@ class Diagnosis:
     uncertainty : float
         Error that the last model's values, known as roughly as they are, leave on the validating
         recordings; 0 without.
-    revisions : tuple of str
-        Names of all revisions of the samples and of their weights, in their order: "colour" of a
-        driving force's noise, "course" of the input between samples and "flicker" for 1/f noise
-        that is not there, beside those of each ladder.
     instrument : tuple of InstrumentValue
         Values of the last model that belong to the instrument, not to the tissue.
     """
@@ -116,7 +112,6 @@ class Diagnosis:
     validation_noise: float = math.nan
     command: DriverCommand | None = None
     uncertainty: float = 0.0
-    revisions: tuple[str, ...] = ()
     instrument: tuple[InstrumentValue, ...] = ()
 
     @property
@@ -139,6 +134,11 @@ class Diagnosis:
         """Whether the recordings fitted tell the last model's values well enough for the others."""
         known = math.hypot(self.validation_noise, self.ladder.final.excess)
         return not self.uncertainty > FAR * known
+
+    @property
+    def revisions(self) -> tuple[str, ...]:
+        """Names of the revisions of the samples and of their weights, in their order."""
+        return self.ladder.revisions
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -247,7 +247,7 @@ def diagnose(
     found = Diagnosis(
         verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
         second.errors, time.perf_counter() - begun, second.noise, _command(suggestion, clean),
-        second.uncertainty(ladder.final), ladder.revisions, own,
+        second.uncertainty(ladder.final), own,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
     fails = verdict in ("adequate", "missing") and not found.carries_over

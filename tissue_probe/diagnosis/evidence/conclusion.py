@@ -44,8 +44,8 @@ class Ladder:
     curtailed : bool
         Whether more is left than noise, and not all was tried that might explain it.
     revisions : tuple of str
-        Names of the revisions of the samples and of their weights that a model asked for, in their
-        order; after each the search began anew.
+        Names of the revisions of the samples and of their weights that models asked for, in their
+        order.
     """
 
     base: Fit

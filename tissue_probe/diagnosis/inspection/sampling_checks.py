@@ -93,10 +93,24 @@ def _stands_still(position: Channel, force: Channel) -> bool:
     if position.span <= 2.0 * position.step:
         return not _answers(position, force)
     spread = np.std(position.values / position.span) * position.span
-    likeness = np.corrcoef(position.values, force.values)[0, 1] if force.span else 0.0
     noise = noise_beside_steps(position.values)
-    quiet = spread < 2.0 * noise and abs(likeness) < FELT
+    quiet = spread < 2.0 * noise and _felt(position, force) < FELT
     return bool(quiet and lasting_range(position.values, LONGEST) < 2.0 * SUDDEN * noise)
+
+
+def _felt(position: Channel, force: Channel) -> float:
+    """Return how alike the force is to position, speed and acceleration together, from 0 to 1.
+
+    A sample and its two neighbours tell these three.
+    """
+    if not force.span:
+        return 0.0
+    moved = np.lib.stride_tricks.sliding_window_view(position.values / position.span, 3)
+    moved, answer = moved - moved.mean(axis=0), force.values[1:-1] / force.span
+    answer = answer - answer.mean()
+    told = moved @ np.linalg.lstsq(moved, answer, rcond=None)[0]
+    size = float(np.linalg.norm(answer))
+    return float(np.linalg.norm(told)) / size if size else 0.0
 
 
 def _answers(position: Channel, force: Channel) -> bool:
