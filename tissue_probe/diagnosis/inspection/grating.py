@@ -44,10 +44,13 @@ def repeats(position: FloatArray, place: FloatArray, scale: float = 1.0) -> floa
         return 0.0
     # Waves to a travel: half of one more is another wave.
     waves = np.arange(travel / WIDE, travel / FINE, 0.5)
-    most = 0.0
-    for angle in 2.0 * np.pi * waves / travel:
-        sines = np.stack([np.sin(angle * place), np.cos(angle * place)])
-        sines = np.diff(sines, ORDER, axis=1)[:, usual]
+    # Each wave is the one before, turned by half a wave along the travel.
+    half, most = np.exp(1j * np.pi * place / travel), 0.0
+    wave = np.exp(2j * np.pi * waves[0] * place / travel)
+    for _ in waves:
+        changes = np.diff(wave, ORDER)[usual]
+        sines = np.stack([changes.imag, changes.real])
         told = sines @ rough
         most = max(most, float(told @ np.linalg.lstsq(sines @ sines.T, told, rcond=None)[0]))
+        wave = wave * half
     return most / whole

@@ -98,7 +98,7 @@ class Look:
     @classmethod
     def at(cls, base: Fit, instrument: Instrument) -> Look:
         """Take no more samples than are needed of each measurement of a fit."""
-        few = tuple(each.thinned() for each in base.measurements)
+        few = tuple(each.roughly().thinned() for each in base.measurements)
         problem = Problem(base.composition, few, instrument)
         alone = promise(problem, base.values, base.starts)
         if not 0.0 < alone < np.inf:
