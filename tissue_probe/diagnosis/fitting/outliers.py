@@ -51,8 +51,11 @@ def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
 
 def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     """Tell the samples that are off for a short time, and at once."""
+    number, used = np.arange(residual.size), measurement.used
+    if used.any():  # samples that are left out already tell nothing of those beside them
+        residual = np.interp(number, number[used], residual[used])
     over = _over(residual, residual, measurement)
-    far, number = over > FAR, np.arange(over.size)
+    far = over > FAR
     if not far.any():
         return far
     # A long row moves the median around it, so that what is beside it seems to be off, too.
@@ -62,7 +65,7 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     for first, stop in _alone(over):
         if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE:
             found[first:stop] = True
-    return found[LONGEST:-LONGEST] & measurement.used
+    return found[LONGEST:-LONGEST] & used
 
 
 def _over(residual: FloatArray, others: FloatArray, measurement: Measurement) -> FloatArray:
