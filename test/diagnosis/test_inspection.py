@@ -463,3 +463,10 @@ def test_a_delay_of_less_than_a_millisecond_is_not_taken_for_another_clock():
     hidden = ("channel_delay", "tissue_motion")
     made = challenge(1900029, *hidden, excitation="msine60").recording
     assert not inspect(made.position, made.force, made.sample_period).findings
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.25, 0.5])
+def test_a_motion_of_four_samples_a_period_is_one_where_the_force_answers_at_any_phase(turned):
+    cycles = 0.2497 * np.arange(4000)
+    position, force = (np.sin(2.0 * np.pi * (cycles + late)) for late in (0.0, turned))
+    assert "no_motion" not in names(1e-3 * position, force)

@@ -83,3 +83,13 @@ def test_what_a_model_lacks_is_no_outlier_however_sharp(name, excitation):
     others = fit_candidates(base, library("coulomb_friction", "cubic_stiffening").values(), EXACT)
     for fit in (base, *others, *fit_candidates(base, [EFFECTS[name]], EXACT)):
         assert without_outliers(fit) is None
+
+
+def test_outliers_beside_samples_that_are_left_out_already_are_found():
+    random = np.random.default_rng(5)
+    residual = 1e-3 * random.standard_normal(2000)
+    residual[[700, 702, 1200, 1213]] += 0.5
+    used = np.ones(2000, dtype=bool)
+    used[[702, 1213]] = False
+    measured = Measurement(np.zeros(2000), residual, 1e-3, noise=1e-3, used=used)
+    assert np.flatnonzero(outliers(residual, measured)).tolist() == [700, 1200]
