@@ -17,6 +17,7 @@ from tissue_probe.diagnosis.evidence import adequacy, posterior
 from tissue_probe.diagnosis.fitting import problem
 from tissue_probe.diagnosis.improvement import ladder, moves, queue
 from tissue_probe.diagnosis.ranking import harmonic, rules
+from tissue_probe.diagnosis.revisions import loop
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 ROOT = Path(__file__).parents[2]
@@ -250,7 +251,7 @@ def test_the_python_snippet_reads_a_recording(tmp_path, monkeypatch, capsys):
 
 
 #: Modules in which a number may decide what is said to be missing.
-DECIDING = adequacy, posterior, rules, moves, queue, ladder, harmonic
+DECIDING = adequacy, posterior, rules, moves, queue, ladder, harmonic, loop
 
 
 def _numbers(module) -> dict[str, float]:
