@@ -1,5 +1,6 @@
 """Bags of other recorders are read on the force's time, ROS 1 and 2 alike, clocks told of."""
 
+import bags
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -8,6 +9,7 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_typestore
 
+import tissue_probe as tp
 from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.bag import Topic
 from tissue_probe.recording.decoding import Decoder
@@ -223,3 +225,25 @@ def test_a_foreign_ros1_bag_is_read(foreign_bags):
 def test_a_type_without_a_package_is_refused_in_a_sentence(typename):
     with pytest.raises(RecordingError, match=r"x\.mcap: /ft has the type .* names no package"):
         Decoder(Topic("/ft", typename, "", "ros2msg", "cdr"), "x.mcap")
+
+
+def test_a_force_at_uneven_times_keeps_its_samples_and_its_noise_stays_white(tmp_path):
+    random = np.random.default_rng(0)
+    times = np.arange(0.01, 6.0, 2e-3)
+    times += 3e-4 * np.clip(random.standard_normal(times.size), -2.0, 2.0)
+    stamps = EPOCH + np.rint(1e9 * times).astype(np.int64)
+    noisy = bags.force((stamps - EPOCH) / 1e9) + 5e-3 * random.standard_normal(times.size)
+    felt = stamps + 200_000, stamps, [(bags.wrench, float(value)) for value in noisy]
+    moved = bags.position_channel(rate=500.0, seconds=6.2)
+    path = bags.write_bag(tmp_path / "uneven", {"/ft": felt, "/place": moved})
+    stated = {"force_polarity": "compression", "position_polarity": "in"}
+    recording, _ = read(path, **stated)
+    known = np.isfinite(recording.own.position)
+    assert_allclose(recording.own.force[known], noisy[known])
+    run = tp.read(path, position="/place", force="/ft", **stated)
+    answer = tp.diagnose(run, rig="rigid_probe", constants={"tip_mass": 0.0}).to_dict()
+    assert answer["verdict"] == "adequate"
+    assert answer["noise_floor"] == pytest.approx(5e-3, rel=0.05)
+    values = answer["ladder"][0]["parameters"]
+    assert values["stiffness"]["value"] == pytest.approx(bags.STIFFNESS, rel=2e-3)
+    assert values["damping"]["value"] == pytest.approx(bags.DAMPING, rel=5e-2)

@@ -31,7 +31,14 @@ from tissue_probe.recording.topic_field import (
 )
 from tissue_probe.recording.two_clocks import by_one_clock
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
-from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray, Recording, SampleBlock
+from tissue_probe.signals import (
+    NANOSECONDS,
+    FloatArray,
+    IntArray,
+    OwnTimes,
+    Recording,
+    SampleBlock,
+)
 
 
 def read_foreign_bag(
@@ -82,7 +89,8 @@ def read_foreign_bag(
     f_times, f_clock = _seconds(f_clock.times, origin), None
     u_times, u_clock = _seconds(u_clock.times, origin), None
     blocks: list[SampleBlock] = []
-    rates, slow, noises = [], [], []
+    rates, slow, noises, even = [], [], [], True
+    at_force: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     for part_f, part_u in parts:
         f_time, u_time = f_times[part_f], u_times[part_u]
         if f_time.size < 2 or u_time.size < 2:
@@ -92,7 +100,10 @@ def read_foreign_bag(
             continue
         grid = even_grid(f_time, f"{path}, {f_name}", BRIDGED)
         positions = [interpolate(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
-        forces = [grid.values(span, f_time, f[part_f] * f_unit) for span in grid.spans]
+        felt = f[part_f] * f_unit
+        forces = [grid.values(span, f_time, felt) for span in grid.spans]
+        even = even and grid.even
+        at_force.append((f_time, interpolate(u_time, u[part_u] * u_unit, f_time), felt))
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
         notes += grid.notes
@@ -107,7 +118,8 @@ def read_foreign_bag(
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0])
+    own = None if even else OwnTimes(origin, *map(np.concatenate, zip(*at_force, strict=True)))
+    recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0], own=own)
     return recording, (read, *notes, *told_slow)
 
 
