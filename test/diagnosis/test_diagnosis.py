@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.challenge.coil import PERFECT
-from tissue_probe.diagnosis import diagnosis
+from tissue_probe.diagnosis import diagnosis, second_recording
 from tissue_probe.diagnosis.advice.separation import suggest
 from tissue_probe.diagnosis.evidence.adequacy import STRAINED
 from tissue_probe.diagnosis.fitting.measurement import Measurement
@@ -399,7 +399,7 @@ def added_names(found):
 
 
 def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
-    monkeypatch.setattr(diagnosis, "VALIDATED", 1)
+    monkeypatch.setattr(second_recording, "VALIDATED", 1)
     made = challenge(21, rig="tolerant", excitation="chirp60", preload=2e-3)
     found = diagnosis.diagnose(
         Composition(),
