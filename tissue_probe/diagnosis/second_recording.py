@@ -132,7 +132,8 @@ def _tried(ladder: Ladder) -> list[Fit]:
     """Return the models to be tried, those among them that the recording might make probable."""
     pairs = zip(ladder.posterior.models, ladder.posterior.probabilities, strict=True)
     possible = [fit for fit, probability in pairs if probability > POSSIBLE]
-    return [ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *possible]
+    every = ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *possible
+    return list(dict.fromkeys(every))
 
 
 def told_by(
