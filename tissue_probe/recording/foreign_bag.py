@@ -90,7 +90,7 @@ def read_foreign_bag(
     u_times, u_clock = _seconds(u_clock.times, origin), None
     blocks: list[SampleBlock] = []
     rates, slow, noises, even = [], [], [], True
-    at_force: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    taken: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     for part_f, part_u in parts:
         f_time, u_time = f_times[part_f], u_times[part_u]
         if f_time.size < 2 or u_time.size < 2:
@@ -99,11 +99,11 @@ def read_foreign_bag(
             )
             continue
         grid = even_grid(f_time, f"{path}, {f_name}", BRIDGED)
-        positions = [interpolate(u_time, u[part_u] * u_unit, span.times) for span in grid.spans]
-        felt = f[part_f] * f_unit
+        moved, felt = u[part_u] * u_unit, f[part_f] * f_unit
+        positions = [interpolate(u_time, moved, span.times) for span in grid.spans]
         forces = [grid.values(span, f_time, felt) for span in grid.spans]
         even = even and grid.even
-        at_force.append((f_time, interpolate(u_time, u[part_u] * u_unit, f_time), felt))
+        taken.append((f_time, u_time, moved, felt))
         blocks += _numbered_on(blocks, sample_blocks(grid, origin, positions, forces))
         rates.append((1.0 / grid.period, (u_time.size - 1) / (u_time[-1] - u_time[0])))
         notes += grid.notes
@@ -118,9 +118,20 @@ def read_foreign_bag(
         f"at {u_rate:.6g} Hz, brought to the times of the force by a cubic spline"
     )
     told_slow = [said for said in slow if said][:1]
-    own = None if even else OwnTimes(origin, *map(np.concatenate, zip(*at_force, strict=True)))
+    own = None if even else _own_times(origin, taken)
     recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0], own=own)
     return recording, (read, *notes, *told_slow)
+
+
+def _own_times(
+    origin: int, taken: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]]
+) -> OwnTimes:
+    """Return a force at its own times, with the position there.
+
+    ``taken`` has, of each part, times of force and position, position and force.
+    """
+    parts = [(at, interpolate(times, moved, at), felt) for at, times, moved, felt in taken]
+    return OwnTimes(origin, *map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _what_to_state(bag: Bag, path: Path, layout: Layout) -> str:

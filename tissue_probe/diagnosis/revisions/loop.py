@@ -1,6 +1,6 @@
-"""The one loop of revisions: a model asks for one, is fitted to what it asked for, and asks again.
+"""The loop of revisions: a model asks for one, is fitted to the revised samples, and asks again.
 
-What belongs here: how long this goes on, and what is remembered of it. What does not: which
+What belongs here: the number of revisions, and the names of those made. What does not: which
 revisions there are (``table``), the search for effects (``improvement``).
 """
 
@@ -27,9 +27,9 @@ class Revisions:
     Parameters
     ----------
     instrument : Instrument
-        What is known of the rig.
+        The rig and its constants, before any revision.
     given : collection of str
-        Names of revisions that are not made: what they would tell somebody has said.
+        Names of revisions that are not made: the user has given their result.
     """
 
     def __init__(self, instrument: Instrument, given: Collection[str] = ()) -> None:
@@ -38,7 +38,7 @@ class Revisions:
 
     @property
     def instrument(self) -> Instrument:
-        """What is known of the rig now."""
+        """The rig and its constants, after the revisions made so far."""
         return observed_with(self._instrument, self.names)
 
     def settled(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
@@ -69,7 +69,7 @@ class Revisions:
         return revision.once or revision.ends or self._left > 0
 
     def of_base(self, base: Fit, revised: Fit) -> Fit:
-        """Return the model that was asked about, as it fits to what a larger one has revised."""
+        """Return the model that was asked about, fitted to the samples as revised by another."""
         if revised.composition is base.composition:
             return revised
         problem = Problem(base.composition, revised.measurements, self.instrument)
