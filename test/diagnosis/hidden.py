@@ -8,7 +8,8 @@ import pytest
 
 from tissue_probe.challenge.coil import Coil
 from tissue_probe.challenge.simulator import Challenge, make_challenge
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.effects import EFFECTS
 
 TOLERANT = Instrument()

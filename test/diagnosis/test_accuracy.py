@@ -9,7 +9,8 @@ from scipy.signal import lsim, lti
 
 from tissue_probe.diagnosis.diagnosis import diagnose, plainly
 from tissue_probe.diagnosis.fitting.accuracy import UNSEEN, doubt, widened
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.revisions.fineness import finer
 from tissue_probe.physics.composition import Composition

@@ -17,7 +17,8 @@ from tissue_probe.challenge.instrument import FORCE_NOISE
 from tissue_probe.challenge.simulator import PINK_NOISE
 from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.diagnosis.second_recording import told_by
 from tissue_probe.physics.composition import Composition

@@ -15,7 +15,7 @@ from tissue_probe.challenge.coil import PERFECT
 from tissue_probe.diagnosis import diagnosis, second_recording
 from tissue_probe.diagnosis.advice.separation import suggest
 from tissue_probe.diagnosis.evidence.adequacy import STRAINED
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.physics.composition import Composition

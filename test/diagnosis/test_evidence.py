@@ -24,7 +24,8 @@ from tissue_probe.diagnosis.evidence.adequacy import (
 )
 from tissue_probe.diagnosis.evidence.conclusion import concluded
 from tissue_probe.diagnosis.evidence.posterior import LIBRARY, SECOND, SURE, posterior
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

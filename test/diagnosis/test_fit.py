@@ -13,9 +13,9 @@ from hypothesis.extra import numpy as hnp
 from specimen import Specimen, multisine, sine
 
 import tissue_probe as tp
-from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem, history
 from tissue_probe.diagnosis.fitting.search import Bar
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates, refit
 from tissue_probe.diagnosis.ranking.starts import extent
 from tissue_probe.physics.composition import Composition

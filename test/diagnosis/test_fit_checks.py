@@ -11,7 +11,8 @@ from shaken import Specimen as Shaken
 from specimen import Specimen, chirp, sine
 
 from tissue_probe.diagnosis.fit_checks import check_fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import FORCE_DRIVEN, RIGID_PROBE

@@ -35,7 +35,7 @@ def clean(excitation="sine10"):
 def test_any_line_at_a_multiple_of_a_sine_is_found(order, strength, phase):
     measured = clean()
     angle = 2.0 * np.pi * order * SINE * measured.sample_period * np.arange(measured.force.size)
-    line = strength * measured.noise * np.sin(angle + phase)
+    line = strength * measured.noise.own * np.sin(angle + phase)
     base = fit_base(Composition(), [replace(measured, force=measured.force + line)], EXACT)
     found = better_harmonic(base, base, EXACT)
     assert found == pytest.approx(order * SINE, rel=1e-3)
@@ -91,7 +91,7 @@ def test_only_a_sine_has_multiples(excitation):
     """Even where a line is there."""
     measured = clean(excitation)
     time = measured.sample_period * np.arange(measured.force.size)
-    line = 10.0 * measured.noise * np.sin(2.0 * np.pi * 2.0 * SINE * time)
+    line = 10.0 * measured.noise.own * np.sin(2.0 * np.pi * 2.0 * SINE * time)
     base = fit_base(Composition(), [replace(measured, force=measured.force + line)], EXACT)
     assert better_harmonic(base, base, EXACT) is None
 

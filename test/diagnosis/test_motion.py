@@ -11,8 +11,9 @@ from scipy.stats import binomtest
 
 from tissue_probe.diagnosis.cleaning import cleaned
 from tissue_probe.diagnosis.evidence.adequacy import explained
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.motion import Felt, motion
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.motion import Felt, motion
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import RIGID_PROBE

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.outliers import outliers, without_outliers
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -54,7 +55,7 @@ def test_disturbances_of_the_validating_recording_are_left_out_too():
     effects = library("hunt_crossley", "force_bias")
     found = diagnose(Composition(), [measurement(made.recording)], EXACT, effects, [other])
     assert found.carries_over
-    assert found.heldout(found.ladder.final) < 1.05 * other.noise
+    assert found.heldout(found.ladder.final) < 1.05 * other.noise.own
 
 
 @given(
@@ -68,7 +69,7 @@ def test_what_stands_alone_in_white_noise_is_all_that_is_left_out(at, length, he
     noise = np.clip(np.random.default_rng(seed).standard_normal(2000), -2.0, 2.0)
     at = [first for first in at if all(abs(first - b) > 60 or first == b for b in at)]
     thrown = disturbed(noise, at=sorted(set(at)), rows=[length] * len(set(at)), height=height)
-    seen = Measurement(np.zeros(2000), thrown, 5e-4, noise=1.0)
+    seen = Measurement(np.zeros(2000), thrown, 5e-4, noise=Noise(1.0))
     left = outliers(thrown, seen)
     near = {first + i for first in at for i in range(-3, length + 3)}
     assert set(np.flatnonzero(left)) <= near  # noise may be as far off there
@@ -91,5 +92,5 @@ def test_outliers_beside_samples_that_are_left_out_already_are_found():
     residual[[700, 702, 1200, 1213]] += 0.5
     used = np.ones(2000, dtype=bool)
     used[[702, 1213]] = False
-    measured = Measurement(np.zeros(2000), residual, 1e-3, noise=1e-3, used=used)
+    measured = Measurement(np.zeros(2000), residual, 1e-3, noise=Noise(1e-3), used=used)
     assert np.flatnonzero(outliers(residual, measured)).tolist() == [700, 1200]

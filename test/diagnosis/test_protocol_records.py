@@ -11,10 +11,11 @@ import tissue_probe as tp
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.evidence.adequacy import explained
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS

@@ -8,7 +8,7 @@ from hidden import EXACT, TOLERANT, challenge, library, measurement
 
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 
 FEW = library("cubic_stiffening", "coulomb_friction")

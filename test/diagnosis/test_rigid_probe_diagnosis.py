@@ -10,8 +10,10 @@ import pytest
 
 from tissue_probe.diagnosis.cleaning import cleaned
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.ladder import climb_by
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.composition import Composition
@@ -113,7 +115,7 @@ def test_asking_for_an_effect_on_the_missing_spring_is_answered_in_a_sentence():
 def test_the_noise_of_stepwise_probing_is_not_mistaken_for_its_motion(law):
     measurement = probing(law)
     assert noise_floor(measurement.force) > 2 * 0.02
-    assert measurement.noise == pytest.approx(0.02, rel=0.1)
+    assert measurement.noise.own == pytest.approx(0.02, rel=0.1)
 
 
 def test_stepwise_probing_shows_stiffening():
@@ -137,7 +139,7 @@ def test_relaxation_over_half_an_hour_has_two_branches():
         branch = stiffness * speed / rate * (1 - np.exp(-rate * pressed))
         force += branch * np.exp(-rate * (time - pressed))
     force += noise * np.random.default_rng(2).standard_normal(time.size)
-    measurement = Measurement(speed * np.minimum(time, ramp), force, period, noise=noise)
+    measurement = Measurement(speed * np.minimum(time, ramp), force, period, noise=Noise(noise))
     measurement = replace(measurement, at_rest=True)
     found = climb_by(RIG, [measurement], STILL, [EFFECTS["generalized_maxwell"]]).final
     rates = sorted(found.named()[f"relaxation_rate_{i}"] for i in (1, 2))

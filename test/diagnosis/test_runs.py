@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.carried import carried
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -55,7 +56,7 @@ def test_what_moves_with_time_is_found_across_a_gap(name):
     assert of_parts.names == of_whole.names
     kept = np.delete(of_whole.predicted[0], np.arange(1600, 1621))
     off = np.concatenate(of_parts.predicted) - kept
-    assert np.sqrt(np.mean(off**2)) < 0.2 * whole.noise
+    assert np.sqrt(np.mean(off**2)) < 0.2 * whole.noise.own
 
 
 @pytest.mark.parametrize("name", first_of(TIMED, 2))
@@ -79,7 +80,7 @@ def test_a_model_carries_over_whatever_the_phase_or_instant_of_the_other_run(nam
     one, other = measurement(made.recording), measurement(made.second)
     found = diagnose(Composition(), [one], EXACT, library(name, *OTHERS), [other])
     assert found.carries_over
-    assert found.heldout(found.ladder.final) < 1.05 * other.noise
+    assert found.heldout(found.ladder.final) < 1.05 * other.noise.own
 
 
 @pytest.mark.parametrize("name", ["mains_hum", "tissue_motion", "stiffness_step"])
@@ -95,7 +96,7 @@ def test_a_phase_or_an_instant_is_found_wherever_it_is_in_the_other_run(name, la
         used=None,
         at_rest=False,
     )
-    assert carried(fit.composition, fit.named(), [late], EXACT).rmse < 1.05 * other.noise
+    assert carried(fit.composition, fit.named(), [late], EXACT).rmse < 1.05 * other.noise.own
 
 
 @given(runs=st.lists(st.sampled_from(["", "a", "b"]), min_size=1, max_size=5))
@@ -103,7 +104,7 @@ def test_a_phase_or_an_instant_is_found_wherever_it_is_in_the_other_run(name, la
 def test_every_measurement_has_the_values_of_its_run(runs):
     zeros = np.zeros(20)
     composition = Composition().plus(EFFECTS["mains_hum"])
-    measurements = [Measurement(zeros, zeros, 1e-3, noise=1.0, run=run) for run in runs]
+    measurements = [Measurement(zeros, zeros, 1e-3, noise=Noise(1.0), run=run) for run in runs]
     layout = Runs(composition, measurements)
     own = len({run for run in runs if run}) + runs.count("")
     size = len(composition.values)

@@ -10,7 +10,8 @@ from specimen import Specimen, multisine
 import tissue_probe as tp
 from tissue_probe.analysis.question import question
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.sizing import size_of
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
@@ -208,7 +209,7 @@ def test_a_record_that_holds_still_is_as_large_as_what_comes_before(hold):
     if hold == "a glitch":
         force[2000:2003] = 1e6
     position = 1e-3 * (1.0 - np.exp(-np.arange(4000) / 800.0))
-    record = Measurement(position, force, 2e-3, noise=1e-6)
+    record = Measurement(position, force, 2e-3, noise=Noise(1e-6))
     assert size_of([record]).is_usual
 
 

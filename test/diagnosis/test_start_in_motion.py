@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.rigs import FORCE_DRIVEN

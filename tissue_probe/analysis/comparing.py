@@ -19,12 +19,13 @@ from tissue_probe.analysis.question import Constants, Question, check_wanted, qu
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.fit_checks import check_fit
-from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.input_noise import whitened
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
@@ -278,9 +279,7 @@ def _errors(fit: Fit, model: str) -> list[str]:
     noise = output.tell(fit.noise, 4)
     told.append(f"  noise floor                {noise} rms: what noise alone leaves")
     told.append(f"  error / noise              {fit.rmse / fit.noise:.3g}")
-    noisy = any(m.whitening is not None for m in fit.measurements)
-    counted = "the noise of the force" if noisy else "known 1/f noise and rounding"
-    told.append(f"  whitened error / noise     {fit.ratio:.3g}, {counted} counted too")
+    told.append(f"  whitened error / noise     {fit.ratio:.3g}, {fit.counted_too} counted too")
     if not fit.converged:
         told.append("  the fit did not settle: take its values for a guess")
     if fit.exhausted:

@@ -126,7 +126,7 @@ def error_view(fit: Fit, index: int) -> ErrorView:
     return ErrorView(
         fit.output,
         shown.sample_period,
-        shown.noise,
+        shown.noise.own,
         shown.output_values,
         fit.predicted[index],
         fit.residuals[index],

@@ -105,7 +105,7 @@ def where(fit: Fit, index: int) -> Localisation:
 
     shown = fit.measurements[index]
     return localise(
-        fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise
+        fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise.own
     )
 
 
@@ -115,7 +115,7 @@ def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:
 
     shown = fit.measurements[index]
     return residual_tests(
-        fit.evened[index], shown.input_values, shown.sample_period, shown.noise, fit.output
+        fit.evened[index], shown.input_values, shown.sample_period, shown.noise.own, fit.output
     )
 
 
@@ -137,7 +137,7 @@ def picture(fit: Fit, index: int, sources: Sequence[str]) -> Figure:
         shown.output_values,
         fit.predicted[index],
         where(fit, index),
-        shown.noise,
+        shown.noise.own,
         fit.output,
         shown.used,
         stretch(fit, index, sources),

@@ -123,7 +123,7 @@ def story(result: DiagnosisResult) -> Figure:
         measurement.output_values,
         base.predicted[shown],
         fit_shown.where(base, shown),
-        measurement.noise,
+        measurement.noise.own,
         base.output,
     )
     ranking = [

@@ -18,7 +18,7 @@ from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.fitting.fit import Fit
-    from tissue_probe.diagnosis.fitting.measurement import Instrument
+    from tissue_probe.diagnosis.observation.instrument import Instrument
 
 
 def predicted(

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tissue_probe.analysis.choices import TISSUE_NAMES, RigChoice, TissueName
-from tissue_probe.diagnosis.fitting.measurement import FLICKER, Instrument
+from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel

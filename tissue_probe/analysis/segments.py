@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
-from tissue_probe.diagnosis.fitting.measurement import Measurement
-from tissue_probe.diagnosis.fitting.shaken import FAINT
 from tissue_probe.diagnosis.inspection.coarse_response import coarse_response, regressors
 from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffness_deviation
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import FAINT, UNKNOWN
+from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE, Quantity
@@ -89,8 +90,8 @@ class Segment:
             position=own.position,
             force=own.force,
             used=None,
-            noise=0.0,
-            resampled=None,
+            noise=UNKNOWN,
+            resampling=AS_MEASURED,
             at=own.time - own.time[0],
         )
 
@@ -108,7 +109,7 @@ class Segment:
             run=self.run,
             begins=self.begins,
             time_doubt=self.time_doubt,
-            resampled=self.noise,
+            resampling=AS_MEASURED if self.noise is None else Resampling(self.noise),
             between=None if self.course == "auto" else Between[self.course],
         )
 
@@ -124,7 +125,7 @@ def _feels_noise(measurement: Measurement) -> bool:
     period = measurement.sample_period
     told = coarse_response(regressors(measurement.position, measurement.force, period))
     answers = told.stiffness, told.damping / period, told.mass / period**2
-    return noise * max(map(abs, answers)) > FAINT * measurement.noise
+    return noise * max(map(abs, answers)) > FAINT * measurement.noise.own
 
 
 def segments(

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
-    from tissue_probe.diagnosis.fitting.fit import Fit
 
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."
@@ -87,17 +86,8 @@ def _adequate(diagnosis: Diagnosis) -> list[str]:
         f"{told} times the noise"
     )
     if (counted := f"{final.ratio:.2f}") != told:
-        said += f", {counted} times where {_counted(final)} counts as noise"
+        said += f", {counted} times where {final.counted_too} counts as noise"
     return [f"{said}.", *_unseen(diagnosis)]
-
-
-def _counted(fit: Fit) -> str:
-    """Say what counts as noise beside the white noise of the output."""
-    if any(each.shaken is not None for each in fit.measurements):
-        return "the force that errors of the position make"
-    if any(each.whitening is not None for each in fit.measurements):
-        return "the motion that noise of the force makes"
-    return "known 1/f noise and rounding"
 
 
 def _unseen(diagnosis: Diagnosis) -> list[str]:

@@ -12,8 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.motion import motion
 from tissue_probe.diagnosis.fitting.problem import CONTACT
 from tissue_probe.diagnosis.inspection.contact import is_pressed
 from tissue_probe.diagnosis.inspection.disturbances import bridged
@@ -21,6 +19,10 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.motion import motion
+from tissue_probe.diagnosis.observation.noise import UNKNOWN
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.kinds import LONGEST_DELAY
 from tissue_probe.physics.rounding import COARSE, smoothed
@@ -76,7 +78,7 @@ def from_touch(
     for each in measurements:
         touch = None
         if each.input is POSITION and CONTACT in instrument.constants:
-            touch = first_touch(each.position, each.force, each.noise)
+            touch = first_touch(each.position, each.force, each.noise.own)
         if touch is None:
             found.append(each)
             continue
@@ -102,7 +104,7 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     if told or not instrument.any_zero:
         return instrument
     pressed = all(
-        is_pressed(each.position[each.used], each.force[each.used], each.noise)
+        is_pressed(each.position[each.used], each.force[each.used], each.noise.own)
         for each in measurements
     )
     return replace(instrument, free_touch=pressed)
@@ -145,7 +147,7 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
         position = driven_by
     # The noise is estimated anew: where samples repeat there seems to be none.
     return replace(
-        measurement, position=position, force=force, used=used & measurement.used, noise=0.0
+        measurement, position=position, force=force, used=used & measurement.used, noise=UNKNOWN
     )
 
 

@@ -22,13 +22,14 @@ from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.accuracy import widened
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.input_course import COURSE, told
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.instrument_values import InstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base
 from tissue_probe.diagnosis.ranking.rules import added

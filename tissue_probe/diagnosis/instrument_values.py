@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
 from tissue_probe.diagnosis.fitting.runs import of_part
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
 
 #: Standard deviations from which on a value is told as one of the instrument's: one in a thousand
 #: is by chance.
@@ -99,7 +99,7 @@ def _as_force(fit: Fit, problem: Problem, index: int, name: str) -> float:
     change = sensitivity[:, problem.states + fit.names.index(name)][measurement.used]
     moved = fit.named()[name] * change
     rest = float(np.linalg.norm(moved - moved.mean()))
-    return float(moved.mean()) if rest < measurement.noise else float("nan")
+    return float(moved.mean()) if rest < measurement.noise.own else float("nan")
 
 
 def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:

@@ -12,9 +12,10 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.corners import corners_that_count
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.undecided import undecided
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.signals import BoolArray, spans_of
 
 OUTLIERS = (

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from tissue_probe.diagnosis.cleaning import cleaned, from_touch, with_any_touch
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 
 

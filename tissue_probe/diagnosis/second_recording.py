@@ -14,14 +14,17 @@ from functools import partial
 import numpy as np
 
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, concluded
-from tissue_probe.diagnosis.fitting.coloured import with_input_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.force_errors import feels_force
+from tissue_probe.diagnosis.fitting.input_noise import with_input_noise
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
 from tissue_probe.physics.response import Fineness
 from tissue_probe.signals import FloatArray, IntArray
@@ -91,7 +94,7 @@ class SecondRecording:
         if not self.measurements:
             return math.nan
         counts = [int(np.sum(each.used)) for each in self.measurements]
-        return math.sqrt(np.average([m.noise_power for m in self.measurements], weights=counts))
+        return math.sqrt(np.average([m.noise.power for m in self.measurements], weights=counts))
 
     def concluded(self, ladder: Ladder) -> Ladder:
         """Return what may be said by both recordings.
@@ -110,7 +113,7 @@ class SecondRecording:
 
     def noisier(self, final: Fit) -> list[Finding]:
         """Tell where this recording has more noise of its own than those that were fitted."""
-        times = max((each.noise / final.noise for each in self.measurements), default=0.0)
+        times = max((each.noise.own / final.noise for each in self.measurements), default=0.0)
         return [Finding("noisier", NOISIER.format(times))] if times > FAR else []
 
     def uncertainty(self, fit: Fit) -> float:
@@ -174,11 +177,11 @@ def _as_quiet(measurement: Measurement, residual: FloatArray, fit: Fit) -> Measu
 
     A residual under a force that is noisy is rough for that.
     """
-    if measurement.noise <= fit.noise:
+    if measurement.noise.own <= fit.noise:
         return measurement
-    if any(each.whitening is not None for each in fit.measurements):
-        return replace(measurement, noise=fit.noise)
-    return measurement.with_noise_of(residual)
+    if feels_force(fit):
+        return replace(measurement, noise=Noise(fit.noise))
+    return measurement.within(residual)
 
 
 def _finest(measurements: Sequence[Measurement]) -> Fineness:

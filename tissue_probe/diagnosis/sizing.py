@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.measurement import LEAST, Instrument, Measurement
 from tissue_probe.diagnosis.fitting.outliers import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import LEAST, Measurement
 from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
@@ -68,7 +69,8 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
         return measurement
     noise = measurement.noise
     # Where there is none, there is none of this size either.
-    noise = 0.0 if noise <= LEAST * measurement.scale.of(measurement.output.unit) else noise
+    if noise.own <= LEAST * measurement.scale.of(measurement.output.unit):
+        noise = noise.anew()
     return replace(measurement, scale=scale, noise=noise)
 
 

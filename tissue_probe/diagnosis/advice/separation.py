@@ -16,9 +16,11 @@ import numpy as np
 from tissue_probe.diagnosis.advice.visibility import SEEN, visibilities
 from tissue_probe.diagnosis.evidence.conclusion import differing
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import refit
 from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.response import course, respond
@@ -229,8 +231,9 @@ def _made(
     force = respond(problem.kernel, values, start, coil).output
     if not np.isfinite(force).all():
         return None
-    noisy = force + first.noise * np.random.default_rng(0).standard_normal(times.size)
-    return Measurement(position, noisy, first.sample_period, True, first.noise, scale=scale)
+    noisy = force + first.noise.own * np.random.default_rng(0).standard_normal(times.size)
+    noise = Noise(first.noise.own)
+    return Measurement(position, noisy, first.sample_period, True, noise, scale=scale)
 
 
 def _static(fit: Fit, position: float) -> float:

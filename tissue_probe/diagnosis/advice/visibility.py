@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.improvement.moves import addable
+from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
 from tissue_probe.diagnosis.sharing import mapped

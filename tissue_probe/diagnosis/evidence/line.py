@@ -7,7 +7,7 @@ not: whether a mere line explains more than effects do (``ranking.harmonic``).
 from __future__ import annotations
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.drive import dominant_period, drive_of
 
 #: How far a drive's strongest frequency may be from that of its repetition: it is a sine.

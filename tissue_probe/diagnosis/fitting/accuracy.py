@@ -18,9 +18,10 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.point import Point, point_at, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.response import Between
 from tissue_probe.signals import FloatArray
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, percentile_filter
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.rigs import Rig
 from tissue_probe.quantities import FORCE
 from tissue_probe.signals import BoolArray, FloatArray
@@ -96,4 +96,4 @@ def _depends(measurement: Measurement, values: dict[str, float]) -> BoolArray:
     apart = np.maximum(np.abs(smooth - before), np.abs(smooth - after))
     answer = values.get("damping", 0.0) + values.get("tip_mass", 0.0) / measurement.sample_period
     unknown = (apart > KNOWN * np.abs(smooth)) & (measurement.motion is None)
-    return (answer * apart > np.sqrt(measurement.noise_power)) | unknown
+    return (answer * apart > np.sqrt(measurement.noise.power)) | unknown

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.transforms import smoothed
 from tissue_probe.quantities import FORCE
 

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.entry import Entry
 from tissue_probe.quantities import POSITION, Quantity
@@ -144,22 +144,36 @@ class Fit:
     def ratio(self) -> float:
         """Residual over noise, root mean square: 1 where nothing is left to explain."""
         squares = [
-            misfit / (1.0 + (self.rounding / measurement.noise) ** 2)
+            misfit * self._noise_in(measurement)
             for misfit, measurement in zip(self.misfits, self.measurements, strict=True)
         ]
         return float(np.sqrt(sum(squares) / self.samples))
 
+    def _noise_in(self, measurement: Measurement) -> float:
+        """Return the share of the white noise in its square with that of rounding."""
+        return 1.0 / (1.0 + (self.rounding / measurement.noise.own) ** 2)
+
     @property
     def floor(self) -> float:
         """Cost that noise alone would leave, an encoder's rounding counted as such."""
-        parts = [np.sum(m.used) * (1.0 + (self.rounding / m.noise) ** 2) for m in self.measurements]
-        return float(sum(parts))
+        return float(sum(m.used.sum() / self._noise_in(m) for m in self.measurements))
 
     @property
     def noise(self) -> float:
         """Standard deviation of the output's white noise over all measurements."""
-        squares = [m.noise**2 * np.sum(m.used) for m in self.measurements]
+        squares = [m.noise.own**2 * np.sum(m.used) for m in self.measurements]
         return float(np.sqrt(sum(squares) / self.samples))
+
+    @property
+    def counted_too(self) -> str:
+        """The noise that is counted beside the white noise, in words."""
+        kinds = sorted((m.noise for m in self.measurements), key=lambda noise: noise.is_white)
+        return kinds[0].counted_too
+
+    @property
+    def is_coloured(self) -> bool:
+        """Whether noise of the input counts as noise of the output."""
+        return not all(m.noise.is_white for m in self.measurements)
 
     @property
     def excess(self) -> float:

@@ -7,14 +7,14 @@ What does not: the search (``search``), what may be said of a fit (``ranking``).
 from __future__ import annotations
 
 import numpy as np
-from scipy.fft import dct, idct
+from scipy.fft import idct
 from scipy.linalg import eigh
 
 from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Measurement
 from tissue_probe.diagnosis.fitting.point import Point, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
 from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.signals import FloatArray
@@ -35,10 +35,11 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     found[np.ix_(told[own], told[own])] = inverse[np.ix_(own, own)] * np.outer(scale, scale)
     samples = sum(int(np.sum(measurement.used)) for measurement in problem.measurements)
     excess = max(1.0, point.cost / samples)
-    cosines, (left, alone) = _cosines(problem, point), _left_out(problem, point)
+    cosines = [problem.cosines(index, each) for index, (each, _) in enumerate(point.simulated)]
+    left, alone = _left_out(problem, point)
     # What is counted of a noisy position is too much where the motion is smoother than its jerk
     # lets expect: that the rest lacks fast noise is not held against a model.
-    least = 1.0 if any(each.shaken is not None for each in problem.measurements) else 0.0
+    least = 1.0 if any(each.noise.is_upper_limit for each in problem.measurements) else 0.0
     return Fit(
         composition=problem.composition,
         measurements=problem.measurements,
@@ -48,7 +49,7 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
         covariance=found * excess,
         residuals=tuple(residual for residual, _ in point.simulated),
         evened=tuple(
-            m.noise * idct(each, norm="ortho")
+            m.noise.own * idct(each, norm="ortho")
             for m, each in zip(problem.measurements, cosines, strict=True)
         ),
         heldout=tuple(left),
@@ -71,17 +72,6 @@ def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
     rounding = 1e-9 * np.maximum(np.abs(values), np.abs(problem.nominal))
     ended = (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
     return tuple(problem.runs.names[index] for index in np.flatnonzero(ended & problem.free))
-
-
-def _cosines(problem: Problem, point: Point) -> list[FloatArray]:
-    """Return the cosines of each measurement's residual, white where it is noise."""
-    cosines = []
-    for index, (residual, _) in enumerate(point.simulated):
-        over_noise = problem.weighed(index, residual)
-        if problem.weights[index] is None:
-            over_noise = dct(over_noise, norm="ortho")
-        cosines.append(over_noise)
-    return cosines
 
 
 def _rounding(problem: Problem, point: Point) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import binary_closing, median_filter, percentile_filter
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: A row of outliers is off by this many standard deviations of what is left around it, at the worst
@@ -41,7 +41,7 @@ def without_outliers(fit: Fit) -> list[Measurement] | None:
 def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
     """Return residual over noise, root mean square, without the outliers."""
     over_noise = [
-        (residual / measurement.noise)[measurement.used & ~each]
+        (residual / measurement.noise.own)[measurement.used & ~each]
         for residual, measurement, each in zip(
             fit.residuals, fit.measurements, outliers, strict=True
         )
@@ -71,7 +71,7 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
 def _over(residual: FloatArray, others: FloatArray, measurement: Measurement) -> FloatArray:
     """Return by how many standard deviations each sample is off the median of others around it."""
     off = np.abs(residual - median_filter(others, AROUND))
-    return off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise)
+    return off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise.own)
 
 
 def _alone(over: FloatArray) -> Iterator[tuple[int, int]]:

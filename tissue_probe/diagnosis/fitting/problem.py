@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.flicker import evened, flicker_weights
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.runs import Runs
+from tissue_probe.diagnosis.observation.flicker import Evening
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.extent import SLOWEST
@@ -143,12 +144,9 @@ class Problem:
         begun = self.states * len(self.measurements)
         self.searched = np.concatenate([self.free, np.ones(begun, dtype=bool)])
         self.by_logarithm = np.concatenate([self.logarithmic, np.zeros(begun, dtype=bool)])
-        flicker = instrument.flicker_noise
-        self.weights = [
-            flicker_weights(m.force.size, flicker / m.noise, 1.0 if colour is None else colour)
-            if flicker or colour is not None
-            else None
-            for m, colour in ((m, m.colour) for m in self.measurements)
+        self.evenings = [
+            Evening.of(count, instrument.flicker_noise / m.noise.own, m.resampling.power(count))
+            for m, count in ((m, m.force.size) for m in self.measurements)
         ]
 
     def _hold(self, places: Sequence[int] | IntArray, value: float) -> None:
@@ -190,7 +188,7 @@ class Problem:
                 "length": length,
                 "branch": length,
                 "speed": RESTING * scale.of("m/s") if still else 2 * extent.speed,
-                "none": 2 * measurement.noise,
+                "none": 2 * measurement.noise.own,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
             if not still:  # a branch holds what was felt since: its memory times the speed
@@ -232,8 +230,11 @@ class Problem:
 
     def weighed(self, index: int, columns: FloatArray) -> FloatArray:
         """Return samples of a measurement, shape (N,) or (N, m), over the noise in them."""
-        over_noise, weights = self.measurements[index].over_noise(columns), self.weights[index]
-        return over_noise if weights is None else evened(over_noise, weights)
+        return self.evenings[index].even(self.measurements[index].over_noise(columns))
+
+    def cosines(self, index: int, columns: FloatArray) -> FloatArray:
+        """Return the cosines of ``weighed``."""
+        return self.evenings[index].cosines(self.measurements[index].over_noise(columns))
 
 
 def _relaxing(composition: Composition) -> list[str]:

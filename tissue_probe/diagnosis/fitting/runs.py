@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.fitting.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.entry import Entry
 from tissue_probe.signals import FloatArray, IntArray

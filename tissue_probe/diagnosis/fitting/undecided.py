@@ -16,9 +16,10 @@ import numpy as np
 from scipy.ndimage import binary_dilation
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
-from tissue_probe.diagnosis.fitting.motion import Motion
 from tissue_probe.diagnosis.fitting.problem import Problem
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.motion import Motion
 from tissue_probe.signals import BoolArray
 
 #: Errors drawn: a sample that switches in a fifth of them is found in 97 of 100 cases.
@@ -60,5 +61,5 @@ def _undecided(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolAr
     changes = np.abs(
         [problem.response(index, position + each, values, start).output - right for each in errors]
     )
-    usual = np.hypot(np.quantile(changes, 0.68), measurement.noise)
+    usual = np.hypot(np.quantile(changes, 0.68), measurement.noise.own)
     return binary_dilation(changes.max(axis=0) > STANDS_OUT * usual)

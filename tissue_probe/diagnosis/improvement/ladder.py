@@ -15,9 +15,10 @@ from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, conclude
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
 from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
 from tissue_probe.diagnosis.ranking.rules import added, ranked, significant

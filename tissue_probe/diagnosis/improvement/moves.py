@@ -13,7 +13,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.evidence.posterior import evidence, promised_evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
+from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.candidate import SAME, shared
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms, refit
 from tissue_probe.diagnosis.ranking.rules import exclude

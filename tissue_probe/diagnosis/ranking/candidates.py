@@ -14,13 +14,14 @@ import numpy as np
 
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
-from tissue_probe.diagnosis.fitting.coloured import whitened
 from tissue_probe.diagnosis.fitting.first_guess import first_guesses
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.input_noise import whitened
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import Bar, search
 from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidate import (
     ASTRAY,
     BETTER,

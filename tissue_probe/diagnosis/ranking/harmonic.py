@@ -15,9 +15,9 @@ import numpy as np
 from tissue_probe.diagnosis.evidence.line import FREQUENCY, sine_of
 from tissue_probe.diagnosis.evidence.posterior import LINE, evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise, search
+from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.starts import begin_states
 from tissue_probe.signals import FloatArray
 

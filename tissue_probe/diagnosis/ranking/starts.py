@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument
 from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
 from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.transforms import peaks
 from tissue_probe.physics.extent import Extent
 from tissue_probe.quantities import FORCE

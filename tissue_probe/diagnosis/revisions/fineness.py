@@ -19,9 +19,10 @@ from tissue_probe.diagnosis.fitting.accuracy import (
     smoother,
 )
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 
 #: Of the rule of integration: halving the step divides its error by 16.
 ORDER = 4

@@ -12,20 +12,21 @@ that has the effect is the noise alone, and errors of the position shake it as t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from tissue_probe.diagnosis.evidence.adequacy import explained
-from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.force_errors import filtered
+from tissue_probe.diagnosis.fitting.position_errors import shaken
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import search
-from tissue_probe.diagnosis.fitting.shaken import shaken
-from tissue_probe.diagnosis.fitting.whitening import Whitening
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.quantities import FORCE
-from tissue_probe.signals import FloatArray
 
 #: Share of the noise's square by which it must be another: as much makes no residual larger by more
 #: than a twentieth, and so nothing that is explained unexplained.
@@ -49,9 +50,9 @@ def quieter(fit: Fit, instrument: Instrument, least: bool = False) -> list[Measu
         so that it cannot tell that noise of a driving force has it: there is none of that.
     """
     shaken_by = shaken(fit, instrument)
-    told = [_within(*each, least) for each in zip(shaken_by, fit.residuals, strict=True)]
+    told = _within(shaken_by, fit, colour=not least)
     pairs = zip(told, fit.measurements, strict=True)
-    if not any(new.noise_power < (1.0 - ANOTHER) * old.noise_power for new, old in pairs):
+    if not any(new.noise.power < (1.0 - ANOTHER) * old.noise.power for new, old in pairs):
         return None
     return [_surer(new, old) for new, old in zip(told, shaken_by, strict=True)]
 
@@ -67,55 +68,38 @@ def louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     if all(each.motion is None for each in fit.measurements):
         return None
     shaken_by = shaken(fit, instrument)
-    told = [_within(*each) for each in zip(shaken_by, fit.residuals, strict=True)]
-    pairs = zip(told, fit.measurements, strict=True)
-    more = any(new.noise_power > (1.0 + ANOTHER) * old.noise_power for new, old in pairs)
-    return told if more else None
+    told = _within(shaken_by, fit)
+    return told if _is_more(told, fit) else None
 
 
 def _driven_louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
-    bounded = [replace(each, input_noise=np.nan, whitening=None) for each in fit.measurements]
-    coloured = filtered(replace(fit, measurements=tuple(bounded)), instrument)
-    told = [_within(*each) for each in zip(coloured, fit.residuals, strict=True)]
-    pairs = zip(told, fit.measurements, strict=True)
-    if not any(new.noise_power > (1.0 + ANOTHER) * old.noise_power for new, old in pairs):
+    bounded = [
+        replace(each, input_noise=np.nan, noise=Noise(each.noise.own)) for each in fit.measurements
+    ]
+    told = _within(filtered(replace(fit, measurements=tuple(bounded)), instrument), fit)
+    if not _is_more(told, fit):
         return None
     found = search(Problem(fit.composition, told, instrument), fit.values, fit.starts)
     return told if found is not None and explained(found) else None
 
 
-def _within(measurement: Measurement, residual: FloatArray, least: bool = False) -> Measurement:
-    """Return a measurement whose noise is no more than a residual.
-
-    The noise that errors of the position make is told from how the motion changes from sample to
-    sample. A motion that changes less at random than that, such as a sine, has smaller errors.
-    """
-    if measurement.whitening is not None:
-        return _with_less_colour(measurement, measurement.whitening, residual, least)
-    beyond = float(np.mean(residual[measurement.counted] ** 2)) - measurement.noise**2
-    if measurement.shaken is None or beyond <= 0.0:
-        return replace(measurement.with_noise_of(residual), shaken=None)
-    share = min(np.sqrt(beyond) / measurement.shaken.size, 1.0)
-    return replace(measurement, shaken=measurement.shaken.times(share))
+def _within(
+    measurements: Sequence[Measurement], fit: Fit, colour: bool = True
+) -> list[Measurement]:
+    """Return measurements with no more noise than a fit leaves."""
+    pairs = zip(measurements, fit.residuals, strict=True)
+    return [each.within(residual, colour) for each, residual in pairs]
 
 
-def _with_less_colour(
-    measurement: Measurement, whitening: Whitening, residual: FloatArray, least: bool
-) -> Measurement:
-    """Return a measurement whose residual has less of the driving force's noise, or none of it.
-
-    Whichever makes the residual likelier.
-    """
-    found = None if least else whitening.likeliest(residual, measurement.used)
-    if found is None or not found.force:
-        return replace(measurement.with_noise_of(residual), whitening=None, input_noise=0.0)
-    return replace(measurement, whitening=found, noise=found.own, input_noise=found.force)
+def _is_more(told: Sequence[Measurement], fit: Fit) -> bool:
+    """Whether measurements have more noise than those of a fit."""
+    pairs = zip(told, fit.measurements, strict=True)
+    return any(new.noise.power > (1.0 + ANOTHER) * old.noise.power for new, old in pairs)
 
 
 def _surer(measurement: Measurement, before: Measurement) -> Measurement:
     """Return a measurement whose motion errs as little as its noise shows."""
-    if measurement.motion is None or before.shaken is None:
+    if measurement.motion is None or not before.noise.by_input:
         return measurement
-    left = measurement.shaken.size if measurement.shaken is not None else 0.0
-    share = left / before.shaken.size
+    share = measurement.noise.by_input / before.noise.by_input
     return replace(measurement, motion=measurement.motion.surer(share))

@@ -12,14 +12,15 @@ from functools import partial
 from typing import NamedTuple
 
 from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
-from tissue_probe.diagnosis.fitting.coloured import filtered
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.measurement import Instrument, Measurement
+from tissue_probe.diagnosis.fitting.force_errors import feels_force, filtered
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
-from tissue_probe.diagnosis.fitting.shaken import felt_anew
+from tissue_probe.diagnosis.fitting.position_errors import felt_anew
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
 from tissue_probe.diagnosis.input_course import COURSE, told_anew
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.revisions.fineness import finer
 from tissue_probe.diagnosis.revisions.noise import louder, quieter
 
@@ -63,10 +64,6 @@ def _is_louder(fit: Fit) -> bool:
     return leaves_more(fit) and not is_quiet(fit)
 
 
-def _is_whitened(fit: Fit) -> bool:
-    return any(each.whitening is not None for each in fit.measurements)
-
-
 def _corners(fit: Fit, _: Instrument) -> list[Measurement] | None:
     return without_corners(fit)
 
@@ -103,7 +100,7 @@ OF_BEST = (
     Revision("outliers", _outliers, leaves_more),
 )
 #: By the best model of one effect: noise of a force that drives has the colour of its response.
-OF_SINGLE = (Revision("colour", filtered, _is_whitened, once=True), *OF_BEST)
+OF_SINGLE = (Revision("colour", filtered, feels_force, once=True), *OF_BEST)
 #: By the model at the end of a search.
 OF_LAST = (
     *OF_BEST,

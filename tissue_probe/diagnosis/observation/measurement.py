@@ -1,21 +1,21 @@
-"""What a model is compared with: one stretch of samples, and the instrument that took them.
+"""Samples that a model is compared with: one stretch of a run.
 
-What belongs here: measured position and force, what is known of the probe and how well.
-What does not: reading files (``recording``), judging the samples (``inspection``).
+What belongs here: measured position and force, at which times, and which of them count. What does
+not: what is known of the probe (``instrument``), kinds of noise (``noise``), reading files
+(``recording``), judging the samples (``inspection``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.fft import dct
 
-from tissue_probe.diagnosis.fitting.motion import Motion
+from tissue_probe.diagnosis.observation.motion import Motion
+from tissue_probe.diagnosis.observation.noise import UNKNOWN, Noise
+from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.diagnosis.residuals.noise_floor import (
     EXACT,
     FELT,
@@ -27,27 +27,17 @@ from tissue_probe.diagnosis.residuals.noise_floor import (
 from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.response import USUAL as COARSE
 from tissue_probe.physics.response import Between, Fineness
-from tissue_probe.physics.rigs import OWN, Rig, rig_of
-from tissue_probe.physics.rigs.constants import CONTACT_POSITION
+from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.physics.smooth_course import at_times
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.recording.even_grid import interpolate
 from tissue_probe.signals import BoolArray, FloatArray
 
-if TYPE_CHECKING:
-    from tissue_probe.diagnosis.fitting.shaken import Shaken
-    from tissue_probe.diagnosis.fitting.whitening import Whitening
-
-#: The rms of a load cell's 1/f noise, by name.
-FLICKER = "flicker_noise"
-
 #: Finer steps of the position are digits of its text, not an encoder's [m].
 FINEST = 5e-9
 #: Time between samples from which a start's promise is told [s]: much less than a coil's period.
 OFTEN = 1e-3
-#: Cosines of noise in a band: so many squares have a mean that is right to a tenth.
-BAND = 200
 #: Noise of a command by the digits that it is written with, in shares of its rms: of four digits.
 DIGITS = 1e-4
 #: Samples at the start from which the velocity there is told.
@@ -58,60 +48,6 @@ LEAST = 1e-12
 SETTLING = 15e-3
 #: The least length, speed and force of a record [m, m/s, N]: to be divided by.
 SMALLEST = 1e-9
-
-
-@dataclass(frozen=True)
-class Instrument:
-    """The rig, and its constants as (value, standard deviation), SI units.
-
-    A deviation of 0 says that the constant is known; every other is fitted within its tolerance.
-    ``flicker_noise`` is the rms of the load cell's 1/f noise over a recording [N]. Where they are
-    not given, both are the rig's own. ``supposed`` names constants that nobody gave. The rig may be
-    given by its name in ``RIGS``. With ``any_zero`` the zero of the position may be anywhere; with
-    ``free_touch`` each run says where its tip touches.
-    """
-
-    rig: Rig = OWN
-    constants: Mapping[str, tuple[float, float]] | None = None
-    flicker_noise: float | None = None
-    supposed: frozenset[str] = frozenset()
-    any_zero: bool = False
-    free_touch: bool = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "rig", rig_of(self.rig))
-        if self.constants is None:
-            object.__setattr__(self, "constants", self.rig.known)
-        if self.flicker_noise is None:
-            object.__setattr__(self, "flicker_noise", self.rig.flicker_noise)
-            object.__setattr__(self, "supposed", self.supposed | {FLICKER})
-
-    @property
-    def of_run(self) -> tuple[str, ...]:
-        """Constants that belong to a run."""
-        return (CONTACT_POSITION.name,) if self.free_touch else ()
-
-    def of_size(self, scale: Scale) -> Instrument:
-        """Return the instrument of a record of a size: what nobody gave is as many times larger."""
-        units = {each.name: each.entry.unit for each in self.rig.constants} | {FLICKER: "N"}
-        factors = {
-            name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in units.items()
-        }
-        constants = {
-            name: (factors.get(name, 1.0) * value, factors.get(name, 1.0) * deviation)
-            for name, (value, deviation) in self.constants.items()
-        }
-        return replace(
-            self, constants=constants, flicker_noise=factors[FLICKER] * self.flicker_noise
-        )
-
-    def exact(self) -> Instrument:
-        """Return the same instrument, its constants taken as known but those that nobody gave.
-
-        Its noise is white.
-        """
-        held = {n: (v, d if np.isinf(d) else 0.0) for n, (v, d) in self.constants.items()}
-        return replace(self, constants=held, flicker_noise=0.0)
 
 
 @dataclass(frozen=True)
@@ -127,20 +63,16 @@ class Measurement:
         Time between two samples [s].
     at_rest : bool
         Whether the probe had been at rest before the first sample.
-    noise : float
-        Standard deviation of the output's white noise [its unit]; estimated where not given.
+    noise : Noise
+        Of the output; white, and estimated, where not given.
     used : array of bool, shape (n,)
         Which samples a fit weighs; all by default.
     output : Quantity
         What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
-    whitening : Whitening, optional
-        What makes the output's noise white and of variance 1, where that is not white.
     misread : array, shape (n,), optional
         Of a position that was smoothed: one of the errors that it may still have [m].
     motion : Motion, optional
         What is known of a position that drives and was noisy: ``position`` is its mean.
-    shaken : Shaken, optional
-        What errors of it leave in the output.
     input_noise : float
         Standard deviation of the white noise of a force that drives, as a model told it [N]; NaN
         where none did: it is no more than the force is rough.
@@ -154,9 +86,8 @@ class Measurement:
         Name of the run that it was cut from, others maybe too; without, a run of its own.
     begins : float
         Time of the first sample after the run's first [s].
-    resampled : array, shape (m,), optional
-        White noise of variance 1 as resampling leaves it, where times were uneven: then ``noise``
-        is that of the samples before.
+    resampling : Resampling
+        What was done to white noise where times were uneven: ``noise`` is that before it.
     between : Between, optional
         How the input goes on from sample to sample. None where that is not known: smoothly then.
     fineness : Fineness
@@ -174,20 +105,18 @@ class Measurement:
     force: FloatArray
     sample_period: float
     at_rest: bool = False
-    noise: float = 0.0
+    noise: Noise = UNKNOWN
     used: BoolArray | None = None
     output: Quantity = FORCE
-    whitening: Whitening | None = None
     misread: FloatArray | None = None
     motion: Motion | None = None
-    shaken: Shaken | None = None
     input_noise: float = np.nan
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()
     source: str = ""
     run: str = ""
     begins: float = 0.0
-    resampled: FloatArray | None = None
+    resampling: Resampling = AS_MEASURED
     between: Between | None = None
     fineness: Fineness = COARSE
     at: FloatArray | None = None
@@ -197,29 +126,19 @@ class Measurement:
     def __post_init__(self) -> None:
         if self.used is None:
             object.__setattr__(self, "used", np.ones(self.force.size, dtype=bool))
-        if not self.noise > 0:
+        if not self.noise.own > 0:
             drive = self.input_values[self.used]
-            object.__setattr__(self, "noise", self._floor(self.output_values, drive))
+            floor = self._floor(self.output_values, drive)
+            object.__setattr__(self, "noise", self.noise.with_own(floor))
 
     def _floor(self, output: FloatArray, drive: FloatArray | None = None) -> float:
         floor = noise_floor(output[self.used], drive, np.flatnonzero(self.used))
-        return max(floor / self._left, LEAST * self.scale.of(self.output.unit))
+        return max(floor / self.resampling.left, LEAST * self.scale.of(self.output.unit))
 
     @property
     def counted(self) -> BoolArray:
-        """Which samples tell how large an error is, shape (n,).
-
-        Of those used not the first and last few where errors of the position count: a state at the
-        start is bound by none of them.
-        """
-        return self.used if self.shaken is None else self.shaken.inside(self.used)
-
-    @property
-    def noise_power(self) -> float:
-        """Square of all noise in the output: its own, and that by errors of the input."""
-        if self.whitening is not None:
-            return self.whitening.deviation**2
-        return self.noise**2 + (self.shaken.size**2 if self.shaken is not None else 0.0)
+        """Which samples tell how large an error is, shape (n,)."""
+        return self.noise.counted(self.used)
 
     @property
     def position_noise(self) -> float:
@@ -230,7 +149,7 @@ class Measurement:
         period is a whole number of samples, is no step.
         """
         noise, felt = noise_not_felt(self.position, self.force)
-        noise /= self._left
+        noise /= self.resampling.left
         least = max(NOISY * self.extent.step, EXACT * float(np.ptp(self.position)))
         return noise if noise > least and abs(felt) < FELT else 0.0
 
@@ -239,7 +158,7 @@ class Measurement:
         """Standard deviation of the output's rounding where its noise is nothing else, or 0."""
         output = self.output_values[self.used]
         step = _step(output, EXACT * float(np.ptp(output)))
-        return float(step / np.sqrt(12.0)) if self.noise < NOISY * step else 0.0
+        return float(step / np.sqrt(12.0)) if self.noise.own < NOISY * step else 0.0
 
     @cached_property
     def stays_rounded(self) -> float:
@@ -269,24 +188,6 @@ class Measurement:
         return rough if np.isnan(self.input_noise) else min(rough, self.input_noise)
 
     @property
-    def _left(self) -> float:
-        """How much of a channel's noise its roughness shows after resampling."""
-        return 1.0 if self.resampled is None else noise_beside_steps(self.resampled)
-
-    @property
-    def colour(self) -> FloatArray | None:
-        """Power of the output's noise in each cosine over that of white noise; None where white.
-
-        Means over so many neighbours of an example's cosines that each is right to a tenth.
-        """
-        if self.resampled is None:
-            return None
-        power = dct(self.resampled, norm="ortho") ** 2
-        bands = [float(np.mean(band)) for band in np.array_split(power, max(power.size // BAND, 1))]
-        at = (np.arange(self.force.size) + 0.5) / self.force.size * len(bands) - 0.5
-        return np.interp(at, np.arange(len(bands)), bands)
-
-    @property
     def input(self) -> Quantity:
         """What drives the model."""
         return other(self.output)
@@ -303,16 +204,7 @@ class Measurement:
 
     def over_noise(self, values: FloatArray) -> FloatArray:
         """Return values of the output, shape (n, ...), as multiples of its noise; unused ones 0."""
-        if self.shaken is not None and values.size:
-            columns = values.reshape(values.shape[0], -1)
-            return self.shaken.white(columns, *self._innovations).reshape(values.shape)
-        if self.whitening is None or not values.size:
-            return (values.T * (self.used / self.noise)).T
-        return self.whitening.white(values, self.used)
-
-    @cached_property
-    def _innovations(self) -> tuple[FloatArray, FloatArray]:
-        return self.shaken.innovations(self.noise, self.used)
+        return self.noise.white(values, self.used) if values.size else values
 
     @property
     def times(self) -> FloatArray:
@@ -344,13 +236,8 @@ class Measurement:
         return at_times(columns, self.sample_period, self.at)
 
     def roughly(self) -> Measurement:
-        """Return the same with white noise of the same power for errors of a noisy position.
-
-        It puts starts in order as well, and needs no filter.
-        """
-        if self.shaken is None:
-            return self
-        return replace(self, shaken=None, noise=math.sqrt(self.noise_power))
+        """Return the same with noise that puts starts in order as well, and costs less."""
+        return replace(self, noise=self.noise.roughly())
 
     def thinned(self) -> Measurement:
         """Return the same in as few samples as tell which start of a search promises most.
@@ -358,11 +245,10 @@ class Measurement:
         What a filter makes white needs all samples.
         """
         times = int(OFTEN * self.scale.time / self.sample_period + 1e-6)
-        kept = self.whitening is not None or self.shaken is not None or self.at is not None
-        if times < 2 or kept:
+        if times < 2 or not self.noise.is_white or self.at is not None:
             return self
         few = self._only(slice(None, None, times))
-        return replace(few, sample_period=self.sample_period * times, resampled=None)
+        return replace(few, sample_period=self.sample_period * times, resampling=AS_MEASURED)
 
     def since(self, first: int, rig: Rig) -> Measurement:
         """Return the samples from one on, before which the tip touched nothing.
@@ -384,11 +270,17 @@ class Measurement:
         """Return the same, with some samples not used; its noise is estimated from the others."""
         if not samples.any():
             return self
-        return replace(self, used=self.used & ~samples, noise=0.0)
+        return replace(self, used=self.used & ~samples, noise=self.noise.anew())
 
-    def with_noise_of(self, residual: FloatArray) -> Measurement:
-        """Return the same with the noise of a model's residual, shape (n,), where that is less."""
-        return replace(self, noise=min(self.noise, max(self._floor(residual), self.rounded)))
+    def within(self, residual: FloatArray, colour: bool = True) -> Measurement:
+        """Return the same with no more noise than a model's residual, shape (n,), has.
+
+        Where the model may lack an effect, the residual has the ``colour`` of that, and tells none.
+        """
+        own = min(self.noise.own, max(self._floor(residual), self.rounded))
+        noise, of_input = self.noise.within(residual, self.used, own, colour)
+        told = self.input_noise if np.isnan(of_input) else of_input
+        return replace(self, noise=noise, input_noise=told)
 
     def _only(self, kept: slice) -> Measurement:
         """Return some of the samples; their period, and what is known of a motion, stay."""
@@ -399,7 +291,7 @@ class Measurement:
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
             at=None if self.at is None else self.at[kept] - self.at[kept][0],
-            shaken=None,
+            noise=self.noise.of_some(),
         )
 
     def pressed(self, stiffness: float) -> BoolArray:

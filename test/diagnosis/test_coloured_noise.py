@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import cholesky, toeplitz
 from scipy.signal import lfilter
 
-from tissue_probe.diagnosis.fitting.whitening import Whitening
+from tissue_probe.diagnosis.observation.coloured import Coloured
 
 #: A resonance with a period of ten samples that rings for some twenty.
 POLE = 0.95 * np.exp(0.2j * np.pi)
@@ -25,7 +25,7 @@ def covariance(count):
 
 @pytest.fixture(scope="module")
 def whitening():
-    return Whitening.of([ringing(400_000, np.random.default_rng(0))], 4, force=1.0, own=0.0)
+    return Coloured.of([ringing(400_000, np.random.default_rng(0))], 4, force=1.0, own=0.0)
 
 
 def test_the_rows_are_those_of_the_covariance(whitening):
@@ -34,14 +34,14 @@ def test_the_rows_are_those_of_the_covariance(whitening):
 
 
 def test_its_deviations_are_those_of_the_noise_and_of_its_news(whitening):
-    assert whitening.deviation == pytest.approx(np.sqrt(covariance(1)[0, 0]), rel=0.02)
+    assert np.sqrt(whitening.power) == pytest.approx(np.sqrt(covariance(1)[0, 0]), rel=0.02)
     assert whitening.news == pytest.approx(1.0, rel=0.01)
 
 
 @given(seed=st.integers(0, 10_000), first=st.integers(0, 30), gap=st.integers(1, 9))
 def test_each_stretch_is_as_probable_as_by_its_own_covariance(seed, first, gap):
     random = np.random.default_rng(seed)
-    exact = Whitening(covariance(3), force=1.0, own=0.0)
+    exact = Coloured(0.0, covariance(3), force=1.0)
     values = ringing(60, random)
     used = np.ones(60, dtype=bool)
     used[first : first + gap] = False
@@ -67,7 +67,7 @@ def test_a_wrong_start_is_not_free_of_charge(whitening):
     """The free motion from a wrong start has the same root as the noise."""
     decay = 50.0 * (POLE ** np.arange(300)).real
     white = whitening.white(decay, np.ones(300, dtype=bool))
-    assert np.sum(white**2) > 0.5 * 50.0**2 / whitening.deviation**2
+    assert np.sum(white**2) > 0.5 * 50.0**2 / np.sqrt(whitening.power) ** 2
 
 
 @pytest.mark.parametrize(("force", "own"), [(0.3, 0.1), (0.05, 2.0), (0.4, 0.0), (0.0, 0.7)])

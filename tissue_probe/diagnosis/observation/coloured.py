@@ -1,7 +1,8 @@
 """Noise of a driving force in the output, made white from the first sample of every stretch on.
 
 What belongs here: the covariance of such noise, the rows that whiten it, how large it is in a
-residual. What does not: how a model colours it (``coloured``), errors of a position (``shaken``).
+residual. What does not: how a model colours it (``fitting.force_errors``), errors of a position
+(``chained``).
 
 Let C be the covariance of n consecutive errors and L its Cholesky factor, C = L L^T. The rows of
 the inverse of L take from each sample the part that those before it tell, and divide the rest by
@@ -17,9 +18,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
+from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: White noise of the output over that of the force in it, as ratios that are tried: half of a step
@@ -30,32 +33,55 @@ ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
-class Whitening:
-    """Noise of the output: white, and what noise of the force that drives makes in it.
+class Coloured(Noise):
+    """White noise, and what white noise of the force that drives makes in the output.
 
     Attributes
     ----------
+    own : float
+        See ``Noise``.
     driven : array, shape (p + 1, p + 1)
         Covariance of consecutive samples of the output under white noise of the force of 1 N.
     force : float
         Standard deviation of the white noise of the force [N].
-    own : float
-        Standard deviation of the output's own white noise [its unit].
     """
 
     driven: FloatArray
     force: float
-    own: float
+
+    is_white: ClassVar[bool] = False
+    counted_too: ClassVar[str] = "the motion that noise of the force makes"
 
     @classmethod
-    def of(cls, errors: Sequence[FloatArray], order: int, force: float, own: float) -> Whitening:
+    def of(cls, errors: Sequence[FloatArray], order: int, force: float, own: float) -> Coloured:
         """Return the noise of which some was drawn, each sample following ``order`` before it.
 
         ``errors`` are changes of the output under noise ``force`` of the force.
         """
         windows = [np.lib.stride_tricks.sliding_window_view(each, order + 1) for each in errors]
         every = np.concatenate(windows) / force
-        return cls(every.T @ every / len(every), force, own)
+        return cls(own, every.T @ every / len(every), force)
+
+    @property
+    def by_input(self) -> float:
+        """Standard deviation of the noise that errors of the input make [unit of the output]."""
+        return self.force * float(np.sqrt(self.driven[0, 0]))
+
+    def within(
+        self, residual: FloatArray, used: BoolArray, own: float, colour: bool
+    ) -> tuple[Noise, float]:
+        """Return noise with less of the driving force's in it, or none: see ``Noise``.
+
+        Whichever makes the residual likelier.
+        """
+        found = self.likeliest(residual, used) if colour else None
+        if found is None or not found.force:
+            return Noise(own), 0.0
+        return found, found.force
+
+    def anew(self) -> Coloured:
+        """Return the same: its white noise is not told from the samples alone."""
+        return self
 
     @property
     def covariance(self) -> FloatArray:
@@ -71,11 +97,6 @@ class Whitening:
         Row k serves the sample that follows k others of its stretch; the last all after p others.
         """
         return np.tril(np.linalg.inv(np.linalg.cholesky(self.covariance)))
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the noise as it is [its unit]."""
-        return float(1.0 / self.rows[0, 0])
 
     @property
     def news(self) -> float:
@@ -96,7 +117,7 @@ class Whitening:
             )
         return (white.T * used).T
 
-    def likeliest(self, residual: FloatArray, used: BoolArray) -> Whitening:
+    def likeliest(self, residual: FloatArray, used: BoolArray) -> Coloured:
         """Return the noise, no larger than this in the force, that a residual is likeliest for.
 
         Both deviations are told: their ratio is tried, and the size follows from the residual, as
@@ -110,8 +131,8 @@ class Whitening:
             Which samples count.
         """
         size = float(np.sqrt(np.mean(residual[used] ** 2)))
-        best, least = replace(self, force=0.0, own=size), size
-        coloured = float(np.sqrt(self.driven[0, 0]))
+        best, least = replace(self, own=size, force=0.0), size
+        coloured = replace(self, force=1.0).by_input
         for ratio in RATIOS:
             one = replace(self, force=1.0, own=ratio * coloured)
             left = float(np.sqrt(np.mean(one.white(residual, used)[used] ** 2)))
