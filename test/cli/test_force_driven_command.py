@@ -57,7 +57,7 @@ def test_compare_speaks_of_the_position(run, recorded, tmp_path):
     outcome = run("compare", *NAMED)
     assert outcome.status == 0, outcome.err
     assert "% of the position's rms about its mean" in outcome.out
-    assert "um rms: what noise alone leaves" in outcome.out
+    assert "um rms: the error that noise alone leaves" in outcome.out
     assert "mN" not in outcome.out
     assert (tmp_path / "compare.png").read_bytes().startswith(b"\x89PNG")
 
@@ -102,7 +102,7 @@ def test_improve_leaves_a_model_that_compare_takes_and_whose_rig_it_knows(run, r
     named = [word for word in NAMED if word not in ("--rig", "force_driven")]
     outcome = run("compare", *named, "--model", "better/model.yaml")
     assert outcome.status == 0, outcome.err
-    assert "um rms: what noise alone leaves" in outcome.out
+    assert "um rms: the error that noise alone leaves" in outcome.out
 
 
 def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_path, table):

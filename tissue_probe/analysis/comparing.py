@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
-from tissue_probe.diagnosis.sizing import library_of_size, sized, told_of_size
+from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
@@ -225,9 +225,10 @@ def compare(
     fitted = measurements_of(measured)
     found = segments(fitted, starts, site, lowpass, course)
     taken = [each.measurement(asked.composition.output) for each in found]
-    composition, of_size, instrument = sized(asked.composition, taken, asked.instrument_for(fitted))
-    clean, instrument, findings = prepared(composition, of_size, instrument, asked.model.values)
-    findings += told_of_size(composition.scale)
+    known, at = asked.instrument_for(fitted), asked.model.values
+    ready = prepared(asked.composition, taken, known, begin_at=at)
+    composition, clean, instrument = ready.composition, ready.measurements, ready.instrument
+    findings = list(ready.findings)
     if model is not None:
         fit = held(asked.model, clean)
     else:
@@ -235,7 +236,7 @@ def compare(
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
             findings += left_out(clean, fit, instrument)
-    notes = [*asked.notes_for(fitted), *(note for each in found for note in each.notes)]
+    notes = list(asked.notes_for(fitted))
     notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
@@ -277,7 +278,7 @@ def _errors(fit: Fit, model: str) -> list[str]:
     if not model:
         told.append(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
     noise = output.tell(fit.noise, 4)
-    told.append(f"  noise floor                {noise} rms: what noise alone leaves")
+    told.append(f"  noise floor                {noise} rms: the error that noise alone leaves")
     told.append(f"  error / noise              {fit.rmse / fit.noise:.3g}")
     told.append(f"  whitened error / noise     {fit.ratio:.3g}, {fit.counted_too} counted too")
     if not fit.converged:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,6 @@ from tissue_probe.diagnosis import instrument_values
 from tissue_probe.diagnosis.advice.driver_command import DriverCommand, driver_command
 from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
-from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
 from tissue_probe.diagnosis.fitting.accuracy import widened
@@ -30,19 +29,16 @@ from tissue_probe.diagnosis.instrument_values import InstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import prepared
+from tissue_probe.diagnosis.prepared import Prepared, prepared
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.revisions.table import FLICKER, observed_with
 from tissue_probe.diagnosis.second_recording import FAR, SecondRecording
-from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
-from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
-    from tissue_probe.physics.rigs import Rig
 
 #: Where the search for a further effect came to its limit, and something is left unexplained.
 CURTAILED = Finding(
@@ -194,65 +190,81 @@ def diagnose(
         wanted effect acts on; says why and what to do.
     """
     begun = time.perf_counter()
-    composition, measurements, instrument = sized(composition, measurements, instrument)
-    library = library_of_size(library, composition.scale, wanted)
-    asked_for = [library[name] for name in wanted]
-    if any(effect.zero for effect in asked_for):
-        instrument = replace(instrument, any_zero=False)
-    clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
-    library = _admitted(composition, library, clean, instrument)
-    _refuse(composition.rig, asked_for)
-    spoilt = tuple(name for name in SPOILT if any(f.name == name for f in findings))
-    read = _as_read([*measurements, *validation])
-    findings = [*read, *told_of_size(composition.scale), *findings]
-    validation = [of_size(each, composition.scale) for each in validation]
-    validation, of_validation = cleaned(validation)
-    validation, _, touched = from_touch(validation, instrument)
-    findings += [*of_validation, *touched]
-
-    given = (COURSE,) if any(each.between is not None for each in measurements) else ()
-    if wanted:
-        ladder = climb_by(composition, clean, instrument, asked_for, begin_at, given)
-    else:
-        ladder = climb(composition, clean, instrument, library, begin_at, given, progress, tell)
-    instrument = observed_with(instrument, ladder.revisions)
-    findings = _revised(findings, ladder)
-    hidden: tuple[str, ...] = ()
-    if ladder.verdict == "adequate":
-        hidden = unseen(ladder.final, library, instrument, composition, ladder.ranking)
-        # What may hide comes before what would have shown.
-        order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
-        ladder = replace(ladder, ranking=tuple(order))
+    asked = prepared(composition, measurements, instrument, library, validation, wanted, begin_at)
+    ladder = _climbed(asked, begin_at, progress, tell)
+    instrument = observed_with(asked.instrument, ladder.revisions)
     ladder, coarse = _as_sure(ladder, instrument)
-    findings += coarse
-    if validation:
+    hidden = _unseen(ladder, asked, instrument)
+    ladder = _hidden_first(ladder, hidden)
+    if asked.validation:
         progress("the models are tried on the second recording")
-    second = SecondRecording.of(ladder, validation, instrument)
-    if validation and not wanted and ladder.harmonic is None:
-        ladder = second.concluded(ladder)
-    indistinguishable = ladder.tied if ladder.alternatives else ()
-    if ladder.verdict in ("missing", "ambiguous"):
-        hidden = unseen(ladder.final, library, instrument, composition)
+    second = SecondRecording.of(ladder, asked.validation, instrument)
+    if not wanted and ladder.harmonic is None:
+        by_first, ladder = ladder, second.concluded(ladder)
+        if (ladder.verdict, ladder.final) != (by_first.verdict, by_first.final):
+            hidden = _unseen(ladder, asked, instrument)
     progress("the next experiment is chosen")
-    rivals = ladder.rivals if indistinguishable else [ladder.final]
-    asked = hidden if ladder.verdict == "adequate" else ()
-    suggestion = suggest(rivals, instrument, library, asked)
-    findings += left_out(clean, ladder.final, instrument)
-    doubts = list(check_fit(ladder.base, ladder.final))
-    findings += doubts if doubts or validation else check_held_out(ladder.final)
-    findings += [CURTAILED] if ladder.curtailed else []
-    findings += second.noisier(ladder.final)
+    suggestion = _suggested(ladder, hidden, asked, instrument)
     own = instrument_values.instrument_values(ladder.final, instrument)
-    findings += instrument_values.findings(own)
-    verdict: Verdict = "missing" if spoilt and ladder.verdict == "adequate" else ladder.verdict
+    findings = [
+        *_revised(asked.findings, ladder),
+        *coarse,
+        *left_out(asked.measurements, ladder.final, instrument),
+        *_of_fit(ladder, second),
+        *instrument_values.findings(own),
+    ]
     found = Diagnosis(
-        verdict, ladder, spoilt, tuple(findings), indistinguishable, hidden, suggestion,
-        second.errors, time.perf_counter() - begun, second.noise, _command(suggestion, clean),
-        second.uncertainty(ladder.final), own,
+        "missing" if asked.spoilt and ladder.verdict == "adequate" else ladder.verdict,
+        ladder, asked.spoilt, tuple(findings),
+        ladder.tied if ladder.alternatives else (), hidden, suggestion,
+        second.errors, time.perf_counter() - begun, second.noise,
+        _command(suggestion, asked.measurements), second.uncertainty(ladder.final), own,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
-    fails = verdict in ("adequate", "missing") and not found.carries_over
+    fails = found.verdict in ("adequate", "missing") and not found.carries_over
     return replace(found, verdict="unexplained") if fails else found
+
+
+def _climbed(
+    asked: Prepared, begin_at: Mapping[str, float] | None, progress: Progress, tell: Tell
+) -> Ladder:
+    question = asked.composition, asked.measurements, asked.instrument
+    if asked.wanted:
+        return climb_by(*question, asked.wanted, begin_at, asked.given)
+    return climb(*question, asked.library, begin_at, asked.given, progress, tell)
+
+
+def _unseen(ladder: Ladder, asked: Prepared, instrument: Instrument) -> tuple[str, ...]:
+    """Name the effects that may hide beside the last model, where that leaves noise only."""
+    if ladder.verdict == "unexplained":
+        return ()
+    tried = ladder.ranking if ladder.verdict == "adequate" else ()
+    return unseen(ladder.final, asked.library, instrument, asked.composition, tried)
+
+
+def _hidden_first(ladder: Ladder, hidden: Sequence[str]) -> Ladder:
+    """Put effects that may hide before those that would have shown, where none is missing."""
+    if ladder.verdict != "adequate":
+        return ladder
+    order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
+    return replace(ladder, ranking=tuple(order))
+
+
+def _suggested(
+    ladder: Ladder, hidden: Sequence[str], asked: Prepared, instrument: Instrument
+) -> Suggestion | None:
+    rivals = ladder.rivals if ladder.alternatives and ladder.tied else [ladder.final]
+    show = hidden if ladder.verdict == "adequate" else ()
+    return suggest(rivals, instrument, asked.library, show)
+
+
+def _of_fit(ladder: Ladder, second: SecondRecording) -> Iterator[Finding]:
+    """Yield the doubts about the last model."""
+    doubts = list(check_fit(ladder.base, ladder.final))
+    yield from doubts if doubts or second.measurements else check_held_out(ladder.final)
+    if ladder.curtailed:
+        yield CURTAILED
+    yield from second.noisier(ladder.final)
 
 
 def plainly(
@@ -265,9 +277,8 @@ def plainly(
     MeasurementError
         If any samples are such that a fit would be worthless, or no start leads to a fit.
     """
-    composition, measurements, instrument = sized(composition, measurements, instrument)
-    clean, instrument, _ = prepared(composition, measurements, instrument)
-    return climb(composition, clean, instrument, {}).base
+    asked = prepared(composition, measurements, instrument)
+    return climb(asked.composition, asked.measurements, asked.instrument, {}).base
 
 
 # The searches have threads of their own: those of linear algebra would wait for one another.
@@ -291,36 +302,12 @@ def promises(
     findings : list of Finding
         Of reading and of the inspection.
     """
-    composition, measurements, instrument = sized(composition, measurements, instrument)
-    library = library_of_size(library, composition.scale)
-    clean, instrument, findings = prepared(composition, measurements, instrument, begin_at)
-    base = fit_base(composition, clean, instrument, begin_at)
-    admitted = _admitted(composition, library, clean, instrument)
-    allowed = addable(composition, admitted).values()
+    asked = prepared(composition, measurements, instrument, library, begin_at=begin_at)
+    composition, instrument = asked.composition, asked.instrument
+    base = fit_base(composition, asked.measurements, instrument, begin_at)
+    allowed = addable(composition, asked.library).values()
     (ranking,) = screened([(base, allowed)], composition, instrument)
-    return base, ranking, [*_as_read(measurements), *told_of_size(composition.scale), *findings]
-
-
-def _admitted(
-    composition: Composition,
-    library: Mapping[str, Effect],
-    measurements: Sequence[Measurement],
-    instrument: Instrument,
-) -> dict[str, Effect]:
-    """Return the effects that act on something that the rig has, and that can be told.
-
-    Parts of a run tell by how much they differ; a place of touch that is free is a constant of the
-    force as well.
-    """
-    runs = [each.run for each in measurements if each.run]
-    parts = len(runs) > len(set(runs))
-    return {
-        name: each
-        for name, each in library.items()
-        if composition.rig.admits(each)
-        and (parts or not each.of_part)
-        and not (instrument.free_touch and [p.name for p in each.parameters] == [each.zero])
-    }
+    return base, ranking, list(asked.findings)
 
 
 def _revised(findings: Sequence[Finding], ladder: Ladder) -> list[Finding]:
@@ -356,16 +343,3 @@ def _coil_gain(measurements: Sequence[Measurement]) -> float:
     """Return the first gain of the coil that is known [m/V]; NaN where none is."""
     gains = (measurement.coil_gain for measurement in measurements)
     return next(filter(math.isfinite, gains), math.nan)
-
-
-def _refuse(rig: Rig, wanted: Sequence[Effect]) -> None:
-    for effect in wanted:
-        told = [rig.obstacle(form) for form in effect.every_form]
-        if all(told):
-            raise MeasurementError(
-                f"{effect.name} cannot be fitted to these measurements of a {rig}: it {told[0]}"
-            )
-
-
-def _as_read(measurements: Sequence[Measurement]) -> list[Finding]:
-    return [Finding("as_read", note) for each in measurements for note in each.notes]

@@ -74,6 +74,16 @@ def with_input(
         return given, []
     if any(each.between is not None for each in given):
         return given, []
+    best = _likeliest(composition, given, instrument, begin_at)
+    return (given, []) if best is Between.smooth else (_with(given, best), told(best))
+
+
+def _likeliest(
+    composition: Composition,
+    given: list[Measurement],
+    instrument: Instrument,
+    begin_at: Mapping[str, float] | None,
+) -> Between:
     taken = {kind: _with(given, kind) for kind in _kinds(given)}
     fits = {kind: fit_base(composition, taken[kind], instrument, begin_at) for kind in taken}
     at_once = any(map(_overshoots, given))
@@ -84,10 +94,8 @@ def with_input(
     if not at_once and best is not Between.smooth:
         delayed = _delayed(smooth, instrument) if best is Between.held else []
         if not (explained(fits[best]) and _is_as_good(fits[best], delayed)):
-            best = Between.smooth
-    if best is Between.smooth:
-        return given, []
-    return taken[best], told(best)
+            return Between.smooth
+    return best
 
 
 def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:

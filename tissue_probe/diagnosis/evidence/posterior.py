@@ -111,19 +111,8 @@ def posterior(
         Logarithm of the likelihood of a second recording, by the names of a model's effects; then
         only the models named there count.
     """
-    best = _best_of_each([base, *fits])
-    enough = [names for names, fit in best.items() if explained(fit) and not leaves_more(fit)]
-    open_ones = {
-        names: fit
-        for names, fit in best.items()
-        if not any(names > fewer for fewer in enough)
-        and not _is_another(fit, best, base)
-        and (second is None or names in second)
-    }
-    if not open_ones:
-        open_ones = {frozenset(): base}
     groups: dict[tuple[str, ...], list[_Told]] = defaultdict(list)
-    for names, fit in open_ones.items():
+    for names, fit in _possible(base, fits, second).items():
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
         told = _Told(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
@@ -134,6 +123,22 @@ def posterior(
     return Posterior(
         base, tuple(models), tuple(map(float, probabilities)), _unknown(adequacy(models[0]))
     )
+
+
+def _possible(
+    base: Fit, fits: Iterable[Fit], second: Mapping[frozenset[str], float] | None
+) -> dict[frozenset[str], Fit]:
+    """Return the models of which one is to be probable, by the names of their effects."""
+    best = _best_of_each([base, *fits])
+    enough = [names for names, fit in best.items() if explained(fit) and not leaves_more(fit)]
+    found = {
+        names: fit
+        for names, fit in best.items()
+        if not any(names > fewer for fewer in enough)
+        and not _is_another(fit, best, base)
+        and (second is None or names in second)
+    }
+    return found or {frozenset(): base}
 
 
 class _Told(NamedTuple):

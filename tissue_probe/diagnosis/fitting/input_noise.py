@@ -11,8 +11,7 @@ from collections.abc import Mapping, Sequence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.force_errors import filtered
 from tissue_probe.diagnosis.fitting.position_errors import felt, no_louder, shaken
-from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.fitting.refitted import refitted
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.quantities import FORCE
@@ -64,5 +63,4 @@ def _again(
     """Fit the model to the same measurements, of which something else is known now."""
     if all(new is old for new, old in zip(measurements, fit.measurements, strict=True)):
         return fit
-    problem = Problem(fit.composition, measurements, instrument, held)
-    return search(problem, fit.values, fit.starts) or fit
+    return refitted(fit, measurements, instrument, held) or fit

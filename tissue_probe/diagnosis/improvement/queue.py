@@ -120,17 +120,20 @@ class Queue:
         for move in sorted(self._waiting, key=lambda move: -move.promised):
             if self._is_worth(move, best):
                 few.setdefault(move.names, move)
-        reliable = [move for move in few.values() if move.reliable]
-        others = [move for move in few.values() if not move.reliable]
-        owed = self._spent[False] < UNRELIABLE * self._spent[True]
         fewer = self.best(count - 1)
         alike = [move for move in few.values() if fewer and self._has_parts_of(move, fewer)]
-        chosen = alike[:AT_ONCE] or self._various(
-            others if not reliable or (others and owed) else reliable
-        )
+        chosen = alike[:AT_ONCE] or self._various(self._of_one_kind(few.values()))
         self._waiting = [move for move in self._waiting if move not in chosen]
         self._tried.update(move.kind for move in chosen)
         return chosen
+
+    def _of_one_kind(self, moves: Iterable[Move]) -> list[Move]:
+        """Return the moves whose promise is reliable, or the others where it is their turn."""
+        reliable, others = [], []
+        for move in moves:
+            (reliable if move.reliable else others).append(move)
+        owed = self._spent[False] < UNRELIABLE * self._spent[True]
+        return others if not reliable or (others and owed) else reliable
 
     def _has_parts_of(self, move: Move, fewer: Fit) -> bool:
         """Whether a move leads to the families of a model with an effect less, apart.

@@ -144,6 +144,17 @@ def _left(position: Channel, force: Channel, sample_period: float) -> tuple[floa
     )
 
 
+def _floats(found: CoarseResponse) -> bool:
+    """Whether a force that may be of a mass or of a spring is opposite to the position."""
+    return not found.separable and found.elastic < -0.9 and abs(found.viscous) < 0.03
+
+
+def _is_inert(found: CoarseResponse) -> bool:
+    """Whether the force is a mass's, and nothing else's."""
+    beside = max(abs(found.elastic), abs(found.viscous))
+    return found.separable and found.inertial > 0.9 and beside < 0.05
+
+
 def _check_sign(
     found: CoarseResponse, scale: float, left: Callable[[], tuple[float, float]]
 ) -> Iterator[Finding]:
@@ -155,7 +166,7 @@ def _check_sign(
     gives_energy = found.viscous < -0.05 and found.elastic < -0.5 * found.viscous
     pulls = found.separable and found.elastic < -0.2 and found.viscous < 0.05
     inertia = -found.stiffness * scale / (2.0 * np.pi * found.frequency) ** 2
-    floats = not found.separable and found.elastic < -0.9 and abs(found.viscous) < 0.03
+    floats = _floats(found)
     wrong = gives_energy or pulls
     if found.unexplained > LEFT:
         given, other = left()
@@ -167,11 +178,7 @@ def _check_sign(
             "other `force_polarity`, or `position_polarity` for heights.",
             fatal=True,
         )
-    elif floats or (
-        found.separable
-        and found.inertial > 0.9
-        and max(abs(found.elastic), abs(found.viscous)) < 0.05
-    ):
+    elif floats or _is_inert(found):
         mass = inertia if floats else found.mass * scale
         yield Finding(
             "no_contact",

@@ -171,15 +171,7 @@ def fit_candidates(
         Told each fit when its search has ended, maybe in a copy of this process, where it must not
         change anything of this one.
     """
-    all_forms = forms(base.composition, effects)
-    look, values = Look.at(base, instrument), [base.named()]
-    if any(form.changes_contact for form in all_forms):
-        values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
-    candidates = [Candidate(base, form, instrument, look, values) for form in all_forms]
-    for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
-        candidate.begun = begun
-    candidates = [candidate for candidate in candidates if candidate.begun.best]
-    candidates.sort(key=lambda candidate: candidate.begun.promise)
+    candidates = _begun(base, forms(base.composition, effects), instrument)
     asked = np.isfinite(needed)
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
     counts = base.cost - 2.0 * RIVAL if explained(base) else np.inf
@@ -193,6 +185,18 @@ def fit_candidates(
     fits += _searched([(each, each.fits_from(other, bar)) for each, other in behind], bar, enough)
     told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
+
+
+def _begun(base: Fit, forms: Sequence[Effect], instrument: Instrument) -> list[Candidate]:
+    """Return the forms that have a start, those that promise most first."""
+    look, values = Look.at(base, instrument), [base.named()]
+    if any(form.changes_contact for form in forms):
+        values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
+    candidates = [Candidate(base, form, instrument, look, values) for form in forms]
+    for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
+        candidate.begun = begun
+    found = [candidate for candidate in candidates if candidate.begun.best]
+    return sorted(found, key=lambda candidate: candidate.begun.promise)
 
 
 def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:

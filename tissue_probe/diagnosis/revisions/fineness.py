@@ -19,8 +19,7 @@ from tissue_probe.diagnosis.fitting.accuracy import (
     smoother,
 )
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.fitting.refitted import refitted
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 
@@ -51,9 +50,5 @@ def _is_worse(
     instrument: Instrument,
 ) -> bool:
     """Whether measurements speak against a smoother course: it has corners."""
-    found = [
-        search(Problem(fit.composition, each, instrument), fit.values, fit.starts)
-        for each in (along, before)
-    ]
-    smooth, other = found
+    smooth, other = (refitted(fit, each, instrument) for each in (along, before))
     return smooth is None or (other is not None and smooth.bic > other.bic + 2.0 * RIVAL)

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.fitting.refitted import refitted
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.revisions.table import Revision, observed_with
@@ -54,9 +53,7 @@ class Revisions:
             told = each.revise(fit, self.instrument) if each.when(fit) else None
             if not told:
                 continue
-            instrument = observed_with(self.instrument, [each.name])
-            problem = Problem(fit.composition, told, instrument)
-            revised = search(problem, fit.values, fit.starts)
+            revised = refitted(fit, told, observed_with(self.instrument, [each.name]))
             if revised is not None:
                 self.names.append(each.name)
                 self._left -= not (each.once or each.ends)
@@ -72,6 +69,6 @@ class Revisions:
         """Return the model that was asked about, fitted to the samples as revised by another."""
         if revised.composition is base.composition:
             return revised
-        problem = Problem(base.composition, revised.measurements, self.instrument)
-        again = search(problem, base.values, base.starts)
-        return again or fit_base(base.composition, revised.measurements, self.instrument)
+        samples = revised.measurements
+        again = refitted(base, samples, self.instrument)
+        return again or fit_base(base.composition, samples, self.instrument)

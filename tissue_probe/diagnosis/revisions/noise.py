@@ -21,8 +21,7 @@ from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.force_errors import filtered
 from tissue_probe.diagnosis.fitting.position_errors import shaken
-from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.search import search
+from tissue_probe.diagnosis.fitting.refitted import refitted
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
@@ -79,7 +78,7 @@ def _driven_louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None
     told = _within(filtered(replace(fit, measurements=tuple(bounded)), instrument), fit)
     if not _is_more(told, fit):
         return None
-    found = search(Problem(fit.composition, told, instrument), fit.values, fit.starts)
+    found = refitted(fit, told, instrument)
     return told if found is not None and explained(found) else None
 
 
