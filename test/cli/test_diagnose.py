@@ -458,7 +458,7 @@ def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_
     (tmp_path / "kilo.csv").write_text(table(WAVE, 1e-3 * FORCE))
     outcome = run("compare", "kilo.csv", *PROBE)
     assert outcome.status == 0, outcome.err
-    units, size = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
+    size, units = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
     assert "which hardly any tissue has" in units
     assert "in force 0.001 times larger" in size
 

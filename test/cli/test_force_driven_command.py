@@ -114,7 +114,9 @@ def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_
     assert made.status == 0, made.err
     outcome = run("compare", *NAMED, "--model", "better/model.yaml")
     assert outcome.status == 0, outcome.err
-    (ratio,) = re.findall(r"error / noise +([0-9.]+), the noise of the force", outcome.out)
+    (ratio,) = re.findall(
+        r"error / noise +([0-9.]+), the motion that noise of the force", outcome.out
+    )
     assert float(ratio) == pytest.approx(1.0, abs=0.05)
 
 

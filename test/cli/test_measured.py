@@ -12,7 +12,8 @@ from typer.testing import CliRunner
 from tissue_probe.analysis.measurements import read
 from tissue_probe.analysis.segments import segments
 from tissue_probe.cli import measured
-from tissue_probe.cli.measured import layout
+from tissue_probe.cli.asked import Asked
+from tissue_probe.cli.groups import grouped
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.quantities import FORCE
 
@@ -26,34 +27,11 @@ def options():
     app = typer.Typer()
 
     @app.command()
-    def command(
-        measurements: measured.Measurements,
-        position: measured.Position = None,
-        force: measured.Force = None,
-        time: measured.Time = None,
-        sample_rate: measured.SampleRate = None,
-        position_unit: measured.PositionUnit = None,
-        force_unit: measured.ForceUnit = None,
-        time_unit: measured.TimeUnit = None,
-        force_polarity: measured.ForcePolarity = None,
-        position_polarity: measured.PositionPolarity = measured.Direction.into,
-        topic: measured.SamplesTopic = None,
-        site: measured.Site = None,
-        starts: measured.StartsOption = measured.Starts.auto,
-    ):
-        where = layout(
-            position,
-            force,
-            time,
-            sample_rate,
-            position_unit,
-            force_unit,
-            time_unit,
-            force_polarity,
-            position_polarity,
-            topic,
-        )
-        found.extend(segments(measured.read(measurements, where), starts.value, site))
+    @grouped
+    def command(measurements: measured.Measurements, signals: measured.Signals, asked: Asked):
+        said = asked.keywords()
+        read = measured.read(measurements, signals.layout())
+        found.extend(segments(read, said["starts"], said.get("site")))
 
     def run(*arguments):
         CliRunner().invoke(app, [str(each) for each in arguments], catch_exceptions=False)

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from tissue_probe.analysis.verdict_in_words import verdict
 from tissue_probe.challenge.coil import PERFECT
-from tissue_probe.diagnosis import diagnosis, second_recording
+from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.advice.separation import suggest
 from tissue_probe.diagnosis.evidence.adequacy import STRAINED
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -398,8 +398,7 @@ def added_names(found):
     return [fit.composition.names[-1] for fit in found.ladder.ranking]
 
 
-def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
-    monkeypatch.setattr(second_recording, "VALIDATED", 1)
+def test_each_model_of_the_ranking_is_tried_on_the_second_recording():
     made = challenge(21, rig="tolerant", excitation="chirp60", preload=2e-3)
     found = diagnosis.diagnose(
         Composition(),
@@ -409,9 +408,17 @@ def test_what_may_hide_is_tried_on_the_second_recording_too(monkeypatch):
         [measurement(made.second)],
     )
     assert found.verdict == "adequate"
-    first = found.ladder.ranking[0]
-    assert added(first).name in found.unseen
-    assert first.composition.names in found.validated
+    assert all(fit.composition.names in found.validated for fit in found.ladder.ranking)
+
+
+def test_an_effect_of_no_strength_has_the_plain_models_error_on_what_is_held_out():
+    made = challenge(21, rig="tolerant", excitation="chirp60", preload=2e-3)
+    found = diagnose(made, EFFECTS)
+    base = found.ladder.base
+    none = [fit for fit in found.ladder.ranking if fit.cost > (1.0 - 1e-9) * base.cost]
+    assert none
+    for fit in none:
+        assert found.heldout(fit) == pytest.approx(found.heldout(base), rel=1e-6)
 
 
 @pytest.mark.parametrize(

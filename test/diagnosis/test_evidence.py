@@ -23,7 +23,7 @@ from tissue_probe.diagnosis.evidence.adequacy import (
     is_quiet,
 )
 from tissue_probe.diagnosis.evidence.conclusion import concluded
-from tissue_probe.diagnosis.evidence.posterior import LIBRARY, SECOND, SURE, posterior
+from tissue_probe.diagnosis.evidence.posterior import SECOND, SURE, library_size, posterior
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
@@ -116,17 +116,17 @@ def test_noise_alone_is_explained_however_few_samples_there_are(samples, seeds):
 
 
 def test_the_more_probable_is_what_leaves_less_or_has_less_to_learn():
-    bias, mode = fit("force_bias", 100.0), fit("structural_mode", 100.0)
+    bias, mode = fit("force_bias", 100.0), fit("structural_mode", 110.0)
     told = posterior(unexplained(), [bias, mode])
     assert told.models[0] is bias
     more = mode.unknowns - bias.unknowns
     odds = told.probabilities[1] / told.probabilities[0]
-    assert odds == pytest.approx(base().samples ** (-0.5 * more))
+    assert odds == pytest.approx(np.exp(5.0) * base().samples ** (-0.5 * more))
     assert told.effect("force_bias") > told.effect("structural_mode")
 
 
 def test_a_line_at_a_multiple_of_the_drive_is_less_likely_than_any_other_effect():
-    hum, mode = fit("mains_hum", 100.0), fit("structural_mode", 100.0)
+    hum, mode = fit("mains_hum", 105.0), fit("structural_mode", 100.0)
     assert hum.unknowns == mode.unknowns
     assert hum.named()["hum_frequency"] == 50.0  # the drive's is 10 Hz
     assert posterior(unexplained(), [hum, mode]).models[0] is mode
@@ -140,7 +140,30 @@ def test_a_second_effect_is_less_likely_than_a_first_before_anything_is_measured
     probability = dict(zip(map(told.more, told.models), told.probabilities, strict=True))
     odds = probability["force_bias", "force_lag"] / probability["force_bias",]
     learnt = 0.5 * (two.unknowns - one.unknowns) * np.log(base().samples)
-    assert np.log(odds) == pytest.approx(-np.log(LIBRARY) - SECOND - learnt)
+    assert np.log(odds) == pytest.approx(-np.log(library_size()) - SECOND - learnt)
+
+
+def test_models_that_are_the_same_function_of_the_record_are_equally_probable():
+    """However many values each has to learn: the record tells nothing between them."""
+    lag, branch = fit("force_lag", 5000.0), fit("standard_linear_solid", 5000.0)
+    more = fit("generalized_maxwell", 5001.0)  # contains the branch
+    told = posterior(unexplained(), [lag, branch, more])
+    assert set(told.models[:2]) == {lag, branch}
+    assert told.probabilities[0] == told.probabilities[1] > 0.49
+    surer = posterior(unexplained(), [fit("force_lag", 5010.0), branch])
+    assert surer.effect("force_lag") > 0.95
+    both = fit("force_lag+coulomb_friction", 5000.0)
+    assert posterior(unexplained(), [branch, both]).probabilities[0] > 0.99
+
+
+def test_a_form_is_forgiven_for_what_it_removed_and_not_for_what_stands_beside_it():
+    far = unexplained(-20_000.0)
+    beside = fit("standard_linear_solid", -50.0, WRONG)
+    soft = fit("standard_linear_solid+hertz_contact", 0.0)
+    sharp = fit("standard_linear_solid+cubic_stiffening", 20.0)
+    alone = [fit("hertz_contact", 0.0), fit("cubic_stiffening", 20.0)]
+    assert len(posterior(far, alone).likely) == 2
+    assert len(posterior(far, [beside, soft, sharp]).likely) == 1
 
 
 def test_nothing_is_added_to_a_model_that_leaves_noise_only():

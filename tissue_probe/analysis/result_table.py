@@ -135,3 +135,10 @@ class ResultTable:
 def number(digits: int, factor: float = 1.0) -> Callable[[float], str]:
     """Return how a number is written: so many digits, in a unit of which ``factor`` make one SI."""
     return lambda value: f"{factor * value:.{digits}g}"
+
+
+def probability(value: float) -> str:
+    """Return how a probability is written: never as 0, which nothing is after a measurement."""
+    if value < 1e-3:
+        return "< 0.001"
+    return f"{value:.{3 if value < 0.01 else 2}f}"

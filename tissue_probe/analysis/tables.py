@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.analysis.result_table import Column, ResultTable, number, probability
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.quantities import Quantity
@@ -22,7 +22,7 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
     columns = (
         Column("effect", "effect"),
         Column("family", "family"),
-        Column("probability", "P", lambda value: f"{value:.2f}", right=True),
+        Column("probability", "P", probability, right=True),
         Column("rmse", f"error [{output.small}]", small, right=True),
         Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
         Column("settled", "settled", lambda settled: "" if settled else "no"),
@@ -38,7 +38,9 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
         )
         for each in told.ranking
     )
-    title = "With one effect more, the most probable first; P: that it is missing"
+    held_out = "parts of this recording" if told.carries_over is None else "the second recording"
+    title = "With one effect more, the most probable first; P: that it is missing. "
+    title += f"Held out: {held_out}"
     return ResultTable(title, columns, rows)
 
 

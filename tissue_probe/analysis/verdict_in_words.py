@@ -8,9 +8,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from tissue_probe.analysis.result_table import probability
+
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
+    from tissue_probe.diagnosis.evidence.conclusion import Ladder
 
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."
@@ -114,17 +117,13 @@ def _sure(diagnosis: Diagnosis) -> str:
     if ladder.asked or not ladder.steps:
         return ""
     told = ladder.posterior
-    return f" (probability {(1.0 - told.unknown) * told.probabilities[0]:.2f})"
+    return f" (probability {probability((1.0 - told.unknown) * told.probabilities[0])})"
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
-    ladder, said = diagnosis.ladder, ""
-    if ladder.family:
-        sure = ladder.posterior.families[ladder.family]
-        said = f"Missing: {ladder.family} (probability {sure:.2f}); its form is not settled. "
-    told = zip(ladder.alternatives, ladder.posterior.probabilities, strict=False)
-    models = [f"{' + '.join(names)} ({probability:.2f})" for names, probability in told]
-    if models:
+    ladder = diagnosis.ladder
+    said = _agreed(ladder)
+    if models := _open(ladder):
         said += f"One of {', '.join(models)}: this recording cannot tell which. "
     else:
         left = ladder.final.ratio
@@ -132,6 +131,31 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
             f"Nearest: {', '.join(diagnosis.effects)}, which leaves {left:.2f} times the noise. "
         )
     return [said + _fall(diagnosis), *_unseen(diagnosis)]
+
+
+def _agreed(ladder: Ladder) -> str:
+    """Say what all probable models have: effects, then the family of which no form is sure."""
+    told = ladder.posterior
+    sure = [f"{name} (probability {probability(told.effect(name))})" for name in _common(ladder)]
+    if ladder.family:
+        likely = probability(told.families[ladder.family])
+        sure.append(f"{ladder.family} (probability {likely}); its form is not settled")
+    return f"Missing: {', and '.join(sure)}. " if sure else ""
+
+
+def _common(ladder: Ladder) -> list[str]:
+    """Name the effects that all of several probable models have."""
+    first = ladder.alternatives[0] if ladder.alternatives else ()
+    return [name for name in first if all(name in each for each in ladder.alternatives)]
+
+
+def _open(ladder: Ladder) -> list[str]:
+    """Name the rest of each probable model, with the model's probability."""
+    common, models = _common(ladder), []
+    for names, likely in zip(ladder.alternatives, ladder.posterior.probabilities, strict=False):
+        rest = [name for name in names if name not in common]
+        models.append(f"{' + '.join(rest) or 'nothing more'} ({probability(likely)})")
+    return models
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[str]:

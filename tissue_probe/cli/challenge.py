@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli.measured import Site, Starts, StartsOption, read
+from tissue_probe.analysis.asked import NAMED
+from tissue_probe.cli.asked import choice
+from tissue_probe.cli.measured import Site, read
 
 if TYPE_CHECKING:
     from tissue_probe.challenge.grading import Count, Diagnosis, Grade
@@ -19,6 +21,8 @@ challenge = typer.Typer(
     help="Hide effects, and count how often a diagnosis finds them.",
 )
 
+
+Starts, _ = choice(NAMED["starts"])
 
 Answers = Annotated[
     Path,
@@ -52,7 +56,7 @@ def make(
             "and u [m], whose motion of the coil is repeated.",
         ),
     ] = "chirp60",
-    starts: StartsOption = Starts.auto,
+    starts: Annotated[Starts, typer.Option(help=NAMED["starts"].about)] = Starts.auto,
     site: Site = None,
     hide: Annotated[
         str, typer.Option(metavar="WHAT", help="one, two, none, outside, spoilt or mixed.")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.asked import Asked, Json, Validate, write_json
+from tissue_probe.cli.groups import grouped
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -32,31 +32,13 @@ UNSETTLED = (
 )
 
 
+@grouped
 def diagnose(
     files: measured.Measurements,
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
-    site: measured.Site = None,
-    lowpass: measured.Lowpass = None,
-    starts: measured.StartsOption = measured.Starts.auto,
-    course: measured.CourseOption = measured.Course.auto,
-    rig: asked.Rig = None,
-    tissue: asked.TissueOption = None,
-    model: asked.ModelOption = None,
-    known_rig: asked.KnownRig = False,
-    constant: asked.Constants = None,
-    effects: EffectFiles = None,
-    validate: asked.Validate = None,
-    json: asked.Json = None,
+    signals: measured.Signals,
+    asked: Asked,
+    validate: Validate = None,
+    json: Json = None,
     quick: Quick = False,
 ) -> None:
     """Say which physical effect a model misses, if any can be told.
@@ -71,11 +53,7 @@ def diagnose(
             "to a file: leave out --validate and --json, or --quick"
         )
     measured.check_there([*files, *(validate or [])])
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
-    known = asked.constants(constant or [])
+    layout, keywords = signals.layout(), asked.keywords()
     fitted = measured.read(files, layout)
     tried = measured.read(validate, layout) if validate else None
     # Only now: fits take longer to import than a file takes to be refused.
@@ -84,11 +62,7 @@ def diagnose(
     from tissue_probe.analysis import diagnosing, promising
 
     if quick:
-        promised = promising.promises(
-            fitted, model=model, rig=asked.name(rig), tissue=asked.name(tissue),
-            known_rig=known_rig, constants=known, effects=effects or [], starts=starts.value,
-            site=site, lowpass=lowpass, course=course.value,
-        )  # fmt: skip
+        promised = promising.promises(fitted, **keywords)
         measured.tell(promised.notes)
         print(promised)
         return
@@ -96,16 +70,7 @@ def diagnose(
         result = diagnosing.diagnose(
             fitted,
             validate=tried,
-            model=model,
-            rig=asked.name(rig),
-            tissue=asked.name(tissue),
-            known_rig=known_rig,
-            constants=known,
-            effects=effects or [],
-            starts=starts.value,
-            site=site,
-            lowpass=lowpass,
-            course=course.value,
+            **keywords,
             progress=progress,
         )
     measured.tell(result.notes)
@@ -115,7 +80,7 @@ def diagnose(
         print(UNSETTLED)
     print(with_options(result.text))
     if json:
-        asked.write_json(json, result.to_dict())
+        write_json(json, result.to_dict())
 
 
 def ranked(result: DiagnosisResult) -> Table:

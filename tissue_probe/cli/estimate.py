@@ -10,11 +10,14 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles, Table
+from tissue_probe.cli.groups import grouped
 from tissue_probe.cli.options_named import with_options
 
 
+@grouped
 def estimate(
     samples: measured.Samples,
+    signals: measured.Signals,
     output: Table = Path("estimates.csv"),
     estimator: Annotated[
         str,
@@ -49,17 +52,6 @@ def estimate(
             show_default=False,
         ),
     ] = None,
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
     site: measured.Site = None,
 ) -> None:
     """Estimate stiffness and damping after every sample.
@@ -73,10 +65,7 @@ def estimate(
 
     if output.exists() and output.samefile(samples):
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
+    layout = signals.layout()
     result = run(
         measured.read([samples], layout),
         estimator,

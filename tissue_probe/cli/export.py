@@ -10,22 +10,14 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import Table
+from tissue_probe.cli.groups import grouped
 
 
+@grouped
 def export(
     samples: measured.Samples,
+    signals: measured.Signals,
     output: Table = Path("samples.csv"),
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
     site: measured.Site = None,
     calibration: Annotated[
         Path | None,
@@ -45,10 +37,7 @@ def export(
 
     if output.exists() and output.samefile(samples):
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
+    layout = signals.layout()
     (part,) = measured.read([samples], layout).parts
     measured.tell(part.notes)
     recording = part.recording

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.cli import diagnosing as asked
 from tissue_probe.cli import measured
-from tissue_probe.cli.arguments import EffectFiles
+from tissue_probe.cli.asked import Asked, Json, Validate, write_json
+from tissue_probe.cli.groups import grouped
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -19,35 +19,17 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.result_table import ResultTable
 
 
+@grouped
 def improve(
     files: measured.Measurements,
+    signals: measured.Signals,
+    asked: Asked,
     add: Annotated[
         list[str] | None,
         typer.Option(metavar="EFFECT", help="Add this effect, instead of what is missing."),
     ] = None,
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
-    site: measured.Site = None,
-    lowpass: measured.Lowpass = None,
-    starts: measured.StartsOption = measured.Starts.auto,
-    course: measured.CourseOption = measured.Course.auto,
-    rig: asked.Rig = None,
-    tissue: asked.TissueOption = None,
-    model: asked.ModelOption = None,
-    known_rig: asked.KnownRig = False,
-    constant: asked.Constants = None,
-    effects: EffectFiles = None,
-    validate: asked.Validate = None,
-    json: asked.Json = None,
+    validate: Validate = None,
+    json: Json = None,
     output: Annotated[
         Path,
         typer.Option(
@@ -68,11 +50,7 @@ def improve(
     page, ladder.png, compare.png of the base model and report.html, which works off line.
     """
     measured.check_there([*files, *(validate or [])])
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
-    known = asked.constants(constant or [])
+    layout, keywords = signals.layout(), asked.keywords()
     fitted = measured.read(files, layout)
     tried = measured.read(validate, layout) if validate else None
     # Only now: fits take longer to import than a file takes to be refused.
@@ -85,16 +63,7 @@ def improve(
             fitted,
             validate=tried,
             add=add or [],
-            model=model,
-            rig=asked.name(rig),
-            tissue=asked.name(tissue),
-            known_rig=known_rig,
-            constants=known,
-            effects=effects or [],
-            starts=starts.value,
-            site=site,
-            lowpass=lowpass,
-            course=course.value,
+            **keywords,
             progress=progress,
         )
     measured.tell(result.notes)
@@ -107,7 +76,7 @@ def improve(
     replace(result, wording=with_options).save(output)
     print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
     if json:
-        asked.write_json(json, result.to_dict())
+        write_json(json, result.to_dict())
 
 
 def _table(shown: ResultTable) -> Table:

@@ -8,27 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tissue_probe.cli import measured
+from tissue_probe.cli.groups import grouped
 
 if TYPE_CHECKING:
     from tissue_probe.recording.layout import Layout
 
 
+@grouped
 def info(
     samples: measured.Samples,
+    signals: measured.Signals,
     parameters: Annotated[
         bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
 ) -> None:
     """Show what is in a recording.
 
@@ -40,10 +32,7 @@ def info(
     from tissue_probe.recording.layout import Layout
     from tissue_probe.recording.open_bag import is_bag
 
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
+    layout = signals.layout()
     if is_bag(samples):
         _tell_bag(samples, parameters)
     else:

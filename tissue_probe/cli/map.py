@@ -11,6 +11,7 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
+from tissue_probe.cli.groups import grouped
 
 if TYPE_CHECKING:
     from rich.table import Column
@@ -27,8 +28,10 @@ FOUND = 0.9
 PROBABILITY = "proba-\nbility"
 
 
+@grouped
 def map_command(
     samples: measured.Samples,
+    signals: measured.Signals,
     output: Annotated[
         Path,
         typer.Option(
@@ -49,17 +52,6 @@ def map_command(
             "[default: the recorded estimates]",
         ),
     ] = None,
-    position: measured.Position = None,
-    force: measured.Force = None,
-    time: measured.Time = None,
-    sample_rate: measured.SampleRate = None,
-    position_unit: measured.PositionUnit = None,
-    force_unit: measured.ForceUnit = None,
-    time_unit: measured.TimeUnit = None,
-    force_polarity: measured.ForcePolarity = None,
-    position_polarity: measured.PositionPolarity = measured.Direction.into,
-    topic: measured.SamplesTopic = None,
-    clock: measured.ClockOption = None,
     effects: EffectFiles = None,
     rig: measured.FilteredRigOption = None,
     raster: Annotated[float, typer.Option(metavar="MM", help="Step of the surface [mm].")] = 0.5,
@@ -121,10 +113,7 @@ def map_command(
 
     measured.check_there([samples])
     source: Source = samples
-    layout = measured.layout(
-        position, force, time, sample_rate, position_unit, force_unit, time_unit,
-        force_polarity, position_polarity, topic, clock,
-    )  # fmt: skip
+    layout = signals.layout()
     if is_sites(samples):
         if layout != Layout():
             raise ValueError(

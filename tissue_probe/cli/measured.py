@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tissue_probe.analysis.choices import COURSES, FILTERED_RIGS, OWN_RIG, STARTS
+from tissue_probe.analysis.choices import FILTERED_RIGS, OWN_RIG
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -38,11 +39,6 @@ class Direction(str, Enum):
 
     into = "into"
     out = "out"
-
-
-#: Named as Python can name them: at_rest stands for at-rest.
-Course = Enum("Course", {name: name for name in COURSES}, type=str)
-Starts = Enum("Starts", {name.replace("-", "_"): name for name in STARTS}, type=str)
 
 
 _FILES = (
@@ -171,15 +167,6 @@ Site = Annotated[
     typer.Option(metavar="NUMBER", help="Site of a scan; each is another piece of tissue."),
 ]
 
-Lowpass = Annotated[
-    float | None,
-    typer.Option(
-        metavar="HERTZ",
-        help="Take out of position and force alike what is faster, and keep 2.5 samples a cycle "
-        "of it.",
-    ),
-]
-
 #: Rigs that filters run on.
 FilteredRig = Enum("FilteredRig", {name: name for name in FILTERED_RIGS}, type=str)
 
@@ -192,58 +179,48 @@ FilteredRigOption = Annotated[
     ),
 ]
 
-StartsOption = Annotated[
-    Starts, typer.Option("--starts", help="Whether the probe rested before the first sample.")
-]
 
-CourseOption = Annotated[
-    Course,
-    typer.Option(
-        "--input",
-        help="How a force that drives goes on between two samples: smooth, straight, held (as "
-        "a converter puts out a command) or jumping (smooth but for its jumps, which are at the "
-        "samples); auto tells it from the record.",
-    ),
-]
+@dataclass
+class Signals:
+    """Options on where the signals are in a file, and how they are written there."""
 
+    position: Position = None
+    force: Force = None
+    time: Time = None
+    sample_rate: SampleRate = None
+    position_unit: PositionUnit = None
+    force_unit: ForceUnit = None
+    time_unit: TimeUnit = None
+    force_polarity: ForcePolarity = None
+    position_polarity: PositionPolarity = Direction.into
+    topic: SamplesTopic = None
+    clock: ClockOption = None
 
-def layout(
-    position: str | None,
-    force: str | None,
-    time: str | None,
-    sample_rate: float | None,
-    position_unit: str | None,
-    force_unit: str | None,
-    time_unit: str | None,
-    force_polarity: Polarity | None,
-    position_polarity: Direction,
-    topic: str | None,
-    clock: Clock | None = None,
-) -> Layout:
-    """Make of the options what the readers take.
+    def layout(self) -> Layout:
+        """Make of the options what the readers take.
 
-    Raises
-    ------
-    ValueError
-        If they contradict each other.
-    """
-    from tissue_probe.recording.layout import Layout
+        Raises
+        ------
+        ValueError
+            If they contradict each other.
+        """
+        from tissue_probe.recording.layout import Layout
 
-    found = Layout(
-        position=position,
-        force=force,
-        time=time,
-        position_unit=position_unit,
-        force_unit=force_unit,
-        time_unit=time_unit,
-        force_polarity=force_polarity.value if force_polarity else None,
-        position_polarity=position_polarity.value,
-        sample_rate=sample_rate,
-        samples_topic=topic,
-        clock=clock.value if clock else None,
-    )
-    found.check_signals()
-    return found
+        found = Layout(
+            position=self.position,
+            force=self.force,
+            time=self.time,
+            position_unit=self.position_unit,
+            force_unit=self.force_unit,
+            time_unit=self.time_unit,
+            force_polarity=self.force_polarity.value if self.force_polarity else None,
+            position_polarity=self.position_polarity.value,
+            sample_rate=self.sample_rate,
+            samples_topic=self.topic,
+            clock=self.clock.value if self.clock else None,
+        )
+        found.check_signals()
+        return found
 
 
 def read(paths: Sequence[Path], layout: Layout) -> MeasurementsRead:

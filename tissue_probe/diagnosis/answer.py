@@ -193,6 +193,9 @@ class Answer(_Entry):
     instrument: list[InstrumentValue] = Field(
         [], description="values of the last model that belong to the instrument"
     )
+    prior: dict[str, float] = Field(
+        {}, description="odds of effects or families before the measurement, as they were given"
+    )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,

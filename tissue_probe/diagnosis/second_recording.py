@@ -26,6 +26,7 @@ from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
+from tissue_probe.diagnosis.sharing import mapped
 from tissue_probe.physics.response import Fineness
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -34,11 +35,9 @@ NOISIER = (
     "The noise of the second recording is {:.2g} times that of the first: the sensor, its wiring "
     "or its range may be another."
 )
-#: Models that are less probable than this are not tried on a second recording: its error would have
-#: to be smaller by what no noise hides.
+#: Models of several effects that are less probable than this are not tried on a second recording:
+#: its error would have to be smaller by what no noise hides.
 POSSIBLE = 1e-4
-#: How many of the ranking are tried on a second recording.
-VALIDATED = 8
 #: A model does not carry over that leaves this many times as much as it should on a second
 #: recording, and its noise is another one from as many times on.
 FAR = 1.5
@@ -73,10 +72,12 @@ class SecondRecording:
         # As the input goes on between samples of the first recording, it does in the second.
         alike = [replace(m, between=first[0].between, fineness=_finest(first)) for m in given]
         told = told_by(ladder.final, alike, instrument)
-        moved = {
-            fit.composition.names: carried(fit.composition, fit.named(), told, instrument)
-            for fit in _tried(ladder)
-        }
+        tried = _tried(ladder)
+        known = [*told, *(fit.composition for fit in tried)]
+        found = mapped(
+            lambda fit: carried(fit.composition, fit.named(), told, instrument), tried, known
+        )
+        moved = {fit.composition.names: on for fit, on in zip(tried, found, strict=True)}
         return cls(tuple(told), moved, instrument)
 
     @property
@@ -132,10 +133,10 @@ class SecondRecording:
 
 
 def _tried(ladder: Ladder) -> list[Fit]:
-    """Return the models to be tried, those among them that the recording might make probable."""
+    """Return the models that are told, and those that the recording might make probable."""
     pairs = zip(ladder.posterior.models, ladder.posterior.probabilities, strict=True)
     possible = [fit for fit, probability in pairs if probability > POSSIBLE]
-    every = ladder.base, *ladder.steps, *ladder.ranking[:VALIDATED], *possible
+    every = ladder.base, *ladder.steps, *ladder.ranking, *possible
     return list(dict.fromkeys(every))
 
 
@@ -213,11 +214,12 @@ def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
     root = directions * np.sqrt(np.maximum(sizes, 0.0))
     steps = np.concatenate(weighed) @ root
     steps = np.where(np.isfinite(steps), steps, 0.0)  # near a model that diverges none is known
-    known = np.eye(root.shape[1]) + steps.T @ steps
-    towards = steps.T @ np.concatenate(left)
-    cost = moved.cost - float(towards @ np.linalg.solve(known, towards))
+    # By singular values: the normal equations of values that are hardly known would be singular.
+    directions, sizes, _ = np.linalg.svd(steps, full_matrices=False)
+    towards = directions.T @ np.concatenate(left)
+    cost = moved.cost - float(np.sum(towards**2 * sizes**2 / (1.0 + sizes**2)))
     said = moved.samples * math.log(max(cost, float(np.finfo(float).tiny)))
-    learnt = moved.unknowns * math.log(moved.samples) + float(np.linalg.slogdet(known)[1])
+    learnt = moved.unknowns * math.log(moved.samples) + float(np.sum(np.log1p(sizes**2)))
     return -0.5 * (said + learnt)
 
 

@@ -106,8 +106,8 @@ def library_of_size(
         if effect.absolute and scale.time != USUAL.time:
             if name in wanted:
                 found[name] = effect
-        elif effect is EFFECTS.get(name):
-            found[name] = sized(effect, scale)
+        elif (own := EFFECTS.get(name)) == effect.with_odds(1.0):
+            found[name] = sized(own, scale).with_odds(effect.odds)
         else:
             try:
                 over(effect, scale)

@@ -42,7 +42,7 @@ def notebook(desk: Desk) -> str:
 
 
 def _ladder(desk: Desk) -> list[dict[str, Any]]:
-    asked = {n: v for n, v in desk.asked.parameters().items() if v not in (None, {}, False)}
+    asked = {n: v for n, v in desk.asked.parameters().items() if v not in (None, {}, False, "auto")}
     if desk.effects:
         asked["effects"] = [path.rpartition("/")[2] for path in desk.effects]
     stated = "".join(f", {name}={value!r}" for name, value in asked.items())
@@ -59,7 +59,7 @@ def _ladder(desk: Desk) -> list[dict[str, Any]]:
         ]
     last = f"rung{max(len(desk.rungs) - 1, 0)}"
     if desk.second is not None:
-        samples = {n: v for n, v in desk.asked.of_samples().items() if v is not None}
+        samples = {n: v for n, v in desk.asked.of_samples().items() if v not in (None, "auto")}
         stated_again = "".join(f", {name}={value!r}" for name, value in samples.items())
         cells += [
             _text("## On the second recording, nothing fitted"),

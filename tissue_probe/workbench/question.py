@@ -1,69 +1,85 @@
-"""The model that is asked about, and how the samples begin: what a page may state of both.
+"""The question, as a page states it: what ``analysis.asked`` declares, but for files.
 
 What belongs here: that alone. What does not: its meaning (``analysis.question``).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, make_dataclass, replace
 from typing import Any
 
-from tissue_probe.analysis.choices import OWN_RIG, RIG_NAMES, STARTS, TISSUE_NAMES
+from tissue_probe.analysis.asked import NAMED, Item
+from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.workbench.refused import Refused
 
-CHOICES = {"rig": RIG_NAMES, "tissue": TISSUE_NAMES, "starts": STARTS}
+#: What is supposed where a page states nothing.
+SUPPOSED: dict[str, Any] = {"rig": OWN_RIG, "tissue": "kelvin_voigt"}
+#: What a page may state, and no file of its machine.
+ITEMS = tuple(each for each in NAMED.values() if each.kind not in ("file", "files"))
 
 
-@dataclass(frozen=True)
-class Asked:
-    """Parameters of ``tissue_probe.compare``; None where the user states nothing.
+def _changed(asked: Any, given: Any) -> Any:
+    """Return it with what a page states.
 
-    ``constants`` holds (value, standard deviation) by name.
+    Raises
+    ------
+    Refused
+        If something is no parameter, or has no such value.
     """
+    if not isinstance(given, dict):
+        raise Refused("the question must be an object")
+    return replace(asked, **{name: _checked(name, value) for name, value in given.items()})
 
-    rig: str = OWN_RIG
-    tissue: str = "kelvin_voigt"
-    starts: str = "auto"
-    known_rig: bool = False
-    constants: dict[str, tuple[float, float]] = field(default_factory=dict)
-    site: int | None = None
-    lowpass: float | None = None
 
-    def changed(self, given: Any) -> Asked:
-        """Return it with what a page states.
+def _parameters(asked: Any) -> dict[str, Any]:
+    """Return it as ``compare`` and ``diagnose`` take it."""
+    return {each.name: getattr(asked, each.name) for each in ITEMS}
 
-        Raises
-        ------
-        Refused
-            If something is no parameter, or has no such value.
-        """
-        if not isinstance(given, dict):
-            raise Refused("the question must be an object")
-        return replace(self, **{name: _checked(name, value) for name, value in given.items()})
 
-    def parameters(self) -> dict[str, Any]:
-        """Return it as ``compare`` and ``diagnose`` take it."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+def _of_samples(asked: Any) -> dict[str, Any]:
+    """Return the part that is of the samples, and not of the model."""
+    return {name: getattr(asked, name) for name in ("starts", "site", "lowpass", "course")}
 
-    def of_samples(self) -> dict[str, Any]:
-        """Return the part that is of the samples, and not of the model."""
-        return {name: getattr(self, name) for name in ("starts", "site", "lowpass")}
+
+def _field(item: Item) -> tuple[str, Any, Any]:
+    if item.kind in ("constants", "odds"):
+        return item.name, dict[str, Any], field(default_factory=dict)
+    return item.name, Any, field(default=SUPPOSED.get(item.name, item.default))
+
+
+#: Parameters of ``tissue_probe.compare``; None where the user states nothing. ``constants`` holds
+#: (value, standard deviation) by name.
+Asked = make_dataclass(
+    "Asked",
+    map(_field, ITEMS),
+    namespace={"changed": _changed, "parameters": _parameters, "of_samples": _of_samples},
+    frozen=True,
+)
 
 
 def _checked(name: str, value: Any) -> Any:
-    if name in CHOICES:
-        if value not in CHOICES[name]:
-            raise Refused(f"`{name}` is {value!r}; give one of {', '.join(CHOICES[name])}")
+    item = NAMED.get(name)
+    if item not in ITEMS:
+        raise Refused(f"there is no parameter {name} of a comparison")
+    if item.kind == "choice":
+        if value not in item.choices:
+            raise Refused(f"`{name}` is {value!r}; give one of {', '.join(item.choices)}")
         return value
     try:
-        if name == "known_rig":
-            return bool(value)
-        if name == "site":
-            return None if value in (None, "") else int(value)
-        if name == "lowpass":
-            return None if value in (None, "") else float(value)
-        if name == "constants":
-            return {str(key): (float(one), float(sd)) for key, (one, sd) in value.items()}
+        return _READ[item.kind](value)
     except (TypeError, ValueError, AttributeError):
         raise Refused(f"`{name}` is {value!r}; give a number") from None
-    raise Refused(f"there is no parameter {name} of a comparison")
+
+
+_READ: dict[str, Any] = {
+    "flag": bool,
+    "whole": lambda value: None if value in (None, "") else int(value),
+    "number": lambda value: None if value in (None, "") else float(value),
+    "constants": lambda value: {str(n): (float(one), float(sd)) for n, (one, sd) in value.items()},
+    "odds": lambda value: {str(name): _odds(stated) for name, stated in value.items()},
+}
+
+
+def _odds(stated: Any) -> float:
+    """Return odds as a form states them, with an error that they have not, or as they are kept."""
+    return float(stated[0] if isinstance(stated, (list, tuple)) else stated)

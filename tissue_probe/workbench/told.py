@@ -10,13 +10,13 @@ from dataclasses import asdict
 from typing import Any
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.choices import RIG_NAMES, STARTS, TISSUE_NAMES
 from tissue_probe.analysis.comparing import ComparisonResult
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
 from tissue_probe.workbench.mapped import told_map
 from tissue_probe.workbench.opened import Opened
+from tissue_probe.workbench.question import ITEMS
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see what a parameter does it must be moved by more than it is known.
@@ -26,9 +26,7 @@ INTERVALS, LEAST = 4.0, 0.5
 def choices() -> dict[str, Any]:
     """Return what forms let choose from."""
     return {
-        "rig": RIG_NAMES,
-        "tissue": TISSUE_NAMES,
-        "starts": STARTS,
+        "question": [each._asdict() for each in ITEMS if each.label],
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
         "time_unit": [*TIME_UNITS],

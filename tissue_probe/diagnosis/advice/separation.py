@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.observation.measurement import SETTLING, Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import refit
 from tissue_probe.diagnosis.sharing import mapped
@@ -47,6 +47,12 @@ COMPARED = 3
 #: Residual over noise of the wrong models from which an experiment tells them from the right one,
 #: and from which it needs no calibration besides.
 TOLD, CLEARLY = 1.02, 1.1
+
+#: Two values are others from so many standard deviations of their difference on: chance makes it of
+#: one in 400.
+DIFFERS = 3.0
+#: Of a constant by which models differ: name, then value and effects of each of two.
+STATED = "weigh or calibrate {0}, and state it: it is {1:.3g} with {2}, and {3:.3g} with {4}"
 
 #: What tells an effect that hides within the rig's tolerances.
 CALIBRATIONS = {
@@ -130,7 +136,8 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
 
     Where each could follow the best, being faint, one of the others may be what is to be found.
     """
-    helps = _calibrations(differing(rivals))
+    stated, known = _constants(rivals, instrument), _calibrations(differing(rivals))
+    helps = "; ".join(filter(None, (stated, known)))
     if rivals[0].composition.input is FORCE:
         # The experiments are motions of a coil; which forces another drive can make is not known.
         return Suggestion({}, 0.0, 0.0, np.nan, calibration=helps) if helps else None
@@ -147,7 +154,24 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
     if apart < TOLD:
         return Suggestion({}, 0.0, 0.0, apart, calibration=helps or "calibrate the rig")
     excitation, preload, duration, _ = best
-    return Suggestion(excitation, preload, duration, apart, (), helps if apart < CLEARLY else "")
+    helps = helps if apart < CLEARLY else stated
+    return Suggestion(excitation, preload, duration, apart, (), helps)
+
+
+def _constants(rivals: Sequence[Fit], instrument: Instrument) -> str:
+    """Say which constants of the rig would tell, which nobody gave: rivals found others of them."""
+    first, second, *_ = rivals
+    told = []
+    for name, (_, deviation) in instrument.constants.items():
+        here, there = first.named()[name], second.named()[name]
+        doubt = np.hypot(first.deviations()[name], second.deviations()[name])
+        if np.isinf(deviation) and abs(here - there) > DIFFERS * doubt:
+            told.append(STATED.format(name, here, _more(first), there, _more(second)))
+    return "; ".join(told)
+
+
+def _more(fit: Fit) -> str:
+    return " + ".join(fit.composition.names)
 
 
 def _showing(
@@ -222,8 +246,10 @@ def _made(
     first, scale = fit.measurements[0], fit.composition.scale
     period = first.sample_period / scale.time
     times = np.arange(round(duration / period)) * period
-    position = preload + parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
-    position *= scale.length
+    # A coil that has a mass goes off gently: a jump of its speed would tell models apart by that.
+    gently = np.sin(0.5 * np.pi * np.minimum(times / SETTLING, 1.0)) ** 2
+    position = parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)
+    position = scale.length * (preload + gently * position)
     problem = Problem(fit.composition, [first], Instrument(fit.composition.rig))
     values = problem.runs.values_in(0, fit.values)
     start = problem.kernel.begin(values, position[0], _static(fit, position[0]))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -19,9 +20,6 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
-#: Before anything was measured one of so many effects, all of the library, is missing as likely as
-#: none is.
-LIBRARY = 27
 #: Logarithm of the odds of no second effect, and of no line at a multiple of the drive: it makes up
 #: for one line of whatever is not linear.
 SECOND, LINE = 4.0, 8.0
@@ -30,6 +28,9 @@ SECOND, LINE = 4.0, 8.0
 FORM = 0.01
 #: Logarithm of a ratio of costs from which on a form is beyond all question.
 MUCH = 50.0
+#: Minus twice the logarithm of a ratio of likelihoods by which chance may tell models of the same
+#: function apart: of one value, two of its standard deviations.
+CHANCE = 4.0
 #: How fast the odds of a model that is not in the library grow with the adequacy of the best, and
 #: how probable the effects of that remain if none in the library is right (21 of 50 seen).
 UNKNOWN, STILL = 8.0, 0.4
@@ -111,14 +112,16 @@ def posterior(
         Logarithm of the likelihood of a second recording, by the names of a model's effects; then
         only the models named there count.
     """
+    best = _best_of_each([base, *fits])
     groups: dict[tuple[str, ...], list[_Told]] = defaultdict(list)
-    for names, fit in _possible(base, fits, second).items():
+    for names, fit in _possible(best, base, second).items():
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
         told = _Told(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
-    weighed = [pair for group in groups.values() for pair in _tempered(group, base)]
-    weighed.sort(key=lambda pair: (-pair[1], pair[0].misfit))
-    models, weights = [fit for fit, _ in weighed], np.array([weight for _, weight in weighed])
+    weighed = [pair for group in groups.values() for pair in _tempered(group, best)]
+    weighed.sort(key=lambda pair: (-pair[1], pair[0].fit.misfit))
+    weighed = _with_twins(weighed, base)
+    models, weights = [told.fit for told, _ in weighed], np.array([each for _, each in weighed])
     probabilities = np.exp(weights - np.logaddexp.reduce(weights))
     return Posterior(
         base, tuple(models), tuple(map(float, probabilities)), _unknown(adequacy(models[0]))
@@ -126,10 +129,9 @@ def posterior(
 
 
 def _possible(
-    base: Fit, fits: Iterable[Fit], second: Mapping[frozenset[str], float] | None
+    best: Mapping[frozenset[str], Fit], base: Fit, second: Mapping[frozenset[str], float] | None
 ) -> dict[frozenset[str], Fit]:
     """Return the models of which one is to be probable, by the names of their effects."""
-    best = _best_of_each([base, *fits])
     enough = [names for names, fit in best.items() if explained(fit) and not leaves_more(fit)]
     found = {
         names: fit
@@ -147,6 +149,10 @@ class _Told(NamedTuple):
     fit: Fit
     likely: float
     thought: float
+
+
+_Weighed = tuple[_Told, float]
+"""A fit, and the logarithm of its probability up to the same constant of all."""
 
 
 def evidence(fit: Fit, base: Fit) -> float:
@@ -171,8 +177,8 @@ def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float
     samples = float(fit.samples)
     gain = 0.5 * samples * (np.log(fit.cost) - np.log(max(cost, np.finfo(float).tiny)))
     learnt = 0.5 * len(effect.parameters) * np.log(samples)
-    second = SECOND if _names(fit, base) else 0.0
-    return evidence(fit, base) + float(gain - learnt - np.log(LIBRARY)) - second
+    known = _effects(fit, base)
+    return evidence(fit, base) + float(gain - learnt) + prior([*known, effect]) - prior(known)
 
 
 def thought_of(fit: Fit, base: Fit) -> float:
@@ -181,11 +187,26 @@ def thought_of(fit: Fit, base: Fit) -> float:
     By what is thought of its effects before anything was measured, and by the Bayesian information
     criterion for what it has to learn (G. Schwarz, Ann. Statist. 6 (1978), 461).
     """
-    count = len(_names(fit, base))
-    effects = (
-        np.log(LIBRARY) * count + SECOND * max(count - 1, 0) + (LINE if is_multiple(fit) else 0.0)
-    )
-    return -0.5 * (fit.bic - fit.misfit) - float(effects)
+    line = LINE if is_multiple(fit) else 0.0
+    return -0.5 * (fit.bic - fit.misfit) + prior(_effects(fit, base)) - line
+
+
+def prior(effects: Sequence[Effect]) -> float:
+    """Return the logarithm of the odds of effects before anything is measured, against none.
+
+    One of all effects of the library is missing as likely as none is; a second one is seldom
+    missing beside it.
+    """
+    told = sum(np.log(each.odds / library_size()) for each in effects)
+    return float(told) - SECOND * max(len(effects) - 1, 0)
+
+
+@cache
+def library_size() -> int:
+    """Count the effects of the library; a user's own change the odds of each by little."""
+    from tissue_probe.physics.effects import EFFECTS
+
+    return len(EFFECTS)
 
 
 def _unknown(left: float) -> float:
@@ -193,26 +214,82 @@ def _unknown(left: float) -> float:
     return float(1.0 / (1.0 + np.exp(min(-UNKNOWN * (left - 1.0), 500.0))))
 
 
-def _tempered(group: Sequence[_Told], base: Fit) -> list[tuple[Fit, float]]:
+def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
+    """Make models as probable as the most probable one that are the same function of the record.
+
+    But for what is thought of their effects before.
+
+    They leave noise only, and are as likely but for chance; they have no more effects, and neither
+    contains the other: then the record tells nothing between them, and how many values each has
+    says nothing of the tissue. What contains a twin is none.
+    """
+    best, most = weighed[0]
+    twins = [told for told, _ in weighed if _are_twins(told, best, base)]
+    extended = [told for told in twins if any(_contains(told.fit, each.fit) for each in twins)]
+    alike = [told for told in twins if told not in extended]
+    before = prior(_effects(best.fit, base))
+    as_sure = {told: most + prior(_effects(told.fit, base)) - before for told in alike}
+    found = [(told, as_sure.get(told, weight)) for told, weight in weighed]
+    return sorted(found, key=lambda pair: -pair[1])
+
+
+def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
+    """Whether a model is the same function of the record as the best, of other families."""
+    fit, other = told.fit, best.fit
+    return (
+        sorted(_families(fit, base)) != sorted(_families(other, base))
+        and 0 < len(_names(fit, base)) <= len(_names(other, base))
+        and abs(best.likely - told.likely) <= 0.5 * CHANCE
+        and explained(fit)
+        and explained(other)
+        and not _contains(fit, other)
+        and not _contains(other, fit)
+        and not _at_an_end(fit, base)
+    )
+
+
+def _at_an_end(fit: Fit, base: Fit) -> bool:
+    """Whether an effect ended at a bound of its values, where it is another effect, or none."""
+    values = {value.name for effect in _effects(fit, base) for value in effect.parameters}
+    return not values.isdisjoint(fit.exhausted)
+
+
+def _contains(fit: Fit, other: Fit) -> bool:
+    """Whether another model is a special case of a model by their effects."""
+    within = {name for each in fit.composition.effects for name in (each.name, *each.simpler)}
+    return fit is not other and within.issuperset(other.composition.names)
+
+
+def _tempered(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> list[_Weighed]:
     """Share the evidence of a group of forms among them, told apart as far as forms may be.
 
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
-    share: one that leaves D more than the best is less likely by exp(-D / 2 (1 + FORM^2 E)). What
+    share: one that leaves D more than the likeliest is less likely by exp(-D / 2 (1 + FORM^2 E)).
+    Effects that both models have remove nothing here: their form is the same in both. What
     has to be learnt costs the same: of a value that may be anything a law that is right to FORM
     tells so much that log(1 / FORM) is as large as the criterion's penalty. But no form that leaves
     more than noise is more probable than one that leaves noise only, however simple it is.
     """
     likely = np.array([each.likely for each in group])
     thought = np.array([each.thought for each in group])
-    best, samples = group[int(np.argmax(likely))].fit, base.samples
-    removed = max(base.cost - best.cost, 0.0)
-    more = samples * np.expm1(np.minimum((2.0 / samples) * (likely.max() - likely), MUCH))
+    first = int(np.argmax(likely + thought))
+    best, samples = group[first].fit, group[first].fit.samples
+    removed = np.array(
+        [max(_without_forms(best, each.fit, known) - best.cost, 0.0) for each in group]
+    )
+    more = samples * np.expm1(np.minimum((2.0 / samples) * (likely[first] - likely), MUCH))
     told = thought - 0.5 * more / (1.0 + FORM**2 * removed)
     enough = np.array([explained(each.fit) for each in group])
     if enough.any():
         told = np.where(enough, told, np.minimum(told, told[enough].max()))
     shares = told - np.logaddexp.reduce(told) + np.logaddexp.reduce(likely + thought)
-    return [(each.fit, float(share)) for each, share in zip(group, shares, strict=True)]
+    return [(each, float(share)) for each, share in zip(group, shares, strict=True)]
+
+
+def _without_forms(one: Fit, other: Fit, known: Mapping[frozenset[str], Fit]) -> float:
+    """Return the cost of the model that has only effects of both of two models."""
+    common = frozenset(one.composition.names) & frozenset(other.composition.names)
+    return min(fit.cost for names, fit in known.items() if names <= common)
 
 
 def _best_of_each(fits: Iterable[Fit]) -> dict[frozenset[str], Fit]:
@@ -250,9 +327,13 @@ def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:
     return any(named[each.name] <= (1.0 + FORM) * each.lower for each in limits)
 
 
+def _effects(fit: Fit, base: Fit) -> tuple[Effect, ...]:
+    return fit.composition.effects[len(base.composition.effects) :]
+
+
 def _names(fit: Fit, base: Fit) -> tuple[str, ...]:
-    return fit.composition.names[len(base.composition.names) :]
+    return tuple(each.name for each in _effects(fit, base))
 
 
 def _families(fit: Fit, base: Fit) -> list[str]:
-    return [each.family for each in fit.composition.effects[len(base.composition.effects) :]]
+    return [each.family for each in _effects(fit, base)]

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.residuals.whiteness import colour, unevenness
 from tissue_probe.physics.rounding import COARSE, smoothed
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import BoolArray, FloatArray
 
 #: Parts of a record that are left out of the fit in turn.
 BLOCKS = 8
@@ -69,9 +69,13 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
 
 def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
     """Name the values that a fit has moved as far as the search of them goes."""
+    ended = _at_end(problem, values) & problem.free
+    return tuple(problem.runs.names[index] for index in np.flatnonzero(ended))
+
+
+def _at_end(problem: Problem, values: FloatArray) -> BoolArray:
     rounding = 1e-9 * np.maximum(np.abs(values), np.abs(problem.nominal))
-    ended = (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
-    return tuple(problem.runs.names[index] for index in np.flatnonzero(ended & problem.free))
+    return (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
 
 
 def _rounding(problem: Problem, point: Point) -> float:
@@ -138,10 +142,12 @@ def _left_out(problem: Problem, point: Point) -> tuple[list[FloatArray], tuple[s
     With J the sensitivities of block B and A the normal matrix, leaving B out changes its residual
     to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
     the noise, of which flicker noise is left aside. The values named are those that one block
-    tells, and all the others hardly.
+    tells, and all the others hardly. A value at a bound stays there: an effect whose strength is
+    fitted as zero leaves what the model without it leaves.
     """
     q, n = problem.count, problem.states
-    own = np.flatnonzero(problem.free & (np.diag(point.normal)[:q] > 0))
+    told = problem.free & (np.diag(point.normal)[:q] > 0) & ~_at_end(problem, point.values)
+    own = np.flatnonzero(told)
     scale = scale_of(problem, point.values)[own]
     by_value = [sensitivity[:, n:][:, own] * scale for _, sensitivity in point.simulated]
     pairs = zip(problem.measurements, by_value, strict=True)

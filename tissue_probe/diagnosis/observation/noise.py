@@ -8,7 +8,7 @@ does not: noise that errors of the input leave (``coloured``, ``chained``), nois
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -59,7 +59,7 @@ class Noise:
         """
         return (values.T * (used / self.own)).T
 
-    def with_own(self, own: float) -> Self:
+    def with_own(self, own: float) -> Noise:
         """Return the same with another standard deviation of the white noise."""
         return replace(self, own=own)
 

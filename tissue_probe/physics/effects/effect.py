@@ -174,6 +174,9 @@ class Effect:
     scale, origin
         Of a copy for a record of another size, see ``resized``: which, and the effect that it is
         a copy of.
+    odds : float
+        How many times as likely it is missing as any other of the library, before anything is
+        measured.
     assumptions, reference : str
         Where it holds, and where it comes from.
     """
@@ -215,6 +218,7 @@ class Effect:
     assumptions: str = ""
     reference: str = ""
     absolute: bool = field(default=False, repr=False)
+    odds: float = field(default=1.0, repr=False)
     scale: Scale = field(default=USUAL, repr=False, compare=False)
     origin: Effect | None = field(default=None, repr=False, compare=False)
 
@@ -222,6 +226,11 @@ class Effect:
     def plain(self) -> Effect:
         """The effect as it is written here, without its other forms."""
         return replace(self, forms=())
+
+    def with_odds(self, odds: float) -> Effect:
+        """Return the same with other odds, in each of its forms."""
+        forms = tuple(replace(each, odds=odds) for each in self.forms)
+        return replace(self, odds=odds, forms=forms)
 
     @property
     def changes_contact(self) -> bool:

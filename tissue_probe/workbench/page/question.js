@@ -26,13 +26,8 @@ function form() {
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
         const given = new FormData(element);
-        const constants = read(String(given.get("constants")));
-        act("ask", {
-          asked: {
-            rig: given.get("rig"), tissue: given.get("tissue"), starts: given.get("starts"),
-            lowpass: given.get("lowpass"), known_rig: given.get("known_rig") !== null, constants,
-          },
-        }, element).then((done) => {
+        const stated = choices.question.map((/** @type {any} */ item) => [item.name, value(item, given.get(item.name))]);
+        act("ask", { asked: Object.fromEntries(stated) }, element).then((done) => {
           if (done !== undefined) element.querySelector(".problem")?.replaceChildren();
         });
       },
@@ -41,12 +36,7 @@ function form() {
     h(
       "div",
       { class: "form" },
-      choice("rig", "rig", choices.rig, asked.rig),
-      choice("tissue", "tissue", choices.tissue, asked.tissue),
-      choice("before the first sample", "starts", choices.starts, asked.starts),
-      entry("low-pass [Hz]", "lowpass", asked.lowpass, "none"),
-      entry("known constants", "constants", written(asked.constants), "tip_mass=.04+-.001"),
-      h("label", { class: "check" }, h("input", { type: "checkbox", name: "known_rig", checked: asked.known_rig }), "rig exactly known"),
+      choices.question.map((/** @type {any} */ item) => control(item, asked[item.name])),
       h("button", { type: "submit" }, told.desk.rungs.length ? "Fit again" : "Take it"),
     ),
     h("p", { class: "problem" }),
@@ -54,9 +44,33 @@ function form() {
   return element;
 }
 
-/** @param {Record<string, [number, number]>} constants */
-function written(constants) {
-  return Object.entries(constants).map(([name, [value, deviation]]) => `${name}=${value}+-${deviation}`).join(", ");
+/**
+ * The control by which something is stated.
+ * @param {any} item
+ * @param {any} now
+ */
+function control(item, now) {
+  if (item.kind === "choice") return choice(item.label, item.name, item.choices, now);
+  if (item.kind === "flag") {
+    return h("label", { class: "check", title: item.about }, h("input", { type: "checkbox", name: item.name, checked: now }), item.label);
+  }
+  const text = item.kind === "constants" || item.kind === "odds" ? written(now) : now;
+  return entry(item.label, item.name, text, item.example);
+}
+
+/**
+ * What a control states, as the server takes it.
+ * @param {any} item
+ * @param {FormDataEntryValue | null} stated
+ */
+function value(item, stated) {
+  if (item.kind === "flag") return stated !== null;
+  return item.kind === "constants" || item.kind === "odds" ? read(String(stated)) : stated;
+}
+
+/** @param {Record<string, [number, number] | number>} values */
+function written(values) {
+  return Object.entries(values).map(([name, known]) => `${name}=${Array.isArray(known) ? known.join("+-") : known}`).join(", ");
 }
 
 /**

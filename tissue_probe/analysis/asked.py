@@ -1,0 +1,163 @@
+"""All that may be asked of measurements, declared once.
+
+From this the Python functions have their keywords and the documentation of these, the command line
+its options, and the page its form. What belongs here: names, values, one sentence each. What does
+not: the meaning of a value (``question``, ``segments``), which takes a second to be imported.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from textwrap import fill, indent
+from typing import Any, Literal, NamedTuple, TypeVar
+
+from tissue_probe.analysis.choices import COURSES, RIG_NAMES, STARTS, TISSUE_NAMES
+from tissue_probe.physics.rigs import OWN, named
+from tissue_probe.quantities import FORCE
+
+Kind = Literal["choice", "constants", "file", "files", "flag", "number", "odds", "whole"]
+"""A name of some, values by name, paths, yes or no, and numbers."""
+
+
+class Item(NamedTuple):
+    """One thing that may be said of measurements.
+
+    Attributes
+    ----------
+    name : str
+        The keyword in Python.
+    kind : str
+        Which values it has.
+    about : str
+        One sentence, or two.
+    default : object
+        Where it is not said.
+    choices : tuple of str
+        Its values, where there are only some.
+    else_ : str
+        What is taken where it is not said, in words.
+    option : str
+        On the command line, where it is called otherwise there.
+    metavar : str
+        How its value is written there.
+    label : str
+        In the page's form; empty where the page does not ask for it so.
+    example : str
+        A value, as it is written in the form.
+    """
+
+    name: str
+    kind: Kind
+    about: str
+    default: Any = None
+    choices: tuple[str, ...] = ()
+    else_: str = ""
+    option: str = ""
+    metavar: str = ""
+    label: str = ""
+    example: str = ""
+
+
+ITEMS = (
+    Item(
+        "site", "whole", "Site of a scan; each is another piece of tissue.", metavar="NUMBER",
+    ),
+    Item(
+        "lowpass", "number",
+        "Take out of position and force alike what is faster, and keep 2.5 samples a cycle of it.",
+        metavar="HERTZ", label="low-pass [Hz]", example="none",
+    ),
+    Item(
+        "starts", "choice", "Whether the probe rested before the first sample.", "auto", STARTS,
+        label="before the first sample",
+    ),
+    Item(
+        "course", "choice",
+        "How a force that drives goes on between two samples: smooth, straight, held (as a "
+        "converter puts out a command) or jumping (smooth but for its jumps, which are at the "
+        "samples); auto tells it from the record.",
+        "auto", COURSES, option="input",
+    ),
+    Item(
+        "rig", "choice",
+        "How the instrument couples to the tissue; in "
+        f"{named(lambda rig: rig.input is FORCE)} the force is the input, and the position is "
+        "predicted.",
+        choices=RIG_NAMES, else_=f"that of the model, else {OWN}", label="rig",
+    ),
+    Item(
+        "tissue", "choice", "The model to begin with.", choices=TISSUE_NAMES,
+        else_="that of the model, else kelvin_voigt", label="tissue",
+    ),
+    Item(
+        "model", "file",
+        "Begin with this model.yaml, in place of rig and tissue: its values are fitted again, or "
+        "held where they are compared.",
+    ),
+    Item(
+        "known_rig", "flag", "Take the rig's constants as exactly known.", False,
+        label="rig exactly known",
+    ),
+    Item(
+        "constants", "constants",
+        "A constant of the rig and its standard deviation (one; what is printed after +- is a 95 % "
+        "interval), SI units, such as tip_mass=0.04+-0.001, or what is known of the tissue, such "
+        "as stiffness=0; may be given several times.",
+        option="constant", metavar="NAME=VALUE[+-SD]", label="known constants",
+        example="tip_mass=.04+-.001",
+    ),
+    Item(
+        "prior", "odds",
+        "How many times as likely an effect, or one of a family, is missing as any other, before "
+        "anything is measured, such as relaxation=10; may be given several times.",
+        metavar="NAME=ODDS", label="prior odds", example="relaxation=10",
+    ),
+    Item(
+        "effects", "files",
+        "Python file with effects of your own; it is run. May be given several times.", (),
+    ),
+)  # fmt: skip
+
+#: By name.
+NAMED = {each.name: each for each in ITEMS}
+#: Where the keywords stand in the documentation of a function.
+MARK = "**asked\n    See ``Asked``."
+
+#: A value in Python of what is a row of names and values on the command line.
+_MAPPED = {
+    "constants": 'In Python a mapping: ``{"tip_mass": (0.04, 0.001), "stiffness": 0.0}``.',
+    "odds": 'In Python a mapping: ``{"relaxation": 10.0}``.',
+}
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+
+
+def asks(function: _F) -> _F:
+    """Show the keywords that a function takes as ``Asked``, with their defaults and sentences.
+
+    In its documentation they stand where it names ``**asked``.
+    """
+    from tissue_probe.analysis.question import Asked
+
+    signature = inspect.signature(function)
+    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    written = Asked.__annotations__
+    keywords = [
+        inspect.Parameter(
+            each.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=each.default,
+            annotation=written[each.name].__forward_arg__,
+        )
+        for each in ITEMS
+    ]
+    function.__signature__ = signature.replace(parameters=[*own, *keywords])  # type: ignore[attr-defined]
+    told = "\n".join(f"{each.name}\n{indent(fill(_in_python(each), 92), '    ')}" for each in ITEMS)
+    # Where Python leaves out documentation, there is none.
+    function.__doc__ = (inspect.getdoc(function) or "").replace(MARK, told)
+    return function
+
+
+def _in_python(item: Item) -> str:
+    return f"{item.about} {_MAPPED.get(item.kind, '')}".strip()
