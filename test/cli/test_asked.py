@@ -73,3 +73,15 @@ def test_odds_are_of_an_effect_or_of_all_of_its_family_in_each_form():
         wanted = 0.5 if effect.name == "hertz_contact" else wanted
         assert {form.odds for form in effect.every_form} == {wanted}
     assert any("relaxation counts as 10 times as likely" in note for note in asked.notes)
+
+
+def test_rig_and_all_that_was_said_stand_at_the_head():
+    said = {"rig": "rigid_probe", "constants": {"tip_mass": (0.0, 0.0)}, "lowpass": 20.0}
+    told = question(**said, starts="auto", prior={"relaxation": 10.0}).head
+    assert told == (
+        "Asked: rig rigid_probe, tissue kelvin_voigt, constants tip_mass=0+-0, lowpass 20.0, "
+        "prior relaxation=10."
+    )
+    assert question().head == (
+        "Asked: rig compliant_probe (supposed: nobody gave it), tissue kelvin_voigt."
+    )

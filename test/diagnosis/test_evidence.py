@@ -146,6 +146,8 @@ def test_a_second_effect_is_less_likely_than_a_first_before_anything_is_measured
 def test_models_that_are_the_same_function_of_the_record_are_equally_probable():
     """However many values each has to learn: the record tells nothing between them."""
     lag, branch = fit("force_lag", 5000.0), fit("standard_linear_solid", 5000.0)
+    assert posterior(unexplained(), [lag, branch]).probabilities[0] > 0.95
+    branch = replace(branch, exhausted=("tip_mass",))  # as many values tell it as the lag
     more = fit("generalized_maxwell", 5001.0)  # contains the branch
     told = posterior(unexplained(), [lag, branch, more])
     assert set(told.models[:2]) == {lag, branch}

@@ -109,7 +109,8 @@ class DiagnosisResult:
         return self._answer(None)
 
     def _answer(self, compared: Fit | None) -> Answer:
-        return answer(self.found, compared).model_copy(update={"prior": dict(self.asked.prior)})
+        asked = {"prior": dict(self.asked.prior), "asked": self.asked.head}
+        return answer(self.found, compared).model_copy(update=asked)
 
     @property
     def ranking(self) -> ResultTable:
@@ -171,10 +172,10 @@ class DiagnosisResult:
         raise ParameterError(f"`effect` {effect}: the ranking does not have it")
 
     def __repr__(self) -> str:
-        return f"{self.text}\n{tables.shortened(self.ranking, 8)!r}"
+        return f"{self.asked.head}\n{self.text}\n{tables.shortened(self.ranking, 8)!r}"
 
     def _repr_html_(self) -> str:
-        said = fit_shown.as_html(self.text.splitlines())
+        said = fit_shown.as_html([self.asked.head, *self.text.splitlines()])
         return said + tables.shortened(self.ranking, 8)._repr_html_() + self.ladder._repr_html_()
 
     def to_frame(self) -> Any:

@@ -91,10 +91,15 @@ def kept_model(result: DiagnosisResult) -> FittedModel:
 
 def write_report(result: DiagnosisResult, path: Path) -> None:
     """Write the report as one page of HTML."""
-    page = render(
-        report(result.found, result.fitted, result.sources, result.validated, result.wording)
+    page = report(
+        result.found,
+        result.fitted,
+        result.sources,
+        result.validated,
+        result.wording,
+        result.asked.head,
     )
-    path.write_text(page, encoding="utf-8")
+    path.write_text(render(page), encoding="utf-8")
 
 
 def _rungs(diagnosis: Diagnosis) -> Rungs:
@@ -146,6 +151,7 @@ def report(
     sources: Sequence[str],
     validated: Measurements,
     wording: Callable[[str], str] = str,
+    head: str = "",
 ) -> Report:
     """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
     files = [Path(part.name) for part in fitted.parts]
@@ -157,6 +163,7 @@ def report(
     return Report(
         title=f"What the model misses: {', '.join(path.name for path in files)}",
         verdict=diagnosis.verdict,
+        asked=wording(head),
         summary=tuple(words.verdict(diagnosis)),
         noise_floor=final.noise,
         steps=tuple(

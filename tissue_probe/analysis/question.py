@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
+from tissue_probe.analysis.asked import NAMED, Item
 from tissue_probe.analysis.choices import TISSUE_NAMES, Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.segments import Segment, segments
 from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
@@ -78,6 +79,8 @@ class Question:
         See ``segments``.
     prior : mapping of str to float
         Odds of effects, or of those of a family, by name.
+    stated : mapping
+        All that was said, by keyword, but for what would be taken anyway.
     """
 
     model: FittedModel
@@ -89,6 +92,15 @@ class Question:
     starts: Starts = "auto"
     course: Course = "auto"
     prior: Mapping[str, float] = field(default_factory=dict)
+    stated: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def head(self) -> str:
+        """The line at the head of every answer: rig, tissue, and all else that was said."""
+        supposed = "" if self.rig_given else " (supposed: nobody gave it)"
+        told = [f"rig {self.composition.rig}{supposed}", f"tissue {self.composition.tissue}"]
+        told += [f"{n} {_written(v)}" for n, v in self.stated.items() if n not in ("rig", "tissue")]
+        return f"Asked: {', '.join(told)}."
 
     def segments(self, measured: Measurements) -> list[Segment]:
         """Cut measurements into the stretches that are fitted."""
@@ -180,10 +192,26 @@ def question(**asked: Unpack[Asked]) -> Question:
         asked.get("starts", "auto"),
         asked.get("course", "auto"),
         odds,
+        {name: value for name, value in asked.items() if _is_said(NAMED[name], value)},
     )
     if begun.effect_files or found.prior:
         _ = found.library  # a file that cannot be used is told before anything is fitted
     return found
+
+
+def _is_said(item: Item, given: Any) -> bool:
+    """Whether something was said that would not be taken anyway."""
+    return bool(given != item.default and (given or given == 0))
+
+
+def _written(value: Any) -> str:
+    """Write what was said in one line."""
+    if isinstance(value, Mapping):
+        pairs = ((n, v if isinstance(v, tuple) else (v,)) for n, v in value.items())
+        return " ".join(f"{name}={'+-'.join(f'{each:g}' for each in v)}" for name, v in pairs)
+    if isinstance(value, FittedModel):
+        return "a fitted model"
+    return str(value) if isinstance(value, (str, int, float, Path)) else " ".join(map(str, value))
 
 
 def _checked(prior: Mapping[str, float]) -> Mapping[str, float]:

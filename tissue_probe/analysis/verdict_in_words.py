@@ -178,6 +178,8 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
         )
     else:
         said += _nearest(diagnosis)
+        unknown = probability(diagnosis.ladder.posterior.unknown)
+        said += f" The probability that none of the library's models is right is {unknown}."
     return [said.strip()]
 
 

@@ -43,6 +43,7 @@ def compare(
         **keywords,
     )
     measured.tell(result.notes)
+    print(with_options(result.asked.head))
     print(with_options(result.text))
     result.plot().savefig(output, dpi=100)
     print(f"The picture is in {output}.")

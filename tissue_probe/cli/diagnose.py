@@ -74,6 +74,7 @@ def diagnose(
             progress=progress,
         )
     measured.tell(result.notes)
+    print(with_options(result.asked.head))
     # Units stand in square brackets.
     Console(markup=False, highlight=False).print(ranked(result))
     if not (result.converged and all(row[-1] for row in result.ranking.rows[:SHOWN])):

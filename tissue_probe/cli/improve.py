@@ -67,6 +67,7 @@ def improve(
             progress=progress,
         )
     measured.tell(result.notes)
+    print(with_options(result.asked.head))
     console = Console(markup=False, highlight=False)  # units stand in square brackets
     console.print(_table(result.ladder))
     console.print(_table(result.values))

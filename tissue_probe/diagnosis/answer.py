@@ -193,6 +193,7 @@ class Answer(_Entry):
     instrument: list[InstrumentValue] = Field(
         [], description="values of the last model that belong to the instrument"
     )
+    asked: str = Field("", description="rig, tissue, and all else that was said, in one line")
     prior: dict[str, float] = Field(
         {}, description="odds of effects or families before the measurement, as they were given"
     )

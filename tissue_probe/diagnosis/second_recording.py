@@ -109,7 +109,12 @@ class SecondRecording:
         }
         if not likely:
             return ladder
-        again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, likely)
+        # A model that errs more there than the plain one is not told by the first one alone.
+        plain = self.errors[ladder.base.composition.names]
+        better = {frozenset(n) for n, error in self.errors.items() if error <= plain}
+        no_worse = {names: value for names, value in likely.items() if names in better}
+        second = no_worse if len(no_worse) > 1 else likely
+        again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
         return replace(again, curtailed=ladder.curtailed, revisions=ladder.revisions)
 
     def noisier(self, final: Fit) -> list[Finding]:
@@ -210,9 +215,12 @@ def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
     problem, by_value, held = _by_value(fit, moved, instrument)
     weighed = [problem.weighed(index, each) for index, each in enumerate(by_value)]
     left = [problem.weighed(index, each) for index, each in enumerate(moved.residuals)]
-    sizes, directions = np.linalg.eigh(fit.covariance[np.ix_(held, held)])
-    root = directions * np.sqrt(np.maximum(sizes, 0.0))
-    steps = np.concatenate(weighed) @ root
+    # Values are in units of their deviations: else the smallest would be lost beside the largest.
+    deviation = np.sqrt(np.diag(fit.covariance)[held])
+    scale = np.where(deviation > 0.0, deviation, 1.0)
+    sizes, directions = np.linalg.eigh(fit.covariance[np.ix_(held, held)] / np.outer(scale, scale))
+    root = (directions * np.sqrt(np.maximum(sizes, 0.0))).T * scale
+    steps = np.concatenate(weighed) @ root.T
     steps = np.where(np.isfinite(steps), steps, 0.0)  # near a model that diverges none is known
     # By singular values: the normal equations of values that are hardly known would be singular.
     directions, sizes, _ = np.linalg.svd(steps, full_matrices=False)

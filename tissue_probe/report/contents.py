@@ -204,6 +204,8 @@ class Report:
         What it means that values are at their limit; empty where none is.
     output : Quantity
         What the models predict, and all errors are of.
+    asked : str
+        Rig, tissue, and all else that the user said, in one line.
     """
 
     title: str
@@ -223,6 +225,7 @@ class Report:
     seconds: float = float("nan")
     exhaustion: str = ""
     output: Quantity = FORCE
+    asked: str = ""
 
     def __post_init__(self) -> None:
         if not self.steps:

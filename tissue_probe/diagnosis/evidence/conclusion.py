@@ -116,8 +116,8 @@ def concluded(
 ) -> Ladder:
     """Say what is missing, by the probabilities of the models that were tried.
 
-    Where the most probable one leaves noise only, it is the last step; else the search's own: of
-    models that are all wrong the most probable one has too many effects.
+    The most probable one is the last step, whether it leaves noise only or not: what is named is
+    never less probable than what stands beside it.
 
     Parameters
     ----------
@@ -135,11 +135,10 @@ def concluded(
     every = (*ranking, *tried, *steps)
     told = posterior(base, every, second)
     best = told.models[0]
-    if explained(best):
-        steps = _path(best, ranking, steps, told)
+    accepted, steps = bool(steps), _path(best, ranking, steps, told)
     ladder = Ladder(base, tuple(ranking), tuple(steps), every, told, "unexplained")
     family = _family(told)
-    if ladder.final is best and explained(best):
+    if explained(best):
         sure = len(told.likely) == 1
         family = None if sure else family
         verdict: Verdict = "missing" if sure else "ambiguous"
@@ -147,7 +146,7 @@ def concluded(
             replace(ladder, verdict=verdict if ladder.steps else "adequate", family=family)
         )
     # Where no form was accepted none of them is nearly right.
-    if family and ladder.steps and (nearest := _nearest(family, told)):
+    if family and accepted and (nearest := _nearest(family, told)):
         return _ordered(replace(ladder, steps=(nearest,), verdict="ambiguous", family=family))
     return ladder
 

@@ -219,9 +219,9 @@ def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
 
     But for what is thought of their effects before.
 
-    They leave noise only, and are as likely but for chance; they have no more effects, and neither
-    contains the other: then the record tells nothing between them, and how many values each has
-    says nothing of the tissue. What contains a twin is none.
+    They leave noise only, and are as likely but for chance, with no more effects and no more values
+    that are not at a bound; and neither contains the other. Then the record tells nothing between
+    them: that one declares more values says nothing of the tissue. What contains a twin is none.
     """
     best, most = weighed[0]
     twins = [told for told, _ in weighed if _are_twins(told, best, base)]
@@ -245,6 +245,7 @@ def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
         and not _contains(fit, other)
         and not _contains(other, fit)
         and not _at_an_end(fit, base)
+        and fit.learnt <= other.learnt
     )
 
 

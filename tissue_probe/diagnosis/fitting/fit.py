@@ -99,6 +99,11 @@ class Fit:
         return tuple(entry.name for entry in self.entries)
 
     @property
+    def learnt(self) -> int:
+        """How many parameters were free and did not end at a bound."""
+        return self.unknowns - len(self.exhausted)
+
+    @property
     def samples(self) -> int:
         """How many samples were fitted."""
         return sum(int(np.sum(measurement.used)) for measurement in self.measurements)
