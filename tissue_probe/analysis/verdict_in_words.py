@@ -178,8 +178,9 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
         )
     else:
         said += _nearest(diagnosis)
-        unknown = probability(diagnosis.ladder.posterior.unknown)
-        said += f" The probability that none of the library's models is right is {unknown}."
+        if diagnosis.ladder.steps:
+            unknown = probability(diagnosis.ladder.posterior.unknown)
+            said += f" The probability that no model of the library is right is {unknown}."
     return [said.strip()]
 
 
