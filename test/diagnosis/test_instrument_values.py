@@ -64,7 +64,20 @@ def test_a_place_of_touch_that_is_given_is_kept():
     stated = {"rig": "rigid_probe", "constants": {"tip_mass": 0.0, "contact_position": 0.0}}
     found = tp.diagnose(read(time, motion(time), force), **stated)
     assert (found.verdict, found.effects) == ("missing", ("force_bias",))
-    assert found.answer.instrument == []
+    (zero,) = found.answer.instrument
+    assert (zero.name, zero.unit, zero.part) == ("force_bias", "N", None)
+    assert zero.value == pytest.approx(0.1, abs=2e-3)
+
+
+def test_a_delay_between_the_channels_is_a_value_of_the_instrument():
+    time, late = even(), 4e-3
+    force = 400.0 * motion(time - late) + 2.0 * speed(time - late)
+    constants = {"tip_mass": 0.0, "contact_position": 0.0}
+    found = tp.diagnose(read(time, motion(time), force), rig="rigid_probe", constants=constants)
+    assert (found.verdict, found.effects) == ("missing", ("channel_delay",))
+    (delay,) = found.answer.instrument
+    assert (delay.name, delay.unit, delay.recording) == ("channel_delay", "s", "")
+    assert delay.value == pytest.approx(late, abs=4.0 * delay.deviation)
 
 
 def test_a_bias_that_is_asked_for_is_fitted():

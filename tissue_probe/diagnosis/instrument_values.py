@@ -63,12 +63,16 @@ def instrument_values(fit: Fit, instrument: Instrument) -> tuple[InstrumentValue
     """Return the values of the instrument that a fit found."""
     problem = Problem(fit.composition, fit.measurements, instrument)
     touches = _touches(fit, problem) if instrument.free_touch else []
-    return (*touches, *_of_parts(fit, problem))
+    return (*touches, *_of_parts(fit, problem), *_of_channels(fit, problem))
 
 
 def findings(values: tuple[InstrumentValue, ...]) -> list[Finding]:
-    """Say where the tip touches, unless that is at the position's zero, and how parts differ."""
-    told = [each for each in values if abs(each.value) > ELSEWHERE * each.deviation]
+    """Say where the tip touches, unless that is at the position's zero, and how parts differ.
+
+    Effects on a channel are named by the verdict.
+    """
+    told = [each for each in values if each.name == CONTACT or each.part is not None]
+    told = [each for each in told if abs(each.value) > ELSEWHERE * each.deviation]
     return [Finding("instrument", _sentence(each)) for each in told]
 
 
@@ -114,6 +118,22 @@ def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:
                 source, value = fit.measurements[index].source, fit.named()[name]
                 told = (runs.meanings[place], entry.unit, source, part + 1, value)
                 found.append(InstrumentValue(*told, deviations[name]))
+    return found
+
+
+def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+    """Return the values of effects that act on a channel, such as a delay between both."""
+    own, runs, deviations = of_part(fit.composition), problem.runs, fit.deviations()
+    effects = [each for each in fit.composition.effects if each.acts_on_channels]
+    meant = {value.name for each in effects for value in each.parameters} - own
+    found = []
+    for place, (name, meaning) in enumerate(zip(runs.names, runs.meanings, strict=True)):
+        if meaning in meant:
+            within = [index for index, places in enumerate(runs.places) if place in places]
+            of_one = len({runs.numbers[index] for index in within}) == 1 < runs.count
+            source = fit.measurements[within[0]].source if of_one else ""
+            told = (meaning, runs.entries[place].unit, source, None, fit.named()[name])
+            found.append(InstrumentValue(*told, deviations[name]))
     return found
 
 

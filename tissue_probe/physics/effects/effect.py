@@ -233,6 +233,12 @@ class Effect:
         return replace(self, odds=odds, forms=forms)
 
     @property
+    def acts_on_channels(self) -> bool:
+        """Whether it changes a measured channel, and no law of tissue or rig."""
+        unchanged = (FORCE, POSITION, sp.S.Zero, sp.S.Zero)
+        return (self.output, self.position, self.delay, self.rounded) != unchanged
+
+    @property
     def changes_contact(self) -> bool:
         """Whether, as it is written here, it changes what the tissue's force does to the tip."""
         return bool(self.contact != TISSUE_FORCE)

@@ -26,7 +26,7 @@ function form() {
       onsubmit: (/** @type {SubmitEvent} */ event) => {
         event.preventDefault();
         const given = new FormData(element);
-        const stated = choices.question.map((/** @type {any} */ item) => [item.name, value(item, given.get(item.name))]);
+        const stated = choices.question.map((/** @type {any} */ item) => [item.name, taken(item, given.get(item.name))]);
         act("ask", { asked: Object.fromEntries(stated) }, element).then((done) => {
           if (done !== undefined) element.querySelector(".problem")?.replaceChildren();
         });
@@ -63,7 +63,7 @@ function control(item, now) {
  * @param {any} item
  * @param {FormDataEntryValue | null} stated
  */
-function value(item, stated) {
+function taken(item, stated) {
   if (item.kind === "flag") return stated !== null;
   return item.kind === "constants" || item.kind === "odds" ? read(String(stated)) : stated;
 }
