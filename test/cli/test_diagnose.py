@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import html
+import io
 import json
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ import yaml
 
 import tissue_probe as tp
 from tissue_probe.analysis import kept_files
+from tissue_probe.analysis.comparing import ComparisonResult
 from tissue_probe.challenge.folder import write_recordings
 from tissue_probe.challenge.simulator import make_challenge
 from tissue_probe.diagnosis.answer import Answer
@@ -450,6 +453,24 @@ def test_a_force_that_no_model_follows_is_told(run, tmp_path):
     (followed,) = [line for line in outcome.out.splitlines() if line.startswith("note: ")]
     assert "cannot follow the force at all" in followed
     assert "--force-unit" in followed
+
+
+def test_the_answer_is_out_before_the_picture_is_drawn(run, csv, monkeypatch):
+    """A pipe would hold it back while the picture is drawn, which takes longer than the fit."""
+    out = []
+
+    class Pipe(io.StringIO):
+        def flush(self):
+            out.append(self.getvalue())
+
+    def drawn(_):
+        assert "noise floor" in out[-1]
+        raise SystemExit(7)
+
+    monkeypatch.setattr(ComparisonResult, "plot", drawn)
+    path = csv()
+    monkeypatch.setattr(sys, "stdout", Pipe())
+    assert run("compare", path, "--force-polarity", "compression").status == 7
 
 
 def test_a_force_in_kilonewtons_that_is_called_newtons_is_told_with_the_size_it_is_taken_for(

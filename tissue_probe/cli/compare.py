@@ -44,7 +44,8 @@ def compare(
     )
     measured.tell(result.notes)
     print(with_options(result.asked.head))
-    print(with_options(result.text))
+    # Before the picture, which takes longer than the fit; a pipe would wait for it.
+    print(with_options(result.text), flush=True)
     result.plot().savefig(output, dpi=100)
     print(f"The picture is in {output}.")
     if json:
