@@ -125,7 +125,9 @@ def test_a_comparison_has_values_with_intervals_and_shows_itself(measured):
 def test_a_diagnosis_shows_itself_as_text_table_frame_and_json(diagnosed):
     assert diagnosed.verdict == "adequate"
     assert diagnosed.effects == ()
-    assert lines(diagnosed)[0].startswith("Adequate")
+    head, first, *_ = lines(diagnosed)
+    assert head.startswith("Asked: rig compliant_probe (supposed: nobody gave it), ")
+    assert first.startswith("Adequate")
     assert len(lines(diagnosed)) <= 40
     assert "<table>" in diagnosed._repr_html_()
     told = diagnosed.to_dict()

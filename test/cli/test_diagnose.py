@@ -137,7 +137,9 @@ def test_improve_leaves_model_pictures_and_report_and_the_held_out_error_falls(
     assert again.status == 0, again.err
     ratio = float(re.search(r"error / noise +([\d.]+)", again.out)[1])
     assert ratio < 1.1
-    first, *_ = again.out.splitlines()
+    head, first, *_ = again.out.splitlines()
+    assert head.startswith("Asked: rig compliant_probe, tissue kelvin_voigt, ")
+    assert head.endswith(", model better/model.yaml.")
     assert first == f"Kelvin-Voigt + {HIDDEN}, values held, as in better/model.yaml:"
     assert "held-out" not in again.out
 

@@ -84,11 +84,11 @@ ITEMS = (
         "How the instrument couples to the tissue; in "
         f"{named(lambda rig: rig.input is FORCE)} the force is the input, and the position is "
         "predicted.",
-        choices=RIG_NAMES, else_=f"that of the model, else {OWN}", label="rig",
+        choices=RIG_NAMES, else_=f"that of `model`, else {OWN}", label="rig",
     ),
     Item(
         "tissue", "choice", "The model to begin with.", choices=TISSUE_NAMES,
-        else_="that of the model, else kelvin_voigt", label="tissue",
+        else_="that of `model`, else kelvin_voigt", label="tissue",
     ),
     Item(
         "model", "file",

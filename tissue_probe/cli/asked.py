@@ -113,7 +113,7 @@ def option(item: Item) -> tuple[str, Any, Any]:
         f"--{(item.option or item.name).replace('_', '-')}",
         metavar=item.metavar or ("FILE" if item.kind in ("file", "files") else None),
         help=item.about,
-        show_default=item.else_ or default is not None,
+        show_default=with_options(item.else_) or default is not None,
     )
     return item.name, Annotated[type_, stated], field(default=default)
 
