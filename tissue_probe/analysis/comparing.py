@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.asked import asks
+from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_values import predicted

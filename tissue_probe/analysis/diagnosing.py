@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
-from tissue_probe.analysis.asked import asks
+from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
 from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (

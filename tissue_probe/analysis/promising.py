@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.analysis.asked import asks
+from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import Asked, question
 from tissue_probe.analysis.result_table import Column, ResultTable, number
