@@ -6,7 +6,7 @@ What does not: the signals in a file (``measured``), the output of one command.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, fields, make_dataclass
 from enum import Enum
 from pathlib import Path
@@ -42,17 +42,12 @@ def constants(texts: Sequence[str]) -> dict[str, float | tuple[float, float]]:
     ValueError
         If one is written otherwise.
     """
-    found = {}
-    for text in texts:
-        name, _, number = text.partition("=")
-        value, given, deviation = number.partition("+-")
-        try:
-            found[name] = (float(value), float(deviation) if given else 0.0)
-        except ValueError:
-            raise ValueError(
-                f"--constant {text}: give NAME=VALUE+-SD, such as tip_mass=0.04+-0.001"
-            ) from None
-    return found
+
+    def read(written: str) -> tuple[float, float]:
+        value, given, deviation = written.partition("+-")
+        return float(value), float(deviation) if given else 0.0
+
+    return _by_name("--constant", texts, read, "NAME=VALUE+-SD, such as tip_mass=0.04+-0.001")
 
 
 def odds(texts: Sequence[str]) -> dict[str, float]:
@@ -63,13 +58,19 @@ def odds(texts: Sequence[str]) -> dict[str, float]:
     ValueError
         If one is written otherwise.
     """
+    return _by_name("--prior", texts, float, "NAME=ODDS, such as relaxation=10")
+
+
+def _by_name(
+    option: str, texts: Sequence[str], read: Callable[[str], Any], form: str
+) -> dict[str, Any]:
     found = {}
     for text in texts:
-        name, _, number = text.partition("=")
+        name, _, written = text.partition("=")
         try:
-            found[name] = float(number)
+            found[name] = read(written)
         except ValueError:
-            raise ValueError(f"--prior {text}: give NAME=ODDS, such as relaxation=10") from None
+            raise ValueError(f"{option} {text}: give {form}") from None
     return found
 
 

@@ -217,11 +217,10 @@ def _unknown(left: float) -> float:
 def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
     """Make models as probable as the most probable one that are the same function of the record.
 
-    But for what is thought of their effects before.
-
-    They leave noise only, and are as likely but for chance, with no more effects and no more values
-    that are not at a bound; and neither contains the other. Then the record tells nothing between
-    them: that one declares more values says nothing of the tissue. What contains a twin is none.
+    Such a twin leaves noise only, and is as likely but for chance. It has no more effects, and no
+    more values that are not at a bound; neither model contains the other. The record tells nothing
+    between both, and the number of values that an effect declares says nothing of the tissue. The
+    prior odds of the effects still count. A model that contains a twin is no twin.
     """
     best, most = weighed[0]
     twins = [told for told, _ in weighed if _are_twins(told, best, base)]
