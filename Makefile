@@ -49,13 +49,13 @@ hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find
 	rm -rf hidden-effect
 	$(BIN)/tissue_probe challenge make --count 1 --hide two --seed $(SEED) --rig tolerant \
 		--excitation chirp60 --answers hidden-effect/answers.sealed.json hidden-effect/recordings
-	cd hidden-effect && $(BIN)/tissue_probe compare recordings/0001.csv --starts at-rest
-	cd hidden-effect && $(BIN)/tissue_probe diagnose recordings/0001.csv --starts at-rest \
+	cd hidden-effect && $(BIN)/tissue_probe compare recordings/0001.csv --rig compliant_probe --starts at-rest
+	cd hidden-effect && $(BIN)/tissue_probe diagnose recordings/0001.csv --rig compliant_probe --starts at-rest \
 		--validate recordings/0001_second.csv --json 0001.json
-	cd hidden-effect && $(BIN)/tissue_probe improve recordings/0001.csv --starts at-rest \
+	cd hidden-effect && $(BIN)/tissue_probe improve recordings/0001.csv --rig compliant_probe --starts at-rest \
 		--validate recordings/0001_second.csv --output answer
-	@echo "The seal is opened. Hidden were:"
-	@sed -n '/"effects": \[/,/\]/s/^ *"\([a-z_]*\)",*$$/- \1/p' hidden-effect/answers.sealed.json
+	@echo "The seal is opened:"
+	cd hidden-effect && $(BIN)/tissue_probe challenge open 0001 --model answer/model.yaml
 
 lint: $(VENV)/packages.done $(VENV)/development.done ## Check style, docstrings, import contracts, types.
 	$(BIN)/ruff check .

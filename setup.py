@@ -45,7 +45,7 @@ setup(
     packages=find_packages(include=["tissue_probe", "tissue_probe.*"]),
     package_data={
         "tissue_probe": ["py.typed"],
-        "tissue_probe.report": ["*.jinja"],
+        "tissue_probe.report": ["*.jinja", "*.js"],
         "tissue_probe.workbench": ["page/*", "page/vendor/*"],
     },
     data_files=data_files,

@@ -32,8 +32,8 @@ MAKE = (
     "--excitation",
     "sine10",
 )
-COMPARE = ("compare", "made/0001.csv", "--starts", "at-rest")
-DIAGNOSE = ("diagnose", "made/0001.csv", "--starts", "at-rest")
+ASKED = ("made/0001.csv", "--rig", "compliant_probe", "--starts", "at-rest")
+COMPARE, DIAGNOSE = ("compare", *ASKED), ("diagnose", *ASKED)
 COMMANDS: dict[str, tuple[str, ...]] = {
     "import tissue_probe": ("-c", "import tissue_probe"),
     "--help": ("-m", "tissue_probe", "--help"),

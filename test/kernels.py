@@ -23,7 +23,7 @@ def fit() -> None:
     time = np.arange(1000) / 1000.0
     position = 1e-3 * np.sin(60.0 * time)
     force = 450.0 * position + 5.0 * np.gradient(position, time)
-    tp.compare({"t": time, "u": position, "F": force}).plus("contact_loss")
+    tp.compare({"t": time, "u": position, "F": force}, rig="compliant_probe").plus("contact_loss")
 
 
 def mapped() -> None:

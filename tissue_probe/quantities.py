@@ -8,6 +8,7 @@ It imports no NumPy: names are asked for before there are numbers.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -53,7 +54,34 @@ class Quantity:
 
     def tell(self, error: float, digits: int = 3) -> str:
         """Return an error [SI] in words."""
-        return f"{self.per_small * error:.{digits}g} {self.small}"
+        return engineering(error, self.unit, digits)
+
+
+#: Prefixes of units, from the smallest on, three powers of ten apart.
+PREFIXES = "fpnum kMGT"
+
+
+def scaled(value: float, unit: str) -> tuple[float, str]:
+    """Return by what to divide a value [unit], and the unit with its prefix, to read it easily.
+
+    Pure numbers, times and rates of inverse units have none.
+    """
+    factor = 1.0
+    if unit == "kg":
+        factor, unit = 1e-3, "g"
+    if not (unit[:1].isalpha() and math.isfinite(value) and value):
+        return factor, unit
+    # To three digits 999.96 is 1000.
+    power = math.floor(math.log10(abs(float(f"{value / factor:.3g}"))) / 3.0)
+    power = min(max(power, -PREFIXES.index(" ")), len(PREFIXES) - 1 - PREFIXES.index(" "))
+    prefix = PREFIXES[PREFIXES.index(" ") + power].strip()
+    return factor * 10.0 ** (3 * power), f"{prefix}{unit}"
+
+
+def engineering(value: float, unit: str, digits: int = 3) -> str:
+    """Return a value [SI] in words, as engineers write it: 0.0402 N is 40.2 mN."""
+    factor, shown = scaled(value, unit)
+    return f"{value / factor:.{digits}g} {shown}".removesuffix(" 1")
 
 
 POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6, zeroed=False)

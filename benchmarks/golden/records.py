@@ -127,7 +127,7 @@ def _challenge(seed: int, effects: tuple[str, ...], excitation: str, rig: str) -
     sealed = made.answer
     name = f"challenge {excitation} {rig} {seed} {'+'.join(sealed.effects) or NONE}"
     starts = {} if excitation == "sine10ss" else {"starts": "at-rest"}
-    arguments = {"known_rig": rig == "exact", **starts}
+    arguments = {"rig": "compliant_probe", "known_rig": rig == "exact", **starts}
     return Asked(name, _record(made.recording), None, arguments, partial(_marked, asdict(sealed)))
 
 

@@ -25,7 +25,7 @@ def challenge():
 
 @pytest.fixture(scope="module")
 def compared(challenge):
-    return tp.compare(challenge.first, starts="at-rest")
+    return tp.compare(challenge.first, rig="compliant_probe", starts="at-rest")
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +34,13 @@ def next_rung(compared):
 
 
 def test_the_next_rung_is_that_of_improve(challenge, next_rung):
-    improved = tp.improve(challenge.first, add=[EFFECT], starts="at-rest")
+    improved = tp.improve(challenge.first, add=[EFFECT], rig="compliant_probe", starts="at-rest")
     assert next_rung.rmse == pytest.approx(improved.found.ladder.final.rmse, rel=1e-3)
     assert next_rung.fit.composition.names == (EFFECT,)
 
 
 def test_a_rung_that_a_ranking_knows_is_found_from_there(challenge, compared, next_rung):
-    ranked = tp.diagnose(challenge.first, starts="at-rest")
+    ranked = tp.diagnose(challenge.first, rig="compliant_probe", starts="at-rest")
     again = compared.plus(EFFECT, ranked.beside(EFFECT))
     assert again.rmse == pytest.approx(next_rung.rmse, rel=1e-3)
     assert again.parameters.to_dict()[0]["value"] == pytest.approx(
@@ -118,6 +118,7 @@ def test_each_effect_is_told_as_soon_as_it_is_fitted(challenge):
     read, write = os.pipe()
     diagnosis = tp.diagnose(
         challenge.first,
+        rig="compliant_probe",
         starts="at-rest",
         found=lambda effect, fit: os.write(write, f"{effect} {fit.rmse}\n".encode()),
     )
@@ -143,7 +144,9 @@ def test_a_result_that_was_passed_on_is_the_same(next_rung):
 def test_effects_of_ones_own_are_passed_on_to_who_names_their_file(challenge, tmp_path):
     file = tmp_path / "own.py"
     file.write_text(OWN)
-    rung = tp.compare(challenge.first, effects=[file], starts="at-rest").plus("third")
+    rung = tp.compare(
+        challenge.first, rig="compliant_probe", effects=[file], starts="at-rest"
+    ).plus("third")
     passed = from_bytes(to_bytes(rung), [file])
     assert passed.fit.composition.names == ("third",)
     with pytest.raises(KeyError, match="third"):

@@ -82,6 +82,4 @@ def test_rig_and_all_that_was_said_stand_at_the_head():
         "Asked: rig rigid_probe, tissue kelvin_voigt, constants tip_mass=0+-0, lowpass 20.0, "
         "prior relaxation=10."
     )
-    assert question().head == (
-        "Asked: rig compliant_probe (supposed: nobody gave it), tissue kelvin_voigt."
-    )
+    assert question().head == "Asked: rig compliant_probe, tissue kelvin_voigt."

@@ -12,6 +12,9 @@ from typer.testing import CliRunner
 
 from tissue_probe import cli
 from tissue_probe.challenge import EFFECTS
+from tissue_probe.physics import effects as library
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.model_file import save
 from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.reader import read_recording
@@ -153,7 +156,15 @@ def test_the_users_own_motion_is_repeated_and_its_recordings_can_be_diagnosed(ru
     )
     assert len(recording) == pytest.approx(4_000, abs=2)
     np.testing.assert_allclose(recording[::2, 1], mine[: len(recording[::2]), 1], atol=5e-7)
-    found = run("diagnose", "made/0001.csv", "--known-rig", "--json", "0001.json")
+    found = run(
+        "diagnose",
+        "made/0001.csv",
+        "--rig",
+        "compliant_probe",
+        "--known-rig",
+        "--json",
+        "0001.json",
+    )
     assert found.status == 0, found.err
     assert json.loads((tmp_path / "0001.json").read_text())["verdict"] == "adequate"
 
@@ -179,6 +190,19 @@ def test_a_motion_that_cannot_be_repeated_is_told_in_one_line(fails, tmp_path):
     write_motion(tmp_path / "mine.csv")
     assert "no samples at site 3" in fails(*make, "mine.csv", "--site", 3)
     assert not (tmp_path / "out").exists()
+
+
+def test_an_opened_seal_shows_what_is_true_beside_what_was_found(run, fails, series, tmp_path):
+    composition = Composition().plus(library.EFFECTS["coulomb_friction"].plain)
+    values = {entry.name: entry.default for entry in composition.values}
+    save(tmp_path / "model.yaml", composition, {**values, "stiffness": 432.1}, {})
+    outcome = run("challenge", "open", "0001", "--model", "model.yaml")
+    assert outcome.status == 0, outcome.err
+    (row,) = [line for line in outcome.out.splitlines() if line.startswith("│ stiffness ")]
+    assert f"{series['0001']['tissue']['stiffness']:.5g}" in row
+    assert "432.1 +- 0" in row
+    assert "coulomb_friction" in outcome.out
+    assert "has no 9999; it has 0001" in fails("challenge", "open", "9999", "--model", "model.yaml")
 
 
 def test_answers_and_recordings_are_never_overwritten(fails, series):

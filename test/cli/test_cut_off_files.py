@@ -15,7 +15,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.model_file import save
 from tissue_probe.physics.phantom import Phantom
 
-STATED = ("--force-polarity", "compression")
+STATED = ("--rig", "compliant_probe", "--force-polarity", "compression")
 CUTS = (0.02, 0.35, 0.5, 0.8, 0.97)
 
 

@@ -29,7 +29,7 @@ from tissue_probe.signals import NANOSECONDS, Status
 
 REPOSITORY = Path(__file__).parents[2]
 EXAMPLE = REPOSITORY / "docs" / "my_effect.py"
-STATED = ("--force-polarity", "compression")
+STATED = ("--rig", "compliant_probe", "--force-polarity", "compression")
 
 DEFINITIONS = {
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec\n",
@@ -264,7 +264,7 @@ def test_a_model_file_with_an_effect_of_ones_own_is_read_where_its_file_is_named
     assert stiffness == pytest.approx(450.0, rel=0.01)
     outcome = run("compare", "measured.csv", *STATED, *named)
     assert outcome.status == 0, outcome.err
-    assert float(re.search(r"error / noise +([\d.]+)", outcome.out)[1]) < 1.1
+    assert float(re.search(r"error over noise +([\d.]+)", outcome.out)[1]) < 1.1
 
 
 def test_calibration_and_phantom_are_read(tmp_path):

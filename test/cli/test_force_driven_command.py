@@ -57,7 +57,7 @@ def test_compare_speaks_of_the_position(run, recorded, tmp_path):
     outcome = run("compare", *NAMED)
     assert outcome.status == 0, outcome.err
     assert "% of the position's rms about its mean" in outcome.out
-    assert "um rms: the error that noise alone leaves" in outcome.out
+    assert "m rms: the error that noise alone leaves" in outcome.out
     assert "mN" not in outcome.out
     assert (tmp_path / "compare.png").read_bytes().startswith(b"\x89PNG")
 
@@ -92,17 +92,17 @@ def test_improve_leaves_a_model_that_compare_takes_and_whose_rig_it_knows(run, r
     page = (tmp_path / "better" / "report.html").read_text(encoding="utf-8")
     words = page[page.rindex("</script>") :] + page[page.index("<h1>") : page.index("<h2>")]
     assert "mN" not in words
-    assert "predicted position. The noise of" in page
-    assert "position [mm]" in page
-    assert "error [um]" in page
+    assert "measured minus predicted position. The noise" in page
+    assert "<br>[um]" in page
+    assert '"name":"position","unit":"mm"' in page
     again = run("compare", *NAMED, "--model", "better/model.yaml")
     assert again.status == 0, again.err
     assert "Kelvin-Voigt + cubic_stiffening" in again.out
-    assert "error / noise              1" in again.out
+    assert re.search(r"error over noise +1\.\d+ times the noise", again.out)
     named = [word for word in NAMED if word not in ("--rig", "force_driven")]
     outcome = run("compare", *named, "--model", "better/model.yaml")
     assert outcome.status == 0, outcome.err
-    assert "um rms: the error that noise alone leaves" in outcome.out
+    assert "m rms: the error that noise alone leaves" in outcome.out
 
 
 def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_path, table):
@@ -115,7 +115,7 @@ def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_
     outcome = run("compare", *NAMED, "--model", "better/model.yaml")
     assert outcome.status == 0, outcome.err
     (ratio,) = re.findall(
-        r"error / noise +([0-9.]+), the motion that noise of the force", outcome.out
+        r"error over noise .* ([0-9.]+) times where the motion that noise of the force", outcome.out
     )
     assert float(ratio) == pytest.approx(1.0, abs=0.05)
 

@@ -5,8 +5,11 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import tissue_probe as tp
+from tissue_probe.mapping.scatter import scatter
 
 KEYS = {"inclusions", "surface", "could_hide", "background", "check"}
 INCLUSION = {
@@ -87,7 +90,7 @@ def test_a_table_of_sites_by_other_names_is_told_what_it_needs(run, tmp_path, he
     named = dict(zip(header.split(","), table(3).values(), strict=True))
     outcome = run("map", write(tmp_path / "sites.csv", named))
     assert outcome.status == 1
-    assert "a table of sites has the columns x, y [m], k, k_sd [N/m]" in outcome.err
+    assert "a table of sites has the columns x, y [m], k and perhaps k_sd [N/m]" in outcome.err
     assert f"its columns are {', '.join(named)}" in outcome.err
     with pytest.raises(tp.TissueProbeError, match="a table of sites has the columns x, y"):
         tp.map(named)
@@ -134,7 +137,7 @@ def test_a_higher_contrast_leaves_less_room(run, tmp_path):
 @pytest.mark.parametrize(
     ("columns", "arguments", "message"),
     [
-        ({"k_sd": None}, (), "has no column k_sd"),
+        ({"k_sd": None, **{n: v[:5] for n, v in table().items() if n != "k_sd"}}, (), "too few"),
         ({"k_sd": np.full(49, -1.0)}, (), "k_sd of site 0 is -1.0"),
         ({"k": np.full(49, -1.0)}, (), "none of 49 sites has a stiffness above 0"),
         ({}, ("--raster", "0"), "raster is 0.0 m"),
@@ -150,6 +153,23 @@ def test_input_that_makes_no_map_is_refused_in_a_sentence(
     outcome = run("map", write(tmp_path / "sites.csv", given), *arguments)
     assert outcome.status != 0
     assert message in outcome.err.replace("\n", " ")
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 1000), share=st.floats(0.005, 0.1), tilt=st.floats(-5.0, 5.0))
+def test_noise_that_a_table_does_not_tell_is_learnt_from_the_scatter(seed, share, tilt):
+    random = np.random.default_rng(seed)
+    x, y = 0.05 * random.uniform(size=(2, 150))
+    k = 400.0 * np.exp(tilt * x + share * random.standard_normal(150))
+    stiff = np.hypot(x - 0.02, y - 0.03) < 0.006
+    assert scatter(x, y, np.where(stiff, 2.0 * k, k)) == pytest.approx(share, rel=0.4)
+
+
+def test_a_table_without_errors_has_a_map_that_says_what_stands_for_them(run, tmp_path):
+    without = {name: values for name, values in table().items() if name != "k_sd"}
+    outcome = run("map", write(tmp_path / "sites.csv", without))
+    assert outcome.status == 0, outcome.err
+    assert "k_sd is not given: the scatter of sites about their neighbours" in outcome.out
 
 
 SQUARE = {"x": [0.0, 0.04, 0.04, 0.0], "y": [0.0, 0.0, 0.04, 0.04]}

@@ -20,7 +20,8 @@ COMMANDS = [
 DIAGNOSING = ("compare", "diagnose", "improve")
 MODEL_DEFAULTS = [
     *("into", "auto", "auto"),
-    *(f"(that of --model, else {each})" for each in ("compliant_probe", "kelvin_voigt")),
+    "(that of --model; compliant_probe in recordings of this suite)",
+    "(that of --model, else kelvin_voigt)",
 ]
 
 

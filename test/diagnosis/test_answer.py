@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 from hidden import EXACT, challenge, library, measurement
 from pydantic import ValidationError
@@ -43,7 +44,7 @@ def test_an_answer_is_what_its_schema_says(told):
 def test_an_answer_says_what_the_diagnosis_does(told):
     diagnosis, made = told
     ladder = diagnosis.ladder
-    assert made.version == 2
+    assert made.version == 3
     assert made.verdict == diagnosis.verdict
     assert tuple(made.effects) == diagnosis.effects
     assert made.rmse.training.base == ladder.base.rmse
@@ -106,9 +107,30 @@ def test_what_is_no_number_becomes_null(told, number):
 
 def test_another_version_and_unknown_fields_are_refused(told):
     changed = told[1].model_dump()
-    for more in ({"version": 3}, {"mood": "good"}, {"verdict": "perhaps"}):
+    for more in ({"version": 4}, {"mood": "good"}, {"verdict": "perhaps"}):
         with pytest.raises(ValidationError):
             Answer.model_validate({**changed, **more})
+
+
+def test_who_read_version_2_finds_all_that_it_had(told):
+    kept = told[1].model_dump()
+    for name in ("verdict", "effects", "ladder", "rmse", "alternatives", "compared", "models",
+                 "families", "ranking", "suggested_excitation"):  # fmt: skip
+        assert name in kept
+    assert set(kept["rmse"]["heldout"]) == {"base", "final"}
+
+
+def test_values_of_the_last_model_have_intervals_and_their_errors_correlations(told):
+    diagnosis, made = told
+    final = diagnosis.ladder.final
+    assert made.values
+    for each in made.values:
+        assert each.low <= final.named()[each.name] <= each.high
+        assert each.lower <= each.value <= each.upper
+    together = np.array(made.correlations)
+    assert together.shape == (len(made.values),) * 2
+    np.testing.assert_allclose(np.diag(together), 1.0, atol=1e-6)
+    assert np.all(np.abs(together) <= 1.0 + 1e-6)
 
 
 def test_the_schema_in_the_documents_is_that_of_the_code():

@@ -10,6 +10,7 @@ import pytest
 from hidden import EXACT, challenge, first_of, measurement
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import block_diag
 
 from tissue_probe.diagnosis.evidence.adequacy import (
     EVEN,
@@ -48,6 +49,9 @@ def fit(effects, misfit, ratio=1.0):
             composition=made.composition.plus(effect),
             entries=(*made.entries, *effect.parameters),
             values=np.append(made.values, [each.default for each in effect.parameters]),
+            covariance=block_diag(
+                made.covariance, *((1e-3 * each.default) ** 2 for each in effect.parameters)
+            ),
             unknowns=made.unknowns + len(effect.parameters),
         )
     scale = ratio / made.ratio
@@ -147,7 +151,10 @@ def test_models_that_are_the_same_function_of_the_record_are_equally_probable():
     """However many values each has to learn: the record tells nothing between them."""
     lag, branch = fit("force_lag", 5000.0), fit("standard_linear_solid", 5000.0)
     assert posterior(unexplained(), [lag, branch]).probabilities[0] > 0.95
-    branch = replace(branch, exhausted=("tip_mass",))  # as many values tell it as the lag
+    doubt = branch.covariance.copy()
+    place = branch.names.index("damping")  # none is as likely: as many values as of the lag
+    doubt[place, place] = branch.values[place] ** 2
+    branch = replace(branch, covariance=doubt)
     more = fit("generalized_maxwell", 5001.0)  # contains the branch
     told = posterior(unexplained(), [lag, branch, more])
     assert set(told.models[:2]) == {lag, branch}

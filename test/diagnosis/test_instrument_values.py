@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tissue_probe as tp
-from tissue_probe.diagnosis.inspection.contact import is_pressed
+from tissue_probe.diagnosis.inspection.contact import touch_within
 
 pytestmark = pytest.mark.timeout(900)
 
@@ -155,5 +155,5 @@ def test_the_air_is_told_from_contact(seed, drift, depth):
     position = 1e-3 * np.sin(2 * np.pi * 1.1 * time)
     zero = 0.2 + 5e-3 * drift * time + NOISE * random.standard_normal(time.size)
     pressed = 800.0 * np.maximum(position + 2e-4, 0.0)
-    assert not is_pressed(position, zero + pressed, NOISE)
-    assert is_pressed(position, zero + 800.0 * depth * (position + 1e-3), NOISE)
+    assert np.isfinite(touch_within(position, zero + pressed, NOISE))
+    assert np.isinf(touch_within(position, zero + 800.0 * depth * (position + 1e-3), NOISE))

@@ -70,8 +70,15 @@ def test_the_python_of_readme_and_pages_runs(folder, capsys):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("diagnose examples/cyclic.csv --force-polarity compression --starts at-rest", "Missing: "),
-        ("compare examples/testing_machine.csv --force-polarity tension", "decimal commas"),
+        (
+            "diagnose examples/cyclic.csv --rig compliant_probe --force-polarity compression "
+            "--starts at-rest",
+            "Missing: ",
+        ),
+        (
+            "compare examples/testing_machine.csv --rig compliant_probe --force-polarity tension",
+            "decimal commas",
+        ),
         ("map examples/scan.mcap --estimator robust_ekf", "16 of 16 sites measured"),
         (
             "calibrate force 0=examples/weight_0.csv 0.1=examples/weight_0.1.csv "

@@ -49,7 +49,7 @@ async def made():
 
 
 async def with_ladder(desk):
-    desk.asked = Asked(starts="at-rest")
+    desk.asked = Asked(rig="compliant_probe", starts="at-rest")
     opened = [
         await desk.open(EXAMPLES / name, LAYOUT) for name in ("sweep.csv", "sweep_second.csv")
     ]
@@ -205,7 +205,7 @@ def test_effects_of_ones_own_go_up_the_ladder(run, tmp_path):
     file.write_text(OWN)
 
     async def steps(desk):
-        desk.asked = Asked(starts="at-rest")
+        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         found = await desk.take_effects(file)
@@ -255,7 +255,7 @@ def test_a_recording_is_seen_before_any_model_is_fitted(run):
 
 def test_each_effects_curve_is_there_while_others_are_still_tried(run):
     async def steps(desk):
-        desk.asked = Asked(starts="at-rest")
+        desk.asked = Asked(rig="compliant_probe", starts="at-rest")
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         await desk.use(opened.number, None)
         (rung,), pictures, found = desk.rungs, Pictures(desk), {}

@@ -56,7 +56,7 @@ def drag(page, plot, begin: float, end: float) -> None:
 def examples(tmp_path_factory):
     """A server with the two recordings of the sweep."""
     files = (EXAMPLES / "sweep.csv", EXAMPLES / "sweep_second.csv")
-    layout = ("--force-polarity", "compression")
+    layout = ("--force-polarity", "compression", "--rig", "compliant_probe")
     with serving(tmp_path_factory.mktemp("state"), *files, *layout) as found:
         yield found
 
@@ -139,9 +139,24 @@ def test_what_is_missing_is_ranked_added_undone_and_shown_side_by_side(page, tmp
     page.select_option("select[aria-label='Beside it']", "")
     page.keyboard.press("u")
     rungs(page, 1)
-    page.click("[data-add] >> nth=1")
+    page.dblclick("[data-add] >> nth=1")
     rungs(page, 2)
     idle(page)
+    rungs(page, 2)
+    page.click("[data-replace=hertz_contact]")
+    idle(page)
+    last = "[...document.querySelectorAll('.rung')].at(-1).innerText"
+    until(page, f"{last}.includes('hertz_contact')")
+    rungs(page, 2)
+    page.keyboard.press("2")
+    page.hover(".column .plot >> nth=0")
+    with page.expect_download() as download:
+        page.click(".column .plot >> nth=0 >> .save")
+    download.value.save_as(tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
+    page.hover(".column .plot >> nth=0 >> .u-over")
+    until(page, "document.querySelector('.column .readout').innerText.includes('measured')")
+    assert "predicted" in page.inner_text(".column .readout >> nth=0")
     page.keyboard.press("4")
     page.wait_for_selector("text=The next experiment")
     page.keyboard.press("6")
@@ -249,6 +264,54 @@ def test_a_scan_is_mapped_and_a_site_opens_its_recording(page):
     page.wait_for_selector("text=scan.mcap")
 
 
+def test_the_rig_is_asked_first_and_a_refusal_fills_the_stage(open_page, tmp_path):
+    still = tmp_path / "still.csv"
+    rows = [f"{n / 500},{1e-3 + (n % 7) * 1e-12},{(n % 5) / 2}" for n in range(300)]
+    still.write_text("\n".join(["t,u,F", *rows]) + "\n")
+    with serving(tmp_path, still, "--force-polarity", "compression") as server:
+        page = open_page(server.address)
+        page.wait_for_selector("[data-rig]")
+        assert page.locator("[data-rig] svg").count() == 3
+        assert "a testing machine" in page.inner_text("[data-rig=rigid_probe]")
+        page.click("[data-rig=rigid_probe]")
+        page.wait_for_selector("[data-stopped=refusal]")
+        told = page.inner_text("[data-stopped=refusal]")
+        assert "still.csv cannot be fitted as it is" in told
+        assert str(tmp_path) not in page.content()
+        page.click("text=Remove the recording")
+        page.wait_for_selector("[data-stopped]", state="detached")
+        page.close()
+
+
+def test_on_a_telephone_nothing_is_cut_small_or_out_of_reach(examples, open_page):
+    page = open_page(examples.address, (390, 844))
+    rungs_there(page)
+    for stage in "23":
+        page.keyboard.press(stage)
+        page.wait_for_timeout(300)
+        wide = page.evaluate(
+            "Math.max(document.documentElement.scrollWidth, "
+            "document.querySelector('#stage').scrollWidth) - innerWidth"
+        )
+        assert wide <= 0, f"stage {stage} is {wide} pixels too wide"
+        small = page.evaluate(
+            """() => [...document.querySelectorAll("#stage *, .bar *, .rail *")]
+              .filter((each) => each.getClientRects().length && !each.closest(".skip"))
+              .filter((each) => [...each.childNodes].some((one) => one.data?.trim()))
+              .filter((each) => parseFloat(getComputedStyle(each).fontSize) < 12)
+              .map((each) => each.outerHTML)"""
+        )
+        assert small == []
+        off = page.evaluate(
+            """() => [...document.querySelectorAll("button, select, input")]
+              .filter((each) => each.getClientRects().length)
+              .filter((each) => !each.closest(".rail, .ladder"))
+              .filter((each) => each.getBoundingClientRect().right > innerWidth + 1)
+              .map((each) => each.outerHTML)"""
+        )
+        assert off == []
+
+
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (3840, 2160)])
 def test_nothing_is_cut_off_and_everything_has_a_name(examples, open_page, size):
     page = open_page(examples.address, size)
@@ -290,7 +353,7 @@ def test_a_hundred_random_clicks_and_keys_do_no_harm(examples, open_page):
 
 
 def test_a_server_that_is_killed_and_started_again_goes_on(open_page, tmp_path):
-    layout = ("--force-polarity", "compression")
+    layout = ("--force-polarity", "compression", "--rig", "compliant_probe")
     with serving(tmp_path, EXAMPLES / "sweep.csv", *layout) as first:
         page = open_page(first.address)
         rungs_there(page)

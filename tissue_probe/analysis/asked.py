@@ -81,7 +81,7 @@ ITEMS = (
         "How the instrument couples to the tissue; in "
         f"{named(lambda rig: rig.input is FORCE)} the force is the input, and the position is "
         "predicted.",
-        choices=RIG_NAMES, else_=f"that of `model`, else {OWN}", label="rig",
+        choices=RIG_NAMES, else_=f"that of `model`; {OWN} in recordings of this suite", label="rig",
     ),
     Item(
         "tissue", "choice", "The model to begin with.", choices=TISSUE_NAMES,

@@ -224,7 +224,7 @@ def compare(
         if kept := without_corners(fit):
             fit = fit_base(composition, kept, instrument)
             findings += left_out(clean, fit, instrument)
-    notes = list(put.notes_for(fitted))
+    notes = list(put.notes)
     notes += [each.sentence for each in (*findings, *check_fit(fit, fit))]
     named = "" if model is None else str(model) if not isinstance(model, FittedModel) else "given"
     sources = tuple(each.source for each in found)
@@ -258,17 +258,13 @@ def _errors(fit: Fit, model: str) -> list[str]:
     if not output.zeroed:
         share += " about its mean"
     values = f"values held, as in {model}" if model else "values +- 95 % intervals"
-    told = [f"{fit_shown.title(fit)}, {values}:"]
-    for name, value, unit in fit_shown.table(fit):
-        limit = fit_shown.AT_LIMIT if name in fit.exhausted else ""
-        told.append(f"  {name:26s} {value} {unit}{limit}")
+    told = [f"{fit_shown.title(fit)}, {values}:", *fit_shown.lines(fit)]
     told.append(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
     if not model:
         told.append(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
     noise = output.tell(fit.noise, 4)
     told.append(f"  noise floor                {noise} rms: the error that noise alone leaves")
-    told.append(f"  error / noise              {fit.rmse / fit.noise:.3g}")
-    told.append(f"  whitened error / noise     {fit.ratio:.3g}, {fit.counted_too} counted too")
+    told.append(f"  error over noise           {fit_shown.over_noise(fit)}")
     if not fit.converged:
         told.append("  the fit did not settle: take its values for a guess")
     if fit.exhausted:

@@ -109,7 +109,11 @@ class DiagnosisResult:
         return self._answer(None)
 
     def _answer(self, compared: Fit | None) -> Answer:
-        asked = {"prior": dict(self.asked.prior), "asked": self.asked.head}
+        asked = {
+            "prior": dict(self.asked.prior),
+            "asked": self.asked.head,
+            "sentences": words.verdict(self.found),
+        }
         return answer(self.found, compared).model_copy(update=asked)
 
     @property
@@ -274,7 +278,7 @@ def diagnose(
             diagnosis = replace(together, findings=(TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
             taken = [*taken, *tried]
-    notes = (*put.notes_for(fitted), *(finding.sentence for finding in diagnosis.findings))
+    notes = (*put.notes, *(finding.sentence for finding in diagnosis.findings))
     if not add and (other := other_rig(diagnosis, put, taken)):
         notes += (other,)
     sources = tuple(each.source for each in taken)

@@ -43,6 +43,24 @@ def table(fit: Fit) -> list[tuple[str, str, str]]:
     ]
 
 
+def lines(fit: Fit) -> list[str]:
+    """Return a line a value, with its 95 % interval."""
+    return [
+        f"  {name:26s} {value} {unit if unit != '1' else ''}".rstrip()
+        + (AT_LIMIT if name in fit.exhausted else "")
+        for name, value, unit in table(fit)
+    ]
+
+
+def over_noise(fit: Fit) -> str:
+    """Say how many times the noise the error is, and where other errors count as noise besides."""
+    told = f"{fit.rmse / fit.noise:.2f} times the noise"
+    counted = f"{fit.ratio:.2f} times"
+    if told.startswith(counted):
+        return told
+    return f"{told}, {counted} where {fit.counted_too} counts as noise"
+
+
 def parameters(fit: Fit) -> ResultTable:
     """Return every fitted value with its standard deviation and 95 % interval, in SI units."""
     deviations, values = fit.deviations(), fit.named()
@@ -87,14 +105,15 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     """Say what it means that values are at their limit; empty where none is."""
     from tissue_probe.diagnosis.fitting.problem import FARTHEST
 
-    if not any(fit.exhausted for fit in fits):
+    # No mass, and no damping, is what a right model may have.
+    if not any(fit.named()[name] for fit in fits for name in fit.exhausted):
         return ""
     return (
         "At its limit is a value that the samples alone would put beyond: of the rig's constants "
-        f"{FARTHEST:g} standard deviations of the tolerance off, of others where the model ends "
-        "(no mass is negative). If the true value is not there, something is missing in the "
-        "model, or the instrument couples to the tissue in another way (`rig`), or the stated "
-        "tolerance (`constant`) is too small. The interval holds on the inner side only."
+        f"{FARTHEST:g} standard deviations of the tolerance off, of others where the model ends. "
+        "If the true value is not there, something is missing in the model, or the instrument "
+        "couples to the tissue in another way (`rig`), or the stated tolerance (`constant`) is too "
+        "small. The interval holds on the inner side only."
     )
 
 

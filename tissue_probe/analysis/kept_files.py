@@ -7,17 +7,23 @@ from __future__ import annotations
 
 import datetime
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
+from shlex import quote
+from typing import Any
 
+import numpy as np
 import sympy as sp
 from matplotlib.figure import Figure
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis import verdict_in_words as words
+from tissue_probe.analysis.asked import NAMED
 from tissue_probe.analysis.diagnosing import DiagnosisResult
-from tissue_probe.analysis.measurements import Measurements, ReadRecording
+from tissue_probe.analysis.measurements import ReadRecording
+from tissue_probe.analysis.symbols import letter
+from tissue_probe.diagnosis.answer import correlations, values
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import added
@@ -27,37 +33,30 @@ from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model_file import Data, DataFile
-from tissue_probe.quantities import FORCE
+from tissue_probe.quantities import FORCE, engineering
 from tissue_probe.report.contents import (
     Report,
     ReportCandidate,
     ReportExcitation,
     ReportParameter,
+    ReportRig,
     ReportSignals,
     ReportSource,
     ReportStep,
+    ReportSymbol,
 )
 from tissue_probe.report.page import render
 
 #: Samples of a record that the report carries; a longer one is shown from its beginning.
 DRAWN = 8000
+#: Pairs of values that are told, whose errors go together most.
+PAIRS = 6
+#: What is measured and drives, and its unit.
+SIGNALS = {"position": "m", "position_rate": "m/s", "position_acceleration": "m/s^2", "force": "N",
+           "tip_position": "m", "tip_velocity": "m/s", "indentation": "m", "time": "s"}  # fmt: skip
+#: Parameters of a file that are options of another name.
+TOPIC = {"samples_topic": "topic"}
 UNSETTLED = " The fit did not settle."
-#: What the field writes for the symbols that every model has.
-LETTERS = {
-    "tip_position": "x",
-    "tip_velocity": "\\dot{x}",
-    "position": "u",
-    "position_rate": "\\dot{u}",
-    "force": "F",
-    "stiffness": "k",
-    "damping": "\\beta",
-    "tip_mass": "m",
-    "load_cell_stiffness": "k_0",
-    "load_cell_damping": "\\beta_0",
-    "contact_position": "u_0",
-    "force_offset": "F_0",
-    "time": "t",
-}
 
 
 def write(result: DiagnosisResult, folder: Path) -> None:
@@ -91,15 +90,7 @@ def kept_model(result: DiagnosisResult) -> FittedModel:
 
 def write_report(result: DiagnosisResult, path: Path) -> None:
     """Write the report as one page of HTML."""
-    page = report(
-        result.found,
-        result.fitted,
-        result.sources,
-        result.validated,
-        result.wording,
-        result.asked.head,
-    )
-    path.write_text(render(page), encoding="utf-8")
+    path.write_text(render(report(result)), encoding="utf-8")
 
 
 def _rungs(diagnosis: Diagnosis) -> Rungs:
@@ -145,15 +136,11 @@ def story(result: DiagnosisResult) -> Figure:
     return draw_story(verdict.rstrip("."), compared, ranking, _rungs(diagnosis), name)
 
 
-def report(
-    diagnosis: Diagnosis,
-    fitted: Measurements,
-    sources: Sequence[str],
-    validated: Measurements,
-    wording: Callable[[str], str] = str,
-    head: str = "",
-) -> Report:
+def report(result: DiagnosisResult) -> Report:
     """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
+    diagnosis, wording, sources = result.found, result.wording, result.sources
+    fitted, validated = result.fitted, result.validated
+    rig = result.asked.composition.rig
     files = [Path(part.name) for part in fitted.parts]
     ladder = diagnosis.ladder
     base, final = ladder.base, ladder.final
@@ -163,7 +150,11 @@ def report(
     return Report(
         title=f"What the model misses: {', '.join(path.name for path in files)}",
         verdict=diagnosis.verdict,
-        asked=wording(head),
+        asked=wording(result.asked.head),
+        rig=ReportRig(rig.name, f"{rig.summary}; {rig.whose}", rig.drawing),
+        command=command(result),
+        symbols=symbols(final.composition, {entry.name: entry.unit for entry in final.entries}),
+        correlations=_correlations(final),
         summary=tuple(words.verdict(diagnosis)),
         noise_floor=final.noise,
         steps=tuple(
@@ -197,7 +188,7 @@ def report(
         excitations=_next(diagnosis, wording),
         sources=(
             *(_source(part, "fitted") for part in fitted.parts),
-            *(_source(part, "held out") for part in validated.parts),
+            *(_source(part, "second recording") for part in validated.parts),
         ),
         versions={
             "tissue_probe": version("tissue_probe"),
@@ -246,22 +237,72 @@ def equations(composition: Composition) -> tuple[str, ...]:
     return (*lines, f"{measured} = {_latex(model.output)}", *turns)
 
 
+def symbols(composition: Composition, units: Mapping[str, str]) -> tuple[ReportSymbol, ...]:
+    """Return the symbols of a model's equations, those of what is measured first."""
+    model = composition.model
+    expressions = [*model.motion, model.output, *(each.on for each in model.switches)]
+    used = {str(symbol) for each in expressions for symbol in sp.sympify(each).free_symbols}
+    used |= {str(state) for state in model.states}
+    signals = [name for name in SIGNALS if name in used]
+    values = [name for name in units if name in used]
+    rest = sorted(used.difference(signals, values))
+    return tuple(
+        ReportSymbol(letter(name), name.replace("_", " "), SIGNALS.get(name) or units.get(name, ""))
+        for name in (*signals, *values, *rest)
+    )
+
+
+def _correlations(fit: Fit) -> tuple[tuple[str, str, float], ...]:
+    """Return the pairs of values whose errors go together most."""
+    named, rows = values(fit), correlations(fit)
+    pairs = [
+        (letter(named[i].name), letter(named[j].name), rows[i][j])
+        for i in range(len(named))
+        for j in range(i)
+    ]
+    return tuple(sorted(pairs, key=lambda pair: -abs(pair[2]))[:PAIRS])
+
+
+def command(result: DiagnosisResult) -> str:
+    """Return the command line that repeats a diagnosis."""
+    stated = {**result.asked.stated, "add": result.found.ladder.asked and result.effects}
+    words = ["tissue_probe improve", *(quote(part.name) for part in result.fitted.parts)]
+    layouts = {pair: None for part in result.fitted.parts for pair in part.layout}
+    words += [_option(TOPIC.get(name, name), str(value)) for name, value in layouts]
+    words += [_option(name, each) for name, each in _said(stated)]
+    words += [_option("validate", part.name) for part in result.validated.parts]
+    return " ".join(words)
+
+
+def _option(name: str, value: str) -> str:
+    """Write a parameter as the option that states it."""
+    called = (NAMED[name].option or name) if name in NAMED else name
+    option = f"--{called.replace('_', '-')}"
+    return f"{option} {quote(value)}" if value else option
+
+
+def _said(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield parameters with their values, as the command line takes them, each as often."""
+    for name, value in stated.items():
+        if isinstance(value, Mapping):
+            for key, given in value.items():
+                numbers = given if isinstance(given, tuple) else (given,)
+                yield name, f"{key}={'+-'.join(f'{n:g}' for n in numbers)}"
+        elif isinstance(value, (list, tuple)):
+            yield from ((name, str(each)) for each in value)
+        elif value is True:
+            yield name, ""
+        elif value is not None and value is not False:
+            yield name, str(value)
+
+
 def _latex(expression: sp.Expr) -> str:
     """Set an expression with the letters of the field, and words where it has none.
 
     Factors have dots between them: a mere space would not part words from words.
     """
-    names = {symbol: LETTERS.get(str(symbol)) or _words(str(symbol))
-             for symbol in expression.free_symbols}  # fmt: skip
+    names = {symbol: letter(str(symbol)) for symbol in expression.free_symbols}
     return str(sp.latex(expression, symbol_names=names, mul_symbol="dot"))
-
-
-def _words(name: str) -> str:
-    """Set a name such as relaxation_rate_1 upright, its number as an index."""
-    stem, _, number = name.rpartition("_")
-    if not number.isdigit():
-        stem, number = name, ""
-    return f"\\text{{{stem.replace('_', ' ')}}}" + (f"_{{{number}}}" if number else "")
 
 
 def _rung(fit: Fit, before: Fit | None) -> str:
@@ -290,6 +331,9 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
             values[entry.name] + 1.96 * deviations[entry.name],
             "" if entry.unit == "1" else entry.unit,
             entry.name in fit.exhausted,
+            entry.default,
+            entry.lower,
+            entry.upper,
         )
         for entry in fit.entries
         if deviations[entry.name] > 0 and (only is None or entry.name in only)
@@ -309,7 +353,7 @@ def _next(diagnosis: Diagnosis, wording: Callable[[str], str]) -> tuple[ReportEx
         ReportExcitation(
             shown if suggestion.shows else apart,
             command.line if command else "",
-            words.settings(suggestion),
+            words.settings(suggestion, diagnosis.ladder.final.composition.rig),
             tuple(map(wording, command.notes)) if command else (),
         )
     ]
@@ -319,4 +363,20 @@ def _next(diagnosis: Diagnosis, wording: Callable[[str], str]) -> tuple[ReportEx
 
 
 def _source(part: ReadRecording, role: str) -> ReportSource:
-    return ReportSource(Path(part.name).name, role, part.digest()[:16])
+    recording = part.recording
+    period = recording.blocks[0].sample_period if recording.blocks else float("nan")
+    travel, felt = (float(np.ptp(each[np.isfinite(each)])) if len(each) else float("nan")
+                    for each in (recording.position, recording.force))  # fmt: skip
+    return ReportSource(
+        name=Path(part.name).name,
+        role=role,
+        description=" ".join(part.notes),
+        digest=part.digest()[:16],
+        facts=(
+            f"{len(recording)} samples at {1.0 / period:.4g} Hz",
+            f"{period * len(recording):.4g} s",
+            f"travel {engineering(travel, 'm')}",
+            f"force {engineering(felt, 'N')} from least to most",
+            "forces positive in compression, positions into the tissue, after reading",
+        ),
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -26,6 +26,7 @@ from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_
 from tissue_probe.mapping.posterior.results import PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.registration import Registration
+from tissue_probe.mapping.scatter import scatter
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
@@ -47,6 +48,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Read = TypeVar("Read")
+#: Said of a table of sites that does not tell its noise.
+LEARNT = (
+    "k_sd is not given: the scatter of sites about their neighbours, {:.2g} times k, stands for it"
+)
+#: Said of a scan in which no site has a value.
+UNHEARD = (
+    "{}: none of its {} sites has an estimate: no estimator was heard while the probe dwelt there; "
+    "give a filter by `estimator`"
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -288,9 +298,9 @@ def map_sites(
     Parameters
     ----------
     measured : Measurements, path, or table in memory
-        The scan, with its announced sites; or a table with the columns x, y [m], k, k_sd [N/m] and
-        perhaps z [m], t [s] and site, a row a visit of a site; or with other units in their names,
-        such as x_mm.
+        The scan, with its announced sites; or a table with the columns x, y [m], k [N/m] and
+        perhaps k_sd [N/m], z [m], t [s] and site, a row a visit of a site; or with other units in
+        their names, such as x_mm.
     estimators : sequence of str
         Filters to run on the samples of a scan; by default the recorded estimates are taken.
     effects : sequence of path
@@ -357,12 +367,8 @@ def map_sites(
                 f"{table.path} is a table of sites, which has no samples: leave out `estimator`, "
                 "`effects` and `rig`"
             )
-        columns = read_sites(table)
-        z = columns.get("z", np.zeros_like(columns["x"]))
-        sites = Sites(
-            columns["x"], columns["y"], z, columns.get("t"), columns["k"], columns["k_sd"]
-        )
-        return asked(sites, (), None, ())
+        sites, learnt = _sites_of_table(read_sites(table))
+        return asked(sites, (), None, learnt)
     refuse_misnamed_sites(measured)
     parts = measurements_of(measured).parts
     if len(parts) != 1:
@@ -385,7 +391,21 @@ def map_sites(
                 f"{part.name} has no recorded estimates: give a filter by `estimator`"
             )
     results = tuple(palpated(part.recording, estimates).results())
+    if results and not any(each.has_value for each in results):
+        raise ParameterError(UNHEARD.format(part.name, len(results)))
     return asked(sites_of(results), results, recorded_phantom(part.recording), part.notes)
+
+
+def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str, ...]]:
+    """Return the sites of a table, and what was learnt of them, in sentences."""
+    x, y, k = (columns[name] for name in ("x", "y", "k"))
+    z, t = columns.get("z", np.zeros_like(x)), columns.get("t")
+    if "k_sd" in columns:
+        return Sites(x, y, z, t, k, columns["k_sd"]), ()
+    felt = Sites(x, y, z, t, k, np.zeros_like(k)).felt
+    share = scatter(x[felt], y[felt], k[felt])
+    note = LEARNT.format(share)
+    return Sites(x, y, z, t, k, share * np.abs(k)), (note,)
 
 
 def _polygon(corners: Source, parameter: str) -> Polygon:

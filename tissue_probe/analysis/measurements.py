@@ -51,6 +51,8 @@ class ReadRecording:
         Whether this suite recorded it.
     origin : int
         Where its time is zero [ns]: the first sample of a bag, a table's own zero.
+    layout : tuple of pairs
+        What was stated of its signals, by name.
     """
 
     name: str
@@ -59,6 +61,7 @@ class ReadRecording:
     notes: tuple[str, ...]
     is_own: bool = False
     origin: int = 0
+    layout: tuple[tuple[str, Any], ...] = ()
 
     def is_same(self, other: ReadRecording) -> bool:
         """Whether it has the very samples of another: the same file, by whatever path, or a copy.
@@ -258,9 +261,9 @@ def _read_one(source: Source, layout: Layout, progress: Progress, name: str) -> 
         path = Path(source)
         recording, notes, own = read_file(path, layout, progress)
         origin = recording.blocks[0].stamp if is_bag(path) and recording.blocks else 0
-        return [ReadRecording(str(path), path, recording, notes, own, origin)]
+        return [ReadRecording(str(path), path, recording, notes, own, origin, layout.stated)]
     recording, notes = read_columns(columns_in_memory(source, name), layout, progress)
-    return [ReadRecording(name, None, recording, notes)]
+    return [ReadRecording(name, None, recording, notes, layout=layout.stated)]
 
 
 def _told(part: ReadRecording) -> str:

@@ -112,5 +112,5 @@ def promises(
         put.library,
         put.model.values,
     )
-    notes = (*put.notes_for(fitted), *(finding.sentence for finding in findings))
+    notes = (*put.notes, *(finding.sentence for finding in findings))
     return PromiseResult(base, tuple(ranking), notes)

@@ -35,11 +35,9 @@ TISSUE = ("stiffness", "damping")
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
 
-_OTHERS = ", ".join(f"{rig} {rig.whose}" for rig in RIGS.values() if rig is not OWN)
-SUPPOSED = (
-    f"No `rig` is given: this suite's own probe is supposed, {OWN}, {OWN.whose}. Give `rig` "
-    f"{_OTHERS}."
-)
+_EACH = ", or ".join(f"{rig} {rig.whose}" for rig in RIGS.values())
+#: A wrong rig is made up for by effects that are not there, so that none is supposed.
+WHICH_RIG = f"nobody said which rig measured this: give `rig` {_EACH}"
 
 
 class Asked(TypedDict, total=False):
@@ -97,8 +95,7 @@ class Question:
     @property
     def head(self) -> str:
         """The line at the head of every answer: rig, tissue, and all else that was said."""
-        supposed = "" if self.rig_given else " (supposed: nobody gave it)"
-        told = [f"rig {self.composition.rig}{supposed}", f"tissue {self.composition.tissue}"]
+        told = [f"rig {self.composition.rig}", f"tissue {self.composition.tissue}"]
         told += [f"{n} {_written(v)}" for n, v in self.stated.items() if n not in ("rig", "tissue")]
         return f"Asked: {', '.join(told)}."
 
@@ -106,23 +103,21 @@ class Question:
         """Cut measurements into the stretches that are fitted."""
         return segments(measured, self.starts, self.site, self.lowpass, self.course)
 
-    def notes_for(self, measured: Measurements) -> tuple[str, ...]:
-        """Return what to know of the model for these measurements, in sentences.
-
-        Others than this suite's own are seldom of its probe: a wrong rig is made up for by effects
-        that are not there.
-        """
-        own = self.rig_given or all(part.is_own for part in measured.parts)
-        return self.notes if own else (*self.notes, SUPPOSED)
-
     def instrument_for(self, measured: Measurements) -> Instrument:
         """Return the rig's constants as far as they are known for these measurements.
 
         A tip that follows the position exactly has no spring that tells the touch. Where nobody
         says where it is, the zero of others' positions may be anywhere; this suite's is the touch.
+
+        Raises
+        ------
+        ParameterError
+            If these are measurements of others, and nobody said of which rig.
         """
-        supposed = CONTACT_POSITION.name in self.instrument.supposed and not self.model.values
         own = all(part.is_own for part in measured.parts)
+        if not (self.rig_given or own):
+            raise ParameterError(WHICH_RIG)
+        supposed = CONTACT_POSITION.name in self.instrument.supposed and not self.model.values
         led = self.composition.rig.tip_is_position
         zeros = any(effect.zero for effect in self.composition.all_effects)
         return replace(self.instrument, any_zero=supposed and led and not (own or zeros))

@@ -6,14 +6,24 @@ What belongs here: sentences. What does not: the answer for programs (``diagnosi
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from itertools import combinations
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.result_table import probability
+from tissue_probe.diagnosis.answer import correlations, says, values
+from tissue_probe.physics.rigs.constants import CONTACT_POSITION
+from tissue_probe.quantities import engineering
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion
     from tissue_probe.diagnosis.diagnosis import Diagnosis
     from tissue_probe.diagnosis.evidence.conclusion import Ladder
+    from tissue_probe.diagnosis.fitting.fit import Fit
+    from tissue_probe.physics.rigs import Rig
 
 #: Said of samples that the converter spoilt.
 LEFT_OUT = "The samples concerned were left out."
@@ -22,8 +32,9 @@ UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 
 
 def told(diagnosis: Diagnosis) -> list[str]:
-    """Say the verdict, and the command line of the next experiment: a line that can be pasted."""
-    said = verdict(diagnosis)
+    """Say the whole answer, the values of the last model and the next command line in it."""
+    values_of = diagnosis.ladder.base if _names_nothing(diagnosis) else diagnosis.ladder.final
+    said = [*_found(diagnosis), *_values(values_of), *_rest(diagnosis)]
     if diagnosis.command:
         said += ["The next experiment's command line:", diagnosis.command.line]
         said += [f"- {note}" for note in diagnosis.command.notes]
@@ -31,25 +42,84 @@ def told(diagnosis: Diagnosis) -> list[str]:
 
 
 def verdict(diagnosis: Diagnosis) -> list[str]:
-    """Say the verdict in words, a sentence or more each."""
+    """Say the answer in words, a sentence or more each: without values, and without a command."""
+    return [*_found(diagnosis), *_rest(diagnosis)]
+
+
+def _found(diagnosis: Diagnosis) -> list[str]:
+    """Say what is missing, and what the values of each effect mean."""
     said = {
         "adequate": _adequate,
         "missing": _missing,
         "ambiguous": _ambiguous,
         "unexplained": _unexplained,
     }[diagnosis.verdict](diagnosis)
-    said += _caveats(diagnosis)
+    if _names_nothing(diagnosis):
+        return said
+    return [*said, *(f"{name}: {meaning}." for name, meaning in says(diagnosis.ladder).items())]
+
+
+def _names_nothing(diagnosis: Diagnosis) -> bool:
+    """Whether no effect is named, since any would stand for another: depth and time are one."""
+    one_way = any(finding.name == "one_way" for finding in diagnosis.findings)
+    return one_way and diagnosis.verdict == "unexplained" and not diagnosis.ladder.asked
+
+
+def _values(final: Fit) -> list[str]:
+    """Tell the values of a model, a line each."""
+    told = [f"Values of {fit_shown.title(final)}, 95 % intervals:", *fit_shown.lines(final)]
+    return [*told, *filter(None, [fit_shown.exhaustion([final])])]
+
+
+def _rest(diagnosis: Diagnosis) -> list[str]:
+    """Say how large the errors are, what could not be seen, and what to do next."""
+    said = [*_errors(diagnosis), *_caveats(diagnosis)]
+    said += [*_not_apart(diagnosis.ladder.final), *_unseen(diagnosis)]
     if diagnosis.suggestion:
-        said += _advice(diagnosis.suggestion)
+        said += _advice(diagnosis.suggestion, diagnosis.ladder.final.composition.rig)
+    if not diagnosis.validated and diagnosis.verdict in ("adequate", "missing"):
+        said.append(SECOND)
     return said
 
 
-def _advice(suggestion: Suggestion) -> list[str]:
+def _errors(diagnosis: Diagnosis) -> list[str]:
+    """Say how the errors fall from the base to the last model, beside the noise."""
+    base, final = diagnosis.ladder.base, diagnosis.ladder.final
+    tell, second = final.output.tell, bool(diagnosis.validated)
+
+    def fall(error: Callable[[Fit], float]) -> str:
+        before = "" if final is base else f"{tell(error(base))} -> "
+        return f"{before}{tell(error(final))}"
+
+    named = [
+        f"fitted {fall(lambda fit: fit.rmse)}",
+        f"held-out parts {fall(lambda fit: fit.heldout_rmse)}",
+        *([f"second recording {fall(diagnosis.heldout)}"] if second else []),
+    ]
+    other = f" (second recording {tell(diagnosis.validation_noise)})" if second else ""
+    return [f"Errors, rms: {', '.join(named)}; noise {tell(final.noise)}{other}."]
+
+
+def _not_apart(final: Fit) -> list[str]:
+    """Say which values the recording does not tell from one another."""
+    known, together = values(final), np.abs(np.array(correlations(final)))
+    lost = [n for n, each in enumerate(known) if (each.high - each.low) > 2.0 * abs(each.value)]
+    pairs = [
+        f"{known[one].name} and {known[other].name}"
+        for one, other in combinations(lost, 2)
+        if together[one, other] > AS_ONE
+    ]
+    if not pairs:
+        return []
+    told = ", ".join(pairs)
+    return [f"This recording does not tell apart {told}: one makes up for the other."]
+
+
+def _advice(suggestion: Suggestion, rig: Rig) -> list[str]:
     """Say what to record or to calibrate next."""
     said = []
     if suggestion.excitation:
-        told = ", ".join(f"{name} {value}" for name, value in settings(suggestion).items())
-        said.append(f"Next experiment: {told}.")
+        said.append(f"Next experiment: {_motion(suggestion, rig)}.")
         if math.isfinite(suggestion.separation):
             said.append(
                 f"In it the wrong one would leave {suggestion.separation:.3g} times the noise."
@@ -62,10 +132,54 @@ def _advice(suggestion: Suggestion) -> list[str]:
     return said
 
 
-def settings(suggestion: Suggestion) -> dict[str, str]:
+#: Correlation from which on two values are known together only: either is known more than twenty
+#: times as well where the other is stated.
+AS_ONE = 0.999
+#: Said where one recording alone was explained.
+SECOND = (
+    "Next recording: the same specimen, moved otherwise (deeper, faster, or held); given as "
+    "`validate` it tells whether the model carries over."
+)
+#: Said where nothing explains a record whose position was taken to be zero at the touch.
+ZERO_AT_TOUCH = (
+    "The tip was taken to touch near the position's zero. If both were set to zero in contact, or "
+    "before the touch, say where it touches: `constant` contact_position=-0.002+-0.001 (m)."
+)
+#: Said in the place of the nearest effects.
+ONE_WAY = (
+    "None is named: the tip goes one way all the time, so that one that acts in time can stand for "
+    "one that acts with the depth, and the reverse. Unload the tissue as well, or hold."
+)
+#: How each excitation is called, by its settings.
+KINDS = {
+    "sine": "a sine of {frequency:.3g} Hz",
+    "multisine": "sines from {start:.3g} to {stop:.3g} Hz at once, {spacing:.3g} Hz apart",
+    "chirp": "a sweep from {start:.3g} to {stop:.3g} Hz within {duration:.3g} s",
+}
+
+
+def _motion(suggestion: Suggestion, rig: Rig) -> str:
+    """Describe the motion of a suggested experiment to whom it makes: where, how far, how long."""
+    way = float(str(suggestion.excitation["amplitude"]))
+    kind = KINDS[str(suggestion.excitation["kind"])].format_map(suggestion.excitation)
+    about = f"a mean depth of {engineering(suggestion.preload, 'm')}" if suggestion.preload else (
+        "the place of first touch"
+    )  # fmt: skip
+    return (
+        f"{kind}, {engineering(way, 'm')} to either side of {about} {_mover(rig)}, for "
+        f"{suggestion.duration:.3g} s from rest"
+    )
+
+
+def _mover(rig: Rig) -> str:
+    return "at the tip" if rig.tip_is_position else "at the coil"
+
+
+def settings(suggestion: Suggestion, rig: Rig) -> dict[str, str]:
     """Return the settings of a suggested experiment with their units, by name.
 
-    The amplitude is the coil's way; the volts that it takes are in ``Diagnosis.command``.
+    The amplitude is the way of what drives; the volts that a coil takes for it are in
+    ``Diagnosis.command``.
     """
     told = {
         name: f"{value}{UNITS.get(name, '')}"
@@ -75,22 +189,16 @@ def settings(suggestion: Suggestion) -> dict[str, str]:
     amplitude = 1e3 * float(str(suggestion.excitation["amplitude"]))
     return {
         **told,
-        "amplitude": f"{amplitude:g} mm at the coil",
+        "amplitude": f"{amplitude:g} mm {_mover(rig)}",
         "preload": f"{1e3 * suggestion.preload:g} mm",
         "duration": f"{suggestion.duration:g} s from rest",
     }
 
 
 def _adequate(diagnosis: Diagnosis) -> list[str]:
-    final = diagnosis.ladder.final
-    told = f"{final.rmse / final.noise:.2f}"
-    said = (
-        "Adequate: nothing is missing that this recording could show; the error is "
-        f"{told} times the noise"
-    )
-    if (counted := f"{final.ratio:.2f}") != told:
-        said += f", {counted} times where {final.counted_too} counts as noise"
-    return [f"{said}.", *_unseen(diagnosis)]
+    left = fit_shown.over_noise(diagnosis.ladder.final)
+    said = f"Adequate: nothing is missing that this recording could show; the error is {left}"
+    return [f"{said}."]
 
 
 def _unseen(diagnosis: Diagnosis) -> list[str]:
@@ -101,23 +209,21 @@ def _unseen(diagnosis: Diagnosis) -> list[str]:
 
 def _missing(diagnosis: Diagnosis) -> list[str]:
     final = diagnosis.ladder.final
-    told = _fall(diagnosis)
-    if not diagnosis.ladder.steps:
-        told = (
-            f"{LEFT_OUT} On the others the model is adequate: its error is "
-            f"{final.rmse / final.noise:.2f} times the noise."
-        )
-    named = ", ".join(diagnosis.effects)
-    return [f"Missing: {named}{_sure(diagnosis)}. {told}", *_unseen(diagnosis)]
+    named = ", ".join((*diagnosis.spoilt, *_sure(diagnosis.ladder)))
+    if diagnosis.ladder.steps:
+        return [f"Missing: {named}."]
+    return [
+        f"Missing: {named}. {LEFT_OUT} On the others the model is adequate: its error is "
+        f"{fit_shown.over_noise(final)}."
+    ]
 
 
-def _sure(diagnosis: Diagnosis) -> str:
-    """Say how probable the last model is, where that was asked."""
-    ladder = diagnosis.ladder
-    if ladder.asked or not ladder.steps:
-        return ""
-    told = ladder.posterior
-    return f" (probability {probability((1.0 - told.unknown) * told.probabilities[0])})"
+def _sure(ladder: Ladder) -> list[str]:
+    """Name the effects of the last model, each as probable as the table beside has it."""
+    if ladder.asked:
+        return list(ladder.effects)
+    likely = {name: probability(ladder.posterior.effect(name)) for name in ladder.effects}
+    return [f"{name} (probability {each})" for name, each in likely.items()]
 
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
@@ -126,11 +232,9 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
     if models := _open(ladder):
         said += f"One of {', '.join(models)}: this recording cannot tell which. "
     else:
-        left = ladder.final.ratio
-        said += (
-            f"Nearest: {', '.join(diagnosis.effects)}, which leaves {left:.2f} times the noise. "
-        )
-    return [said + _fall(diagnosis), *_unseen(diagnosis)]
+        left = fit_shown.over_noise(ladder.final)
+        said += f"Nearest: {', '.join(diagnosis.effects)}, which leaves {left}."
+    return [said.strip()]
 
 
 def _agreed(ladder: Ladder) -> str:
@@ -162,8 +266,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.fails_elsewhere:
         names = " and ".join(diagnosis.effects)
         model = f"the model with {names}" if names else "the model"
-        told = f"Unexplained: {model} explains this recording, and not the second one."
-        return [f"{told} {_fall(diagnosis)}" if names else told, *_unseen(diagnosis)]
+        return [f"Unexplained: {model} explains this recording, and not the second one."]
     said = "Unexplained: no effect of the library brings the error down to the noise. "
     if diagnosis.ladder.harmonic is not None:
         said = (
@@ -174,23 +277,36 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.ladder.asked:
         said = (
             f"Unexplained: with {', '.join(diagnosis.effects)} more is left than noise; other "
-            f"effects were not tried. {_fall(diagnosis)}"
+            "effects were not tried."
         )
     else:
         said += _nearest(diagnosis)
+        said += _of_zero(diagnosis.ladder.final)
         if diagnosis.ladder.steps:
             unknown = probability(diagnosis.ladder.posterior.unknown)
-            said += f" The probability that no model of the library is right is {unknown}."
+            said += (
+                f" The probability that no model of the library is right is {unknown}; those of "
+                "the effects say which of them help most, and not that one is right."
+            )
     return [said.strip()]
+
+
+def _of_zero(final: Fit) -> str:
+    """Ask where the tip touches, where the model has it touch within its travel of zero."""
+    touch = final.named().get(CONTACT_POSITION.name, math.inf)
+    near = abs(touch) < max(float(each.position.max()) for each in final.measurements)
+    return f" {ZERO_AT_TOUCH}" if near and final.composition.rig.tip_is_position else ""
 
 
 def _nearest(diagnosis: Diagnosis) -> str:
     """Say which effects come nearest where none explains all, if they help at all."""
+    if _names_nothing(diagnosis):
+        return ONE_WAY
     ladder, names = diagnosis.ladder, ", ".join(diagnosis.effects)
     if not ladder.steps:
         return f"In the samples: {names}. {LEFT_OUT}" if diagnosis.spoilt else ""
     if diagnosis.heldout(ladder.final) <= diagnosis.heldout(ladder.base):
-        return f"Nearest: {names}. {_fall(diagnosis)}"
+        return f"Nearest: {names}."
     # Not all of the ranking is tried on a second recording.
     tried = [
         fit
@@ -198,8 +314,8 @@ def _nearest(diagnosis: Diagnosis) -> str:
         if not diagnosis.validated or fit.composition.names in diagnosis.validated
     ]
     if any(diagnosis.heldout(fit) < diagnosis.heldout(ladder.base) for fit in tried):
-        return f"What fits best, {names}, raises the error on held-out data. {_fall(diagnosis)}"
-    return f"No effect lowers the error on held-out data. With {names}: {_fall(diagnosis)}"
+        return f"{names}, which fits best, raises the error on held-out data."
+    return f"No effect lowers the error on held-out data, {names} neither, which fits best."
 
 
 def _caveats(diagnosis: Diagnosis) -> list[str]:
@@ -235,12 +351,3 @@ def _beyond(diagnosis: Diagnosis) -> list[str]:
             "together, to know the values better."
         ]
     return []
-
-
-def _fall(diagnosis: Diagnosis) -> str:
-    base, final = diagnosis.ladder.base, diagnosis.ladder.final
-    before, after, noise = (
-        base.output.tell(error)
-        for error in (diagnosis.heldout(base), diagnosis.heldout(final), base.noise)
-    )
-    return f"The held-out error goes from {before} to {after}; the noise is {noise}."

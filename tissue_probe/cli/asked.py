@@ -127,5 +127,11 @@ def choice(item: Item) -> tuple[Any, Any]:
     return (type_ | None, None) if item.default is None else (type_, type_(item.default))
 
 
-#: All of them, as one value with ``keywords()``.
-Asked = make_dataclass("Asked", map(option, ITEMS), namespace={"keywords": _keywords})
+def _group(name: str, items: Sequence[Item]) -> Any:
+    """Return a class whose value has ``keywords()``."""
+    return make_dataclass(name, map(option, items), namespace={"keywords": _keywords})
+
+
+#: All of them, and all but files, which a page does not name.
+Asked = _group("Asked", ITEMS)
+OfSamples = _group("OfSamples", [each for each in ITEMS if each.kind not in ("file", "files")])

@@ -14,6 +14,7 @@ from tissue_probe.cli.measured import Site, read
 if TYPE_CHECKING:
     from tissue_probe.challenge.grading import Count, Diagnosis, Grade
     from tissue_probe.challenge.measured import Measured
+    from tissue_probe.physics.fitted_model import FittedModel
 
 challenge = typer.Typer(
     no_args_is_help=True,
@@ -169,6 +170,48 @@ def grade_command(
     summarize(marks)
     if json is not None:
         write_marks(json, marks)
+
+
+@challenge.command("open")
+def open_command(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of a recording, such as 0001.")],
+    model: Annotated[
+        Path, typer.Option("--model", metavar="FILE", help="model.yaml that was found for it.")
+    ],
+    answers: Answers = Path("answers.sealed.json"),
+) -> None:
+    """Open the seal of one recording, and show what is true beside what was found."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from tissue_probe.challenge.folder import read_answers
+    from tissue_probe.physics.model_file import load
+
+    sealed = read_answers(answers)
+    if name not in sealed:
+        raise ValueError(f"{answers} has no {name}; it has {', '.join(sealed)}")
+    told, found = sealed[name], load(model)
+    true: dict[str, object] = {**told["tissue"], **told["rig"]}
+    for effect, values in told["parameters"].items():
+        true |= {f"{effect}: {each}": value for each, value in values.items()}
+    table = Table("", "true", "found")
+    table.add_row("effects", ", ".join(told["effects"]) or "none", _named(found))
+    for each in dict.fromkeys((*true, *found.values)):
+        at, doubt = found.values.get(each), found.deviations.get(each, 0.0)
+        told_of = "" if at is None else f"{at:.5g} +- {1.96 * doubt:.2g}"
+        table.add_row(each, _number(true.get(each)), told_of)
+    Console(highlight=False, markup=False).print(table)
+
+
+def _named(found: FittedModel) -> str:
+    return ", ".join(found.composition.names) or "none"
+
+
+def _number(value: object) -> str:
+    """Write a true value; of a simulator's own lists only how many there are."""
+    if isinstance(value, list):
+        return f"{len(value)} values"
+    return f"{value:.5g}" if isinstance(value, (int, float)) else str(value or "")
 
 
 def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:

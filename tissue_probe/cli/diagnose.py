@@ -27,8 +27,8 @@ SHOWN = 8
 NAME = 30  # characters of an effect with its mark up to which it stays on one line
 #: Meaning of the mark before a name.
 UNSETTLED = (
-    "* gave up or did not settle: the search would not come near the best, or near what counts, "
-    "or ran out of steps; the numbers are a guess, no result."
+    "The search gave up for {} effects: it would not come near the best, or ran out of steps. Of "
+    "a model named above, * says so: its numbers are a guess, no result."
 )
 
 
@@ -77,8 +77,9 @@ def diagnose(
     print(with_options(result.asked.head))
     # Units stand in square brackets.
     Console(markup=False, highlight=False).print(ranked(result))
-    if not (result.converged and all(row[-1] for row in result.ranking.rows[:SHOWN])):
-        print(UNSETTLED)
+    gave_up = [row[0] for row in result.ranking.rows if not row[-1]]
+    if gave_up or not result.converged:
+        print(UNSETTLED.format(len(gave_up)))
     print(with_options(result.text))
     if json:
         write_json(json, result.to_dict())
@@ -88,7 +89,7 @@ def ranked(result: DiagnosisResult) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
     from rich.table import Table
 
-    shown = result.ranking.rows[:SHOWN]
+    shown = [row for row in result.ranking.rows if row[-1] or row[0] in result.effects][:SHOWN]
     heads, write = result.ranking.heads[:-1], [column.write for column in result.ranking.columns]
     base = result.ladder.rows[0]
     rows = [_row(("none", "", None, base[2], base[3], result.converged), write)]

@@ -104,8 +104,8 @@ def map_command(
 ) -> None:
     """Map a scan or a table of sites, and what could hide.
 
-    A table of sites has the columns x, y [m], k, k_sd [N/m], and perhaps z [m], t [s] and site, or
-    with other units in their names (x_mm, k [N/mm]).
+    A table of sites has the columns x, y [m], k [N/m] and perhaps k_sd [N/m], z [m], t [s], site,
+    or with other units in their names (x_mm, k [N/mm]).
     The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
     """
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
@@ -124,7 +124,6 @@ def map_command(
         if layout == Layout():
             refuse_misnamed_sites(samples)
         source = measured.read([samples], layout)
-        measured.tell(source.notes)
     result = map_sites(
         source,
         estimators=estimator or [],
@@ -146,6 +145,7 @@ def map_command(
         result.save_ply(ply)
     if report is not None:
         result.report(report)
+    measured.tell(result.notes)
     summarize(result)
     tell_next(result)
     print(f"The map is in {output}.")

@@ -9,10 +9,12 @@ import json
 import math
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.adequacy import adequacy
+from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import added
@@ -24,6 +26,8 @@ Number = Annotated[
 ]
 
 
+#: Half of a 95 % interval, in standard deviations.
+SIDE = 1.96
 #: Models that are less probable are not told.
 WORTH_TELLING = 1e-3
 
@@ -40,6 +44,30 @@ class ParameterValue(_Entry):
     unit: str
     at_limit: bool = Field(
         False, description="its search ended at a bound: the deviation holds on one side"
+    )
+
+
+class Value(ParameterValue):
+    """A value of the last model, with its interval, and where the search for it lay."""
+
+    name: str
+    low: Number = Field(description="lower end of its 95 % interval, same unit")
+    high: Number = Field(description="upper end")
+    start: Number = Field(description="from where the search knew it: stated, or typical")
+    lower: Number = Field(description="bounds of the search")
+    upper: Number
+
+
+class Errors(_Entry):
+    """Errors of the last model, rms [output.unit]."""
+
+    fitted: Number = Field(description="on the samples it was fitted to")
+    heldout: Number = Field(description="on parts of the recording, by a fit to the others")
+    second: Number = Field(description="on the second recording; null without")
+    noise: Number = Field(description="of the samples fitted: what a right model would leave")
+    second_noise: Number = Field(description="of the second recording; null without")
+    over_noise: Number = Field(
+        description="of the second over its noise, else of the fitted; about 1 where it is right"
     )
 
 
@@ -142,7 +170,9 @@ class InstrumentValue(_Entry):
 class Answer(_Entry):
     """What ``compare``, ``diagnose`` and ``improve`` say."""
 
-    version: Literal[1, 2] = Field(2, description="1 has no probabilities")
+    version: Literal[1, 2, 3] = Field(
+        3, description="1 has no probabilities; 3 has sentences, values, says, errors besides"
+    )
     verdict: Verdict
     output: Output
     ranking: list[Candidate] = Field(
@@ -197,6 +227,17 @@ class Answer(_Entry):
     prior: dict[str, float] = Field(
         {}, description="odds of effects or families before the measurement, as they were given"
     )
+    sentences: list[str] = Field(
+        [], description="the answer in words: verdict, effects, errors, what to record next"
+    )
+    values: list[Value] = Field([], description="of the last model")
+    correlations: list[list[Number]] = Field(
+        [], description="of the errors of `values`, in their order"
+    )
+    says: dict[str, str] = Field(
+        {}, description="what the values of each effect of the likely models mean, in few words"
+    )
+    errors: Errors | None = None
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,
@@ -237,8 +278,69 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         findings=[finding.sentence for finding in diagnosis.findings],
         revisions=list(diagnosis.revisions),
         instrument=[_of_instrument(value) for value in diagnosis.instrument],
+        values=values(final),
+        correlations=correlations(final),
+        says=says(ladder),
+        errors=errors(diagnosis),
         seconds=diagnosis.seconds,
         compared=compared and step(compared, compared.heldout_rmse),
+    )
+
+
+def values(fit: Fit) -> list[Value]:
+    """Put the values of a model, but those held, into the layout for programs."""
+    deviations, named = fit.deviations(), fit.named()
+    return [
+        Value(
+            name=e.name,
+            value=named[e.name],
+            deviation=deviations[e.name],
+            unit=e.unit,
+            at_limit=e.name in fit.exhausted,
+            low=named[e.name] - SIDE * deviations[e.name],
+            high=named[e.name] + SIDE * deviations[e.name],
+            start=e.default,
+            lower=e.lower,
+            upper=e.upper,
+        )
+        for e in fit.entries
+        if deviations[e.name] > 0.0
+    ]
+
+
+def correlations(fit: Fit) -> list[list[float]]:
+    """Return the correlations of the errors of ``values``."""
+    deviations = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
+    known = fit.deviations()
+    kept = [n for n, name in enumerate(fit.names) if known[name] > 0.0]
+    spread = np.where(deviations > 0.0, deviations, np.inf)
+    found = fit.covariance / np.outer(spread, spread)
+    rows: list[list[float]] = found[np.ix_(kept, kept)].tolist()
+    return rows
+
+
+def says(ladder: Ladder) -> dict[str, str]:
+    """Return what the values of each effect of the likely models mean, in a few words."""
+    found: dict[str, str] = {}
+    for fit in ladder.rivals or ladder.steps[-1:]:
+        more, named = ladder.posterior.more(fit), fit.named()
+        own = {e.name: e.told(named) for e in fit.composition.effects if e.name in more}
+        found = {**own, **found}
+    return {name: words for name, words in found.items() if words}
+
+
+def errors(diagnosis: Diagnosis) -> Errors:
+    """Put the errors of the last model into the layout for programs."""
+    final = diagnosis.ladder.final
+    second = diagnosis.heldout(final) if diagnosis.validated else math.nan
+    of_second = second / diagnosis.validation_noise
+    return Errors(
+        fitted=final.rmse,
+        heldout=final.heldout_rmse,
+        second=second,
+        noise=final.noise,
+        second_noise=diagnosis.validation_noise,
+        over_noise=of_second if diagnosis.validated else final.rmse / final.noise,
     )
 
 

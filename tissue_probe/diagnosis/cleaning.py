@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.problem import CONTACT
-from tissue_probe.diagnosis.inspection.contact import is_pressed
+from tissue_probe.diagnosis.inspection.contact import touch_within
 from tissue_probe.diagnosis.inspection.disturbances import bridged
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
@@ -96,18 +96,21 @@ def from_touch(
 
 
 def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) -> Instrument:
-    """Return the instrument with the place of touch free where nothing tells it.
+    """Return the instrument with the place of touch as free as the records leave it.
 
-    That is where nobody has said where the position's zero is, and the tip never leaves the tissue.
+    That is where nobody has said where the position's zero is: anywhere, where the tip never leaves
+    the tissue; else as far from zero as no force is felt.
     """
     told = instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
     if told or not instrument.any_zero:
         return instrument
-    pressed = all(
-        is_pressed(each.position[each.used], each.force[each.used], each.noise.own)
+    within = min(
+        touch_within(each.position[each.used], each.force[each.used], each.noise.own)
         for each in measurements
     )
-    return replace(instrument, free_touch=pressed)
+    if not np.isfinite(within):
+        return replace(instrument, free_touch=True)
+    return replace(instrument, constants={**instrument.constants, CONTACT: (0.0, within)})
 
 
 def _inspected(measurement: Measurement) -> tuple[Finding, ...]:

@@ -36,6 +36,7 @@ from tissue_probe.diagnosis.ranking.screen import Promise, screened
 from tissue_probe.diagnosis.revisions.table import FLICKER, observed_with
 from tissue_probe.diagnosis.second_recording import FAR, SecondRecording
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.rigs import OWN
 
 if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
@@ -218,7 +219,7 @@ def diagnose(
         ladder, asked.spoilt, tuple(findings),
         ladder.tied if ladder.alternatives else (), hidden, suggestion,
         second.errors, time.perf_counter() - begun, second.noise,
-        _command(suggestion, asked.measurements), second.uncertainty(ladder.final), own,
+        _command(suggestion, asked), second.uncertainty(ladder.final), own,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
     fails = found.verdict in ("adequate", "missing") and not found.carries_over
@@ -239,7 +240,9 @@ def _unseen(ladder: Ladder, asked: Prepared, instrument: Instrument) -> tuple[st
     if ladder.verdict == "unexplained":
         return ()
     tried = ladder.ranking if ladder.verdict == "adequate" else ()
-    return unseen(ladder.final, asked.library, instrument, asked.composition, tried)
+    hidden = unseen(ladder.final, asked.library, instrument, asked.composition, tried)
+    named = {name for each in ladder.alternatives for name in each}
+    return tuple(name for name in hidden if name not in named)
 
 
 def _hidden_first(ladder: Ladder, hidden: Sequence[str]) -> Ladder:
@@ -261,7 +264,9 @@ def _suggested(
 def _of_fit(ladder: Ladder, second: SecondRecording) -> Iterator[Finding]:
     """Yield the doubts about the last model."""
     doubts = list(check_fit(ladder.base, ladder.final))
-    yield from doubts if doubts or second.measurements else check_held_out(ladder.final)
+    if not (doubts or second.measurements):
+        doubts = list(check_held_out(ladder.final, second.instrument))
+    yield from doubts
     if ladder.curtailed:
         yield CURTAILED
     yield from second.noisier(ladder.final)
@@ -330,13 +335,15 @@ def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Findi
     return ladder, findings
 
 
-def _command(
-    suggestion: Suggestion | None, measurements: Sequence[Measurement]
-) -> DriverCommand | None:
-    """Return what runs an experiment on the suite's own driver, which is of the usual size."""
-    if suggestion is None or not measurements[0].scale.is_usual:
+def _command(suggestion: Suggestion | None, asked: Prepared) -> DriverCommand | None:
+    """Return what runs an experiment on the suite's own driver, which is of the usual size.
+
+    Others' instruments have no such driver, nor its coil.
+    """
+    usual = asked.measurements[0].scale.is_usual and asked.composition.rig is OWN
+    if suggestion is None or not usual:
         return None
-    return driver_command(suggestion, _coil_gain(measurements))
+    return driver_command(suggestion, _coil_gain(asked.measurements))
 
 
 def _coil_gain(measurements: Sequence[Measurement]) -> float:

@@ -13,6 +13,7 @@ import numpy as np
 from tissue_probe.diagnosis.evidence.adequacy import explained
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
+from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.carried import of_specimen
 from tissue_probe.physics.rigs import named
 from tissue_probe.quantities import FORCE
@@ -73,9 +74,9 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
         yield Finding("no_contact", _no_contact(base))
 
 
-def check_held_out(final: Fit) -> Iterator[Finding]:
+def check_held_out(final: Fit, instrument: Instrument) -> Iterator[Finding]:
     """Yield ``held_out`` where no part that is left out tests some of the specimen's values."""
-    specimen = of_specimen(final.composition)
+    specimen = of_specimen(final.composition, instrument)
     if alone := [name for name in final.alone if name in specimen]:
         yield Finding("held_out", HELD_OUT.format(" and ".join(alone)))
 

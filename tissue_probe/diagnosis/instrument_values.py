@@ -62,7 +62,8 @@ class InstrumentValue:
 def instrument_values(fit: Fit, instrument: Instrument) -> tuple[InstrumentValue, ...]:
     """Return the values of the instrument that a fit found."""
     problem = Problem(fit.composition, fit.measurements, instrument)
-    touches = _touches(fit, problem) if instrument.free_touch else []
+    unknown = instrument.any_zero and instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
+    touches = _touches(fit, problem) if instrument.free_touch or unknown else []
     return (*touches, *_of_parts(fit, problem), *_of_channels(fit, problem))
 
 

@@ -238,7 +238,7 @@ def _by_value(
 
     With the problem of these recordings, and the places of the values among all of the first.
     """
-    held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition)))
+    held = np.flatnonzero(np.isin(fit.names, of_specimen(fit.composition, instrument)))
     problem = Problem(moved.composition, moved.measurements, instrument)
     simulated = problem.simulate(moved.values, moved.starts)
     return problem, [each[:, problem.states :][:, held] for _, each in simulated], held

@@ -5,9 +5,9 @@ What belongs here: the user's statements. What does not: reading files by them (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 from tissue_probe.errors import ParameterError
 
@@ -82,6 +82,12 @@ class Layout:
                 raise ParameterError(
                     f"`{one}` and `{other}` are both {stated[one]}: give one of each"
                 )
+
+    @property
+    def stated(self) -> tuple[tuple[str, Any], ...]:
+        """What was said, by name, but for what would be taken anyway."""
+        given = ((each.name, getattr(self, each.name), each.default) for each in fields(self))
+        return tuple((name, value) for name, value, default in given if value != default)
 
     @property
     def force_sign(self) -> float:

@@ -12,7 +12,7 @@ from tissue_probe.recording.units import POSITION_UNITS, STIFFNESS_UNITS, TIME_U
 from tissue_probe.signals import FloatArray
 
 #: Columns that a table of sites has.
-NEEDED = ("x", "y", "k", "k_sd")
+NEEDED = ("x", "y", "k")
 #: These and those that it may have, each with its units.
 _UNITS = {
     **dict.fromkeys(("x", "y"), POSITION_UNITS),
@@ -39,9 +39,9 @@ def refuse_misnamed(columns: Columns) -> None:
     found = find_quantities(columns, _UNITS)
     if {"x", "y"} <= set(found) and "k" not in found and "sequence" not in columns.names:
         raise RecordingError(
-            f"{columns.path} has places, but no k: a table of sites has the columns x, y [m], k, "
-            f"k_sd [N/m], or with another unit in the name (x_mm, k [N/mm]); {columns.has()}; if "
-            "it is a recording, state `position` and `force`"
+            f"{columns.path} has places, but no k: a table of sites has the columns x, y [m], k "
+            "and perhaps k_sd [N/m], or with another unit in the name (x_mm, k [N/mm]); "
+            f"{columns.has()}; if it is a recording, state `position` and `force`"
         )
 
 

@@ -33,6 +33,8 @@ class ReportParameter:
         In words, as ``N s/m``; empty for a pure number.
     at_limit : bool
         Whether the rig's tolerance let it go no farther.
+    start, lower, upper : float
+        Where its search was begun, and its bounds; NaN where not known.
     """
 
     name: str
@@ -42,6 +44,9 @@ class ReportParameter:
     high: float
     unit: str
     at_limit: bool = False
+    start: float = float("nan")
+    lower: float = float("nan")
+    upper: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -158,12 +163,36 @@ class ReportSource:
     role : str
         What it served for, as ``fitted`` or ``held out``.
     description : str
-        Duration, rate, units and polarity as read, and whatever else was assumed.
+        How it was read: columns, units, and all that was assumed.
+    digest : str
+        The begin of its SHA-256.
+    facts : tuple of str
+        Samples, duration, travel, force, signs.
     """
 
     name: str
     role: str
     description: str
+    digest: str = ""
+    facts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ReportRig:
+    """The rig that the models are of: its name, one line on it, and a small picture (SVG)."""
+
+    name: str
+    summary: str
+    drawing: str = ""
+
+
+@dataclass(frozen=True)
+class ReportSymbol:
+    """A symbol of the equations: in LaTeX, its name in words, its unit (empty if none)."""
+
+    symbol: str
+    name: str
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -206,6 +235,14 @@ class Report:
         What the models predict, and all errors are of.
     asked : str
         Rig, tissue, and all else that the user said, in one line.
+    rig : ReportRig or None
+        The rig.
+    command : str
+        The command line that repeats the analysis.
+    symbols : tuple of ReportSymbol
+        Of the last model's equations.
+    correlations : tuple of (str, str, float)
+        Pairs of values of the last model, by their symbols, whose errors go together most.
     """
 
     title: str
@@ -226,6 +263,10 @@ class Report:
     exhaustion: str = ""
     output: Quantity = FORCE
     asked: str = ""
+    rig: ReportRig | None = None
+    command: str = ""
+    symbols: tuple[ReportSymbol, ...] = ()
+    correlations: tuple[tuple[str, str, float], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.steps:

@@ -21,7 +21,6 @@ from tissue_probe.mapping.posterior.results import PosteriorMap, Raster
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.report.numbers import significant
 from tissue_probe.report.page import templates
-from tissue_probe.report.plots import as_html
 from tissue_probe.signals import FloatArray
 
 MILLIMETRES = 1e3
@@ -29,6 +28,13 @@ MILLIMETRES = 1e3
 DRAWN = 0.5
 #: Lines of a boundary: white on black is seen on every colour.
 _LINES = (("black", 4.0), ("white", 1.6))
+#: Plotly's button that uploads the chart would send a patient's data away: it is left out.
+_CONFIG = {
+    "displaylogo": False,
+    "responsive": True,
+    "showSendToCloud": False,
+    "plotlyServerURL": "",
+}
 _DASHES = {"boundary_50": "solid", "boundary_95": "dot"}
 
 
@@ -98,7 +104,9 @@ def _plot(page: MapPage) -> str:
         margin={"l": 60, "r": 40, "t": 50, "b": 50},
         font={"family": "system-ui, sans-serif", "size": 13},
     )  # fmt: skip
-    return as_html(figure)
+    return figure.to_html(
+        full_html=False, include_plotlyjs=False, include_mathjax=False, config=_CONFIG
+    )
 
 
 def _heat(

@@ -5,14 +5,20 @@ What belongs here: filling the template. What does not: what the page says (``co
 
 from __future__ import annotations
 
+import json
+from importlib.resources import files
+from typing import Any
+
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from latex2mathml.converter import convert
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
+from tissue_probe.report import plots
 from tissue_probe.report.contents import Report
 from tissue_probe.report.numbers import interval, significant
-from tissue_probe.report.plots import draw_ladder, draw_signals, draw_where
+
+#: uPlot, of which the package has one copy: the workbench's.
+UPLOT = "workbench/page/vendor"
 
 
 def templates() -> Environment:
@@ -29,7 +35,7 @@ def templates() -> Environment:
 def render(report: Report) -> str:
     """Return a report as HTML.
 
-    Equations are MathML, plots carry their data, Plotly's script is within; the page forbids the
+    Equations are MathML, plots carry their data, their scripts are within; the page forbids the
     browser to load anything (Content-Security-Policy).
 
     Parameters
@@ -38,22 +44,34 @@ def render(report: Report) -> str:
         What the page says.
     """
     environment = templates()
+    factor, unit = plots.unit_of(report)
     environment.filters["significant"] = significant
-    environment.filters["small"] = lambda error: significant(report.output.per_small * error)
+    environment.filters["small"] = lambda error: significant(error / factor)
     environment.filters["display"] = lambda latex: Markup(convert(latex, display="block"))
     environment.filters["inline"] = lambda latex: Markup(convert(latex))
+    environment.filters["data"] = _data
     environment.globals["interval"] = interval
-    plots = {
-        "ladder": Markup(draw_ladder(report)),
-        "signals": [
-            Markup(draw_signals(each, report.noise_floor, report.output)) for each in report.signals
-        ],
-        "where": [
-            Markup(draw_where(each, report.noise_floor))
+    package = files("tissue_probe")
+    script = [f"{UPLOT}/uPlot.js", "report/report.js"]
+    drawn = [
+        {
+            "signals": [plots.signals(each, report.noise_floor, report.output)],
+            "where": plots.where(each, report.noise_floor)
             if each.base_localisation or each.final_localisation
-            else ""
-            for each in report.signals
-        ],
-    }
-    template = environment.get_template("report.html.jinja")
-    return template.render(report=report, plots=plots, plotly=Markup(get_plotlyjs()))
+            else [],
+        }
+        for each in report.signals
+    ]
+    return environment.get_template("report.html.jinja").render(
+        report=report,
+        unit=unit,
+        bars=plots.ladder(report),
+        drawn=drawn,
+        script=Markup("\n".join(package.joinpath(name).read_text("utf-8") for name in script)),
+        style=Markup(package.joinpath(UPLOT, "uPlot.css").read_text("utf-8")),
+    )
+
+
+def _data(values: Any) -> Markup:
+    """Return data as JSON that no page takes for its own marks."""
+    return Markup(json.dumps(values, separators=(",", ":")).replace("<", "\\u003c"))

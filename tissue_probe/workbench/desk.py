@@ -121,6 +121,8 @@ class Desk:
         self.rungs: list[Rung] = []
         self.ranking: Ranking | None = None
         self.map: MapResult | None = None
+        #: Why there is no first rung; None where there is one, or none was wanted.
+        self.refusal: Refused | None = None
         #: Which recording the map is of, and the map's own number.
         self.mapped: tuple[int, int] | None = None
         self.job: Job | None = None
@@ -267,17 +269,34 @@ class Desk:
         if self.fitted is not None and self.file(self.fitted).measured is not None:
             await self.compare()
 
+    @property
+    def wants_rig(self) -> bool:
+        """Whether nobody has said on which rig the chosen recording was measured."""
+        measured = self.files[self.fitted].measured if self.fitted in self.files else None
+        own = measured is None or all(part.is_own for part in measured.parts)
+        return self.asked.rig is None and not own
+
     async def compare(self) -> None:
-        """Fit the model that is asked about to the chosen recording: the first rung."""
+        """Fit the model that is asked about to the chosen recording: the first rung.
+
+        Nothing is fitted before the rig is known; the page asks for it.
+        """
         self._forget_fits()
         self.changed()
         if self.fitted is None:
             raise Refused("open a recording first")
+        if self.wants_rig:
+            return
         arguments = {
             "measured": self.file(self.fitted).measured,
             "asked": self.asked.parameters() | {"effects": self.effects},
         }
-        compared = await self._do("the model is fitted", "compare", arguments)
+        try:
+            compared = await self._do("the model is fitted", "compare", arguments)
+        except Refused as error:
+            self.refusal = error
+            self.changed()
+            raise
         await self._put_up("", compared)
 
     async def add(self, effect: str, after: int | None = None) -> None:
@@ -400,7 +419,7 @@ class Desk:
         return self.rungs[-1]
 
     def _forget_fits(self) -> None:
-        self.rungs, self.ranking = [], None
+        self.rungs, self.ranking, self.refusal = [], None, None
 
     def _next(self) -> int:
         self._count += 1

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.configuration import stock_example
 from tissue_probe.workbench.question import Asked
 
@@ -22,7 +23,7 @@ class Example:
     told: str
     files: tuple[str, ...]
     layout: Mapping[str, str] = field(default_factory=dict)
-    asked: Asked = field(default_factory=lambda: Asked(starts="at-rest"))
+    asked: Asked = field(default_factory=lambda: Asked(rig=OWN_RIG, starts="at-rest"))
 
     @property
     def paths(self) -> list[Path]:

@@ -9,11 +9,10 @@ from dataclasses import field, make_dataclass, replace
 from typing import Any
 
 from tissue_probe.analysis.asked import NAMED, Item
-from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.workbench.refused import Refused
 
-#: What is supposed where a page states nothing.
-SUPPOSED: dict[str, Any] = {"rig": OWN_RIG, "tissue": "kelvin_voigt"}
+#: What is supposed where a page states nothing; of others' recordings the rig is asked for.
+SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
 #: What a page may state, and no file of its machine.
 ITEMS = tuple(each for each in NAMED.values() if each.kind not in ("file", "files"))
 
@@ -62,6 +61,8 @@ def _checked(name: str, value: Any) -> Any:
     if item not in ITEMS:
         raise Refused(f"there is no parameter {name} of a comparison")
     if item.kind == "choice":
+        if value in (None, "") and name not in SUPPOSED and item.default is None:
+            return None
         if value not in item.choices:
             raise Refused(f"`{name}` is {value!r}; give one of {', '.join(item.choices)}")
         return value

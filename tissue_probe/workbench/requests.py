@@ -126,13 +126,19 @@ class Requests:
             number = asked.get("id")
             page.answer(await self._result(number, asked))
         except TissueProbeError as error:
-            page.answer(_refusal(number, error))
+            page.answer(self._refusal(number, error))
         except OSError as error:
-            page.answer(_refusal(number, Refused(sentence(error))))
+            page.answer(self._refusal(number, Refused(sentence(error))))
         except Exception as error:  # a page must not wait for ever
             traceback.print_exc()
             told_all = f"an error of the program itself: {type(error).__name__}: {error}"
-            page.answer(_refusal(number, Refused(told_all)))
+            page.answer(self._refusal(number, Refused(told_all)))
+
+    def _refusal(self, number: Any, error: TissueProbeError) -> str:
+        refused = error if isinstance(error, Refused) else Refused(str(error))
+        sentence = told.without_paths(self.desk, str(refused))
+        answer = {"id": number, "refused": sentence, "fields": refused.fields}
+        return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
 
     async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
         name = str(asked.get("do"))
@@ -202,12 +208,6 @@ class Requests:
             else:
                 path.write_text(before, encoding="utf-8")
             raise Refused(str(error).replace(str(path), name)) from None
-
-
-def _refusal(number: Any, error: TissueProbeError) -> str:
-    refused = error if isinstance(error, Refused) else Refused(str(error))
-    answer = {"id": number, "refused": str(refused), "fields": refused.fields}
-    return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
 
 
 def _request(text: str) -> dict[str, Any]:

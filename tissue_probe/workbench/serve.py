@@ -45,6 +45,7 @@ ENDING = 1
 def serve(
     files: Sequence[Path],
     layout: dict[str, Any],
+    asked: dict[str, Any],
     port: int | None = None,
     browse: bool = True,
     live: bool = False,
@@ -58,6 +59,8 @@ def serve(
         Recordings to open: the first is fitted, the second is held against.
     layout : dict
         How they are read, as ``tissue_probe.read`` takes it.
+    asked : dict
+        What is asked of them, as ``tissue_probe.compare`` takes it.
     port : int, optional
         Where to listen; by default the first that is free.
     browse : bool
@@ -74,7 +77,9 @@ def serve(
     port = listening.getsockname()[1]
     kept = Kept(port)
     token = kept.token()
-    app = _made(files, layout, kept, live, commands)
+    desk = Desk(reading=Workshop(), fitting=Workshop())
+    desk.asked = desk.asked.changed(asked)
+    app = _made(desk, files, layout, kept, live, commands)
     address = f"http://127.0.0.1:{port}/?token={token}"
     config = uvicorn.Config(
         Guard(app, token, port),
@@ -120,10 +125,14 @@ def _listening(port: int | None) -> socket.socket:
 
 
 def _made(
-    files: Sequence[Path], layout: dict[str, Any], kept: Kept, live: bool, commands: bool
+    desk: Desk,
+    files: Sequence[Path],
+    layout: dict[str, Any],
+    kept: Kept,
+    live: bool,
+    commands: bool,
 ) -> Starlette:
-    """Return the application with its desk, which begins with the files, or where it was killed."""
-    desk = Desk(reading=Workshop(), fitting=Workshop())
+    """Return the application of a desk that begins with the files, or where it was killed."""
     requests = Requests(desk, kept.folder, live, commands)
     tell = desk.changed
 

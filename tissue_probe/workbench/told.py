@@ -11,12 +11,14 @@ from typing import Any
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.comparing import ComparisonResult
+from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
 from tissue_probe.workbench.mapped import told_map
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.question import ITEMS
+from tissue_probe.workbench.refused import Refused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
 #: of it: to see what a parameter does it must be moved by more than it is known.
@@ -27,6 +29,9 @@ def choices() -> dict[str, Any]:
     """Return what forms let choose from."""
     return {
         "question": [each._asdict() for each in ITEMS if each.label],
+        "rigs": [
+            {"name": rig.name, "whose": rig.whose, "drawing": rig.drawing} for rig in RIGS.values()
+        ],
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
         "time_unit": [*TIME_UNITS],
@@ -35,8 +40,8 @@ def choices() -> dict[str, Any]:
 
 
 def desk(desk: Desk) -> dict[str, Any]:
-    """Return the whole desk."""
-    return {
+    """Return the whole desk; files by their names, since no page is to know where they lie."""
+    told = {
         "files": [_file(opened) for opened in desk.files.values()],
         "fitted": desk.fitted,
         "second": desk.second,
@@ -46,7 +51,26 @@ def desk(desk: Desk) -> dict[str, Any]:
         "map": _map(desk),
         "own": desk.own,
         "job": job(desk),
+        "wants_rig": desk.wants_rig,
+        "refusal": desk.refusal and _problem(desk.refusal),
     }
+    whole: dict[str, Any] = without_paths(desk, told)
+    return whole
+
+
+def without_paths(desk: Desk, told: Any) -> Any:
+    """Return what is told, with a file's name in the place of its path wherever that stands."""
+    if isinstance(told, str):
+        for opened in desk.files.values():
+            told = told.replace(str(opened.path), opened.name)
+        return told
+    if isinstance(told, dict):
+        return {key: without_paths(desk, value) for key, value in told.items()}
+    return [without_paths(desk, each) for each in told] if isinstance(told, (list, tuple)) else told
+
+
+def _problem(refused: Refused) -> dict[str, Any]:
+    return {"told": str(refused), "fields": refused.fields}
 
 
 def job(desk: Desk) -> dict[str, Any] | None:
@@ -73,7 +97,7 @@ def _file(opened: Opened) -> dict[str, Any]:
         "preview": None,
     }
     if opened.problem is not None:
-        told["problem"] = {"told": str(opened.problem), "fields": opened.problem.fields}
+        told["problem"] = _problem(opened.problem)
     if opened.preview is not None:
         told["preview"] = asdict(opened.preview)
     if opened.measured is not None:
@@ -163,15 +187,18 @@ def _ranking(ranking: Ranking | None) -> dict[str, Any] | None:
             "converged": result.converged,
             "physics": {row["effect"]: row["physics"] for row in _physics(ranking)},
             "rivals": list(result.rivals),
-            "settings": _settings(suggestion) if suggestion and suggestion.excitation else {},
+            "settings": _settings(ranking) if suggestion and suggestion.excitation else {},
         }
     return told
 
 
-def _settings(suggestion: Any) -> dict[str, str]:
+def _settings(ranking: Ranking) -> dict[str, str]:
     from tissue_probe.analysis.verdict_in_words import settings
 
-    return settings(suggestion)
+    result = ranking.result
+    assert result is not None
+    assert result.found.suggestion is not None
+    return settings(result.found.suggestion, result.asked.composition.rig)
 
 
 def _physics(ranking: Ranking) -> list[dict[str, str]]:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import tissue_probe as tp
+from tissue_probe.analysis.choices import OWN_RIG
 from tissue_probe.analysis.passing import from_bytes, to_bytes
 from tissue_probe.signals import FloatArray
 
@@ -63,7 +64,7 @@ def warm_reading(tell: Tell) -> Measurements:
 
 def warm(tell: Tell) -> ComparisonResult:
     """Load what every fit needs; compile what every model has in common."""
-    return tp.compare(warm_reading(tell))
+    return tp.compare(warm_reading(tell), rig=OWN_RIG)
 
 
 def warm_effects(tell: Tell) -> ComparisonResult:

@@ -62,13 +62,23 @@ CALIBRATIONS = {
     "is the load cell's stiffness",
     "added_mass": "let the tip ring down in free air: its frequency gives its mass",
     "structural_mode": "let the tip ring down in free air: a second resonance shows as a beat",
-    "force_drift": "record the force for a minute in free air, with the coil standing still",
-    "tissue_motion": "record the force with the tip on the tissue and the coil standing still",
-    "mains_hum": "record the force with the coil standing still",
+    "force_drift": "record the force for a minute in free air, with nothing moving",
+    "tissue_motion": "record the force with the tip on the tissue and the drive standing still",
+    "mains_hum": "record the force with the drive standing still",
     "force_lag": "let the tip ring down in free air, and compare force with position",
     "channel_delay": "tap the tip on a rigid stop: force and position must break off together",
     "contact_loss": "touch off: go down slowly until the force rises, and set the zero there",
     "adhesion": "touch off and pull back slowly: the force at which the tip comes off",
+}
+
+#: The same where the tip follows the position exactly, and cannot ring.
+LED = {
+    **CALIBRATIONS,
+    "load_cell_stiffness_error": "press the tip on a rigid stop: the force against the position "
+    "is the load cell's stiffness",
+    "added_mass": "weigh what hangs between load cell and tissue",
+    "structural_mode": "move in free air, faster and faster: a resonance shows in the force",
+    "force_lag": "press the tip on a steel spring: force and position must turn together",
 }
 
 
@@ -136,7 +146,7 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
 
     Where each could follow the best, being faint, one of the others may be what is to be found.
     """
-    stated, known = _constants(rivals, instrument), _calibrations(differing(rivals))
+    stated, known = _constants(rivals, instrument), _calibrations(differing(rivals), instrument)
     helps = "; ".join(filter(None, (stated, known)))
     if rivals[0].composition.input is FORCE:
         # The experiments are motions of a coil; which forces another drive can make is not known.
@@ -196,13 +206,14 @@ def _showing(
             best = Suggestion(excitation, preload, duration, np.nan, shows)
     if best is None or not best.shows:
         best = Suggestion({}, 0.0, 0.0, np.nan)
-    helps = _calibrations([name for name in unseen if name not in best.shows])
+    helps = _calibrations([name for name in unseen if name not in best.shows], instrument)
     return replace(best, calibration=helps) if best.shows or helps else None
 
 
-def _calibrations(names: Sequence[str]) -> str:
+def _calibrations(names: Sequence[str], instrument: Instrument) -> str:
     """Say what tells effects by calibrating."""
-    return "; ".join(CALIBRATIONS[name] for name in names if name in CALIBRATIONS)
+    known = LED if instrument.rig.tip_is_position else CALIBRATIONS
+    return "; ".join(dict.fromkeys(known[name] for name in names if name in known))
 
 
 def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Made, _Told]]:

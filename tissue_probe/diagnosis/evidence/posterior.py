@@ -138,6 +138,7 @@ def _possible(
         for names, fit in best.items()
         if not any(names > fewer for fewer in enough)
         and not _is_another(fit, best, base)
+        and not any(_is_nothing(effect, fit) for effect in _effects(fit, base))
         and (second is None or names in second)
     }
     return found or {frozenset(): base}
@@ -218,7 +219,7 @@ def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
     """Make models as probable as the most probable one that are the same function of the record.
 
     Such a twin leaves noise only, and is as likely but for chance. It has no more effects, and no
-    more values that are not at a bound; neither model contains the other. The record tells nothing
+    more values that are off their bounds; neither contains the other. The record tells nothing
     between both, and the number of values that an effect declares says nothing of the tissue. The
     prior odds of the effects still count. A model that contains a twin is no twin.
     """
@@ -244,7 +245,20 @@ def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
         and not _contains(fit, other)
         and not _contains(other, fit)
         and not _at_an_end(fit, base)
-        and fit.learnt <= other.learnt
+        and _told_off_bounds(fit) <= _told_off_bounds(other)
+    )
+
+
+def _told_off_bounds(fit: Fit) -> int:
+    """How many values of a model are off their bounds beyond chance.
+
+    Of a mass that is not there chance decides whether its value ends at zero, or near it.
+    """
+    named, deviations = fit.named(), fit.deviations()
+    by = CHANCE**0.5
+    return sum(
+        0.0 < by * deviations[e.name] < min(named[e.name] - e.lower, e.upper - named[e.name])
+        for e in fit.entries
     )
 
 
@@ -316,6 +330,14 @@ def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool
     ]
     least = evidence(fit, base) - RIVAL
     return any(explained(other) or evidence(other, base) > least for other in others)
+
+
+def _is_nothing(effect: Effect, fit: Fit) -> bool:
+    """Whether every strength of an effect ended where it changes nothing."""
+    strengths, named = effect.parameters[: effect.strengths], fit.named()
+    return bool(strengths) and all(
+        each.name in fit.exhausted and named[each.name] == effect.neutral for each in strengths
+    )
 
 
 def ended_in_limit(effect: Effect, named: Mapping[str, float]) -> bool:

@@ -15,6 +15,8 @@ from tissue_probe.signals import FloatArray
 #: Largest share of noise in what the samples tell of a direction: an interval is then some thirty
 #: times as wide as without noise, and tells that nothing is known.
 MOSTLY = 0.95
+#: What the samples tell in a direction, over what they tell in the best: less is rounding.
+LEAST = 1e-12
 
 
 def covariance(problem: Problem, point: Point) -> FloatArray:
@@ -31,7 +33,8 @@ def covariance(problem: Problem, point: Point) -> FloatArray:
     scale = np.outer(root, root)
     found = _by_noise(problem, point)
     if found is None:
-        inverse = np.linalg.pinv(point.normal[place] / scale, rcond=1e-12, hermitian=True)
+        sizes, directions = _told(point.normal[place] / scale)
+        inverse = (directions / sizes) @ directions.T
     else:
         noise, pull = found
         inverse = _without(point.normal[place] / scale, noise[place] / scale)
@@ -47,6 +50,17 @@ def free(problem: Problem, point: Point) -> np.ndarray:
     return told[(told >= q) | problem.free[np.minimum(told, q - 1)]]
 
 
+def _told(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how much the samples tell in each direction, and the directions.
+
+    Where they tell nothing that is not the arithmetic's, nothing is known: the variance there is as
+    large as can be told beside the others. Two values of which one makes up for the other have such
+    a direction.
+    """
+    sizes, directions = np.linalg.eigh(normal)
+    return np.maximum(sizes, LEAST * sizes[-1]), directions
+
+
 def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     """Return the inverse of a normal matrix in which noise has a share.
 
@@ -54,9 +68,8 @@ def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     is too small by as much, and the gradient varies by 1 + s (W. Fuller, Measurement Error Models
     (1987), section 1.2).
     """
-    sizes, directions = np.linalg.eigh(normal)
-    kept = sizes > 1e-12 * sizes[-1]
-    whiten = directions[:, kept] / np.sqrt(sizes[kept])
+    sizes, directions = _told(normal)
+    whiten = directions / np.sqrt(sizes)
     shares, turned = np.linalg.eigh(whiten.T @ noise @ whiten)
     shares = np.clip(shares, 0.0, MOSTLY)
     basis = whiten @ turned

@@ -17,13 +17,16 @@ LOWEST = 0.1
 #: Times the noise by which the force varies there at least in contact: of the fewest samples that
 #: are asked, noise alone does so in less than one of ten million.
 VARIES = 2.0
+#: Share of the travel up to which positions are one but for rounding (single precision).
+ROUNDED = float(np.finfo(np.float32).eps)
 
 
-def is_pressed(position: FloatArray, force: FloatArray, noise: float) -> bool:
-    """Return whether the tip is in the tissue throughout, and how deep nothing in the record tells.
+def touch_within(position: FloatArray, force: FloatArray, noise: float) -> float:
+    """Return how far from the position's zero the tip may touch first [m].
 
     In the air the force is its zero, which may drift, and the noise. Where the force comes to zero
-    at the position's zero, the tip touches there.
+    at the position's zero, the tip touches there, or where the force is told from zero: slack is
+    taken up before. It is infinite where the tip is in the tissue throughout.
 
     Parameters
     ----------
@@ -36,7 +39,8 @@ def is_pressed(position: FloatArray, force: FloatArray, noise: float) -> bool:
     there = position <= lowest + LOWEST * travel
     unloaded = position[there & (np.abs(force) <= FELT * noise)]
     if unloaded.size and lowest <= LOWEST * travel and unloaded.max() >= 0.0:
-        return False
-    if np.count_nonzero(there) < FEWEST:
-        return True
-    return float(np.std(without_line(force[there]))) > VARIES * noise
+        slack = float(unloaded.max())
+        return slack if slack > ROUNDED * travel else 0.0
+    few = np.count_nonzero(there) < FEWEST
+    pressed = few or np.std(without_line(force[there])) > VARIES * noise
+    return np.inf if pressed else 0.0

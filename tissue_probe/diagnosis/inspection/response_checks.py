@@ -58,6 +58,14 @@ def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
             )
 
 
+#: Samples a cycle from which on the noise of a sine without any is told to less than a tenth of it.
+LEAST_A_CYCLE = 6.0
+FEW_A_CYCLE = (
+    "The motion has {:.2g} samples a cycle, which do not tell it from noise, nor whether force and "
+    "position belong together in time: sample at {:.3g} Hz or more, or excite more slowly."
+)
+
+
 def check_response(
     position: Channel,
     force: Channel,
@@ -67,9 +75,28 @@ def check_response(
 ) -> Iterator[Finding]:
     """Yield what is wrong between the channels.
 
-    ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``. The record is
-    ``times`` slower than usual.
+    ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``; ``few_a_cycle`` in
+    the place of what so few samples cannot tell. The record is ``times`` slower than usual.
     """
+    cycle = _cycle(position)
+    for found in _response(position, force, sample_period, times, drives):
+        if found.fatal and cycle < LEAST_A_CYCLE:
+            rate = LEAST_A_CYCLE / (cycle * sample_period)
+            yield Finding("few_a_cycle", FEW_A_CYCLE.format(cycle, rate), fatal=True)
+            return
+        yield found
+
+
+def _cycle(position: Channel) -> float:
+    """Return how many samples a cycle of the strongest oscillation has."""
+    values = position.values - position.values.mean()
+    strongest = int(np.argmax(np.abs(np.fft.rfft(values * np.hanning(values.size)))))
+    return values.size / max(strongest, 1)
+
+
+def _response(
+    position: Channel, force: Channel, sample_period: float, times: float, drives: Quantity
+) -> Iterator[Finding]:
     yield from _check_units(position, force)
     if np.std(force.values) < 1.3 * force.noise:
         yield Finding(

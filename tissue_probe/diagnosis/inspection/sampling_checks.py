@@ -27,6 +27,19 @@ PER_CYCLE = 8.0
 SUDDEN = 5.5
 """A jump is so many times the root mean square of a channel's changes: no chance makes such."""
 
+BLOCKS, RESTS = 50, 0.1
+"""Pieces in which the way is looked at; a position rests in a piece that goes by less than a tenth
+of the mean way, and goes one way that rests in no more than a tenth of them."""
+
+ONE_WAY = (
+    "The tip goes one way all the time: how the force grows with the depth, and how it changes in "
+    "time, look alike here. Go back as well, or hold, to tell them apart."
+)
+
+UNEVEN = 0.1
+"""Share of a ramp's moves that rounding makes uneven at least, unless its speed is a whole number
+of steps a sample to half of this share."""
+
 FEWEST_STEPS = 1000.0
 """Encoder steps in the whole travel below which they show in the force.
 
@@ -60,7 +73,8 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
 def check_sampling(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
     """Yield what is wrong with a channel by itself.
 
-    ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``.
+    ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``,
+    ``one_way``.
     """
     for channel, cause in ((position, "the encoder"), (force, "the load cell")):
         if channel.span == 0.0:
@@ -82,6 +96,16 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
         return
     yield from _check_rate(position, sample_period)
     yield from _check_encoder(position)
+    if _goes_one_way(position):
+        yield Finding("one_way", ONE_WAY)
+
+
+def _goes_one_way(position: Channel) -> bool:
+    """Whether the position goes on in one direction, without rests that would tell time alone."""
+    blocks = np.array_split(position.values, min(BLOCKS, position.values.size))
+    ways = np.diff([block.mean() for block in blocks]) / position.span
+    going = np.abs(ways) > RESTS / BLOCKS
+    return bool(abs(np.sign(ways) @ going) == going.sum() > (1.0 - RESTS) * ways.size)
 
 
 def _stands_still(position: Channel, force: Channel) -> bool:
@@ -140,9 +164,20 @@ def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
         )
 
 
+def _goes_evenly(position: Channel) -> bool:
+    """Whether the steps are those of an even motion: hardly a move is longer than the one before.
+
+    Rounding makes the moves of a ramp uneven: it is not a whole number of steps from one sample to
+    the next.
+    """
+    moves = np.abs(np.diff(position.values))
+    uneven = np.abs(np.diff(moves)) > 0.5 * position.step
+    return bool(np.count_nonzero(uneven) < UNEVEN * np.count_nonzero(moves))
+
+
 def _check_encoder(position: Channel) -> Iterator[Finding]:
     steps = position.span / position.step if position.step else np.inf
-    if steps < FEWEST_STEPS:
+    if steps < FEWEST_STEPS and not _goes_evenly(position):
         yield Finding(
             "coarse_encoder",
             f"The position comes in steps of {position.step:.3g} m, {steps:.0f} of them in the "

@@ -32,6 +32,9 @@ DRIFT = 3
 #: The end of that course is sought first in the means of so many spans, so to a thousandth of the
 #: way. The first sample that feels the tissue is then sought in all samples.
 BLOCKS = 1000
+#: Relative size from which on a direction of the normal equations is more than their rounding, the
+#: root of which is that of the polynomials.
+ROUNDED = 1e-12
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def _first_way(position: FloatArray, back: float) -> int:
 
 def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
     """Find a touch before a sample."""
-    changed = _change(force[:until])
+    changed = _change(position[:until], force[:until])
     if changed is None:
         return None
     time = np.arange(until) / changed
@@ -128,25 +131,44 @@ def _zero(force: FloatArray, noise: float) -> float:
     return zero if abs(zero) > FELT * doubt else 0.0
 
 
-def _change(force: FloatArray) -> int | None:
-    """Return the sample at which two courses, each a polynomial in time, part best."""
+def _change(position: FloatArray, force: FloatArray) -> int | None:
+    """Return the sample at which two courses part best: a polynomial in time, then in the way.
+
+    In the air the zero drifts in time; in contact the force goes by how deep the tip is, whether
+    its way there is even or not.
+    """
     each = max(1, force.size // BLOCKS)
-    means = force[: force.size // each * each].reshape(-1, each).mean(axis=1)
-    count = means.size
+    count = force.size // each
     if count < 2 * FEWEST:
         return None
-    basis = legvander(np.linspace(-1.0, 1.0, count), DRIFT)
-    grams = np.cumsum(basis[:, :, None] * basis[:, None, :], axis=0)
-    sides = np.cumsum(basis * (means - means.mean())[:, None], axis=0)
+    means, way = (
+        signal[: count * each].reshape(-1, each).mean(axis=1) for signal in (force, position)
+    )
+    means -= means.mean()
+    air = _sums(np.linspace(-1.0, 1.0, count), means)
+    tissue = _sums(2.0 * (way - way.min()) / (np.ptp(way) or 1.0) - 1.0, means)
     at = np.arange(FEWEST - 1, count - FEWEST)
-    explained = _explained(grams[at], sides[at])
-    explained += _explained(grams[-1] - grams[at], sides[-1] - sides[at])
+    explained = _explained(*(each[at] for each in air))
+    explained += _explained(*(each[-1] - each[at] for each in tissue))
     return (int(at[np.argmax(explained)]) + 1) * each
 
 
+def _sums(over: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the running sums of the normal equations of a polynomial over -1 to 1."""
+    basis = legvander(over, DRIFT)
+    return (
+        np.cumsum(basis[:, :, None] * basis[:, None, :], axis=0),
+        np.cumsum(basis * values[:, None], axis=0),
+    )
+
+
 def _explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
-    """Return the sums of squares that the best of linear models explain."""
-    return np.einsum("ni,ni->n", sides, np.linalg.solve(grams, sides[..., None])[..., 0])
+    """Return the sums of squares that the best of linear models explain.
+
+    A tip at rest tells nothing of the way: what is not told counts as no slope.
+    """
+    inverse = np.linalg.pinv(grams, rcond=ROUNDED, hermitian=True)
+    return np.einsum("ni,nij,nj->n", sides, inverse, sides)
 
 
 def _slope(position: FloatArray, force: FloatArray) -> tuple[float, float]:

@@ -31,7 +31,13 @@ from tissue_probe.diagnosis.ranking.candidate import (
     is_settled,
 )
 from tissue_probe.diagnosis.ranking.rules import added, in_limit
-from tissue_probe.diagnosis.ranking.starts import begin_states, from_touch, pressed_in, start_values
+from tissue_probe.diagnosis.ranking.starts import (
+    begin_states,
+    from_touch,
+    of_first_parts,
+    pressed_in,
+    start_values,
+)
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -192,6 +198,8 @@ def _begun(base: Fit, forms: Sequence[Effect], instrument: Instrument) -> list[C
     look, values = Look.at(base, instrument), [base.named()]
     if any(form.changes_contact for form in forms):
         values += [*pressed_in(base, instrument), *from_touch(base, instrument)]
+    if any(form.of_part for form in forms):
+        values += of_first_parts(base, instrument)
     candidates = [Candidate(base, form, instrument, look, values) for form in forms]
     for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
         candidate.begun = begun

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 FOLLOWED = 2
 
 
-def of_specimen(composition: Composition) -> list[str]:
+def of_specimen(composition: Composition, instrument: Instrument) -> list[str]:
     """Name the values of a model that are the same in every run and part."""
-    own = of_run(composition) | of_part(composition)
+    own = of_run(composition) | of_part(composition) | {*instrument.of_run}
     return [name for name in composition.kernel.values if name not in own]
 
 
@@ -62,16 +62,28 @@ def carried(
     instrument : Instrument
         What is known of the rig.
     """
-    held = {name: named[name] for name in of_specimen(composition)}
+    held = {name: named[name] for name in of_specimen(composition, instrument)}
     problem = Problem(composition, measurements, instrument, held)
-    values = start_values(problem, named, None, {})
-    starts = [begun.mean for begun in problem.begin(values)]
-    best = started_anew(problem, search(problem, values, starts))
+    best = None
+    # A constant of the run is as in the other one, or where it would be without that.
+    for known in (named, held) if instrument.of_run else (named,):
+        values = start_values(problem, _with_nominal(problem, known), None, {})
+        starts = [begun.mean for begun in problem.begin(values)]
+        found = started_anew(problem, search(problem, values, starts))
+        if found is not None and (best is None or found.cost < best.cost):
+            best = found
     if best is not None:
         for number in range(problem.runs.count):
             for effect in composition.all_effects:
                 best = _at_instants(problem, best, effect, number)
     return best
+
+
+def _with_nominal(problem: Problem, known: Values) -> Values:
+    """Return values, and of constants that are not among them the nominal ones."""
+    constants = problem.instrument.constants
+    nominal = zip(problem.runs.names, map(float, problem.nominal), strict=True)
+    return {**{name: value for name, value in nominal if name in constants}, **known}
 
 
 def _at_instants(problem: Problem, best: Fit, effect: Effect, number: int) -> Fit:

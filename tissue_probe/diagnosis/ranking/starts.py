@@ -66,6 +66,23 @@ def from_touch(base: Fit, instrument: Instrument) -> list[Values]:
     return [] if fit is None else [fit.named()]
 
 
+def of_first_parts(base: Fit, instrument: Instrument) -> list[Values]:
+    """Return the values of a fit to the first part of each run, where one has several.
+
+    Parts may differ: a model by which they do not is fitted best by values that are far off.
+    """
+    runs = [each.run or object() for each in base.measurements]
+    first = [m for n, m in enumerate(base.measurements) if runs[n] not in runs[:n]]
+    if len(first) == len(runs):
+        return []
+    problem = Problem(base.composition, first, instrument)
+    nominal = zip(problem.runs.names, map(float, problem.nominal), strict=True)
+    constants = {name: value for name, value in nominal if name in problem.instrument.constants}
+    values = start_values(problem, constants, None, {})
+    fit = search(problem, values, [begun.mean for begun in problem.begin(values)])
+    return [] if fit is None else [fit.named()]
+
+
 def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tuple[Values, Values]]:
     """Yield values known of a model, and with each what may be tried for an effect beside it.
 
@@ -76,9 +93,9 @@ def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tup
     effect : Effect
         What is added.
     known : sequence of mapping of str to float
-        Its values, then those of ``pressed_in``.
+        Its values, then those of fits to a part of the samples: ``pressed_in`` and the others.
     """
-    for each in known if effect.changes_contact else known[:1]:
+    for each in known if effect.changes_contact or effect.of_part else known[:1]:
         reach = extent(base, each, effect)
         tried = list(effect.starts(reach))
         if effect.states and not all(measurement.at_rest for measurement in base.measurements):

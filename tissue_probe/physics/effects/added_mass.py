@@ -16,6 +16,7 @@ ADDED_MASS = Effect(
     name="added_mass",
     family="inertia",
     physics="Tissue, or a forgotten part of the tool, moves along with the tip",
+    says="a mass of {added_mass:kg} moves along",
     parameters=(Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),),
     inertia=MASS,
     starts=starts,

@@ -52,6 +52,7 @@ def _form(attached: Switch, physics: str, forms: tuple[Effect, ...] = ()) -> Eff
         name="adhesion",
         family="contact",
         physics=physics,
+        says="the tissue holds the tip until {pull_off_force:N} pull it off",
         parameters=(Parameter(PULL_OFF, "N", default=0.1, lower=0.0, upper=1e3),),
         contact=TISSUE_FORCE * ATTACHED,
         switches=(attached,),

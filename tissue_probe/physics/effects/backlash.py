@@ -34,10 +34,13 @@ def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
     return [{"backlash_width": values["backlash_width"] * f} for f in (0.5, 0.7, 1.4, 2.0)]
 
 
+_SAYS = "a play of {backlash_width:m}"
+
 _COUPLING = Effect(
     name="backlash",
     family="lost motion",
     physics="A gap in the coupling: no force while coil and tip are within its width",
+    says=_SAYS,
     parameters=_PARAMETERS,
     stretch=(STRETCH - WIDTH / 2) * PUSHES + (STRETCH + WIDTH / 2) * PULLS,
     engaged=PUSHES + PULLS,
@@ -53,6 +56,7 @@ BACKLASH = Effect(
     name="backlash",
     family="lost motion",
     physics="Play in the drive: the load cell's end stands still until the play is taken up",
+    says=_SAYS,
     parameters=_PARAMETERS,
     # The follower moves with the coil while one flank or the other is in touch.
     coil=(FOLLOWER, POSITION_RATE * (PUSHES + PULLS)),

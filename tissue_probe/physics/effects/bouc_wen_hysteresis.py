@@ -22,6 +22,7 @@ def _form(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
         name="bouc_wen_hysteresis",
         family="friction",
         physics="A spring that yields: friction with an elastic displacement before it slides",
+        says="friction of {hysteretic_force:N} that yields over {yield_displacement:m}",
         parameters=(
             Parameter(HYSTERETIC, "N", default=0.05, lower=0.0, upper=1e3),
             # What yields sooner is dry friction, and asks for very short steps.

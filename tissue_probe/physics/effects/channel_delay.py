@@ -25,6 +25,7 @@ CHANNEL_DELAY = Effect(
     name="channel_delay",
     family="timing",
     physics="The force comes later than the position by a constant time",
+    says="the force comes {channel_delay:s} after the position",
     parameters=(Parameter(DELAY, "s", default=5e-4, lower=-MOST_EARLY, upper=LONGEST_DELAY),),
     delay=DELAY,
     starts=starts,

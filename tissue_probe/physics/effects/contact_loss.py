@@ -6,11 +6,13 @@ from tissue_probe.physics.effects.effect import INDENTATION, TISSUE_FORCE, Effec
 
 TOUCHING = sp.Symbol("touching", nonnegative=True)
 PUSHING = sp.Symbol("pushing", nonnegative=True)
+_SAYS = "the tip leaves the tissue"
 
 _NEVER_PULLS = Effect(
     name="contact_loss",
     family="contact",
     physics="The tip leaves the tissue as soon as it would be pulled back",
+    says=_SAYS,
     contact=TISSUE_FORCE * TOUCHING * PUSHING,
     switches=(
         Switch(TOUCHING, INDENTATION, -INDENTATION),
@@ -21,6 +23,7 @@ CONTACT_LOSS = Effect(
     name="contact_loss",
     family="contact",
     physics="The tip leaves the tissue where it comes back to the free surface",
+    says=_SAYS,
     contact=TISSUE_FORCE * TOUCHING,
     switches=(Switch(TOUCHING, INDENTATION, -INDENTATION),),
     forms=(_NEVER_PULLS,),

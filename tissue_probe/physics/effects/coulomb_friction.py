@@ -23,10 +23,13 @@ def near(extent: Extent, values: Mapping[str, float]) -> list[dict[str, float]]:
 
 _STRENGTH = Parameter(FRICTION, "N", default=0.03, lower=0.0, upper=1e3)
 _FORWARD, _BACK = sliding("coulomb", FRICTION)
+_SAYS = "dry friction of {coulomb_force:N}"
+
 _STICKS = Effect(
     name="coulomb_friction",
     family="friction",
     physics="A force against the motion whatever the speed, Fc; the tip sticks where it turns",
+    says=_SAYS,
     parameters=(_STRENGTH,),
     drag=FRICTION * (_FORWARD.symbol - _BACK.symbol),
     moving=_FORWARD.symbol + _BACK.symbol,
@@ -36,6 +39,7 @@ COULOMB_FRICTION = Effect(
     name="coulomb_friction",
     family="friction",
     physics="A force against the motion whatever the speed, Fc tanh(x' / vt)",
+    says=_SAYS,
     parameters=(
         _STRENGTH,
         Parameter(TRANSITION, "m/s", default=1e-3, lower=SHARPEST, upper=2e-2),

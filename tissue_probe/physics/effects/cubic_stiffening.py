@@ -10,6 +10,7 @@ CUBIC_STIFFENING = Effect(
     name="cubic_stiffening",
     family="stiffening",
     physics="A force that grows with the cube of the indentation, k3 x^3",
+    says="the force grows with the cube of the depth, by {cubic_stiffness:N/m^3}",
     parameters=(Parameter(CUBIC, "N/m^3", default=1e8, lower=0.0, upper=1e12),),
     force=CUBIC * INDENTATION**3,
     excludes=("exponential_stiffening", "hertz_contact", "hunt_crossley"),

@@ -14,6 +14,7 @@ import sympy as sp
 from tissue_probe.physics.entry import Entry
 from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.scale import USUAL, Scale
+from tissue_probe.quantities import engineering
 
 TIME = sp.Symbol("time", real=True)
 POSITION, POSITION_RATE = sp.symbols("position position_rate", real=True)
@@ -89,6 +90,16 @@ Starts = Callable[[Extent], Iterable[Mapping[str, float]]]
 
 def _at_default(extent: Extent) -> list[dict[str, float]]:
     return [{}]
+
+
+class _Told(float):
+    """A value that writes itself in the unit that a form asks for."""
+
+    def __format__(self, spec: str) -> str:
+        if spec == "period":
+            return engineering(1.0 / self, "s")
+        known = spec[:1].isalpha()
+        return engineering(float(self), spec) if known else super().__format__(spec)
 
 
 @dataclass(frozen=True)
@@ -179,6 +190,10 @@ class Effect:
         measured.
     assumptions, reference : str
         Where it holds, and where it comes from.
+    says : str
+        What its values mean, in a few words: a form that is filled with them by name, each in its
+        unit (``{coulomb_force:N}``), as the time of a rate (``{relaxation_rate:period}``), or as a
+        number (``{contact_exponent:.2f}``).
     """
 
     name: str
@@ -217,6 +232,7 @@ class Effect:
     zero: str = ""
     assumptions: str = ""
     reference: str = ""
+    says: str = ""
     absolute: bool = field(default=False, repr=False)
     odds: float = field(default=1.0, repr=False)
     scale: Scale = field(default=USUAL, repr=False, compare=False)
@@ -226,6 +242,11 @@ class Effect:
     def plain(self) -> Effect:
         """The effect as it is written here, without its other forms."""
         return replace(self, forms=())
+
+    def told(self, values: Mapping[str, float]) -> str:
+        """Return what the effect with such values says, in a few words; empty where unknown."""
+        named = {each.name: _Told(values[each.name]) for each in self.parameters}
+        return self.says.format_map(named)
 
     def with_odds(self, odds: float) -> Effect:
         """Return the same with other odds, in each of its forms."""

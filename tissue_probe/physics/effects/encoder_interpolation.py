@@ -41,6 +41,7 @@ ENCODER_INTERPOLATION = Effect(
     name="encoder_interpolation",
     family="encoder",
     physics="The position errs periodically with the encoder's grating",
+    says="the position errs with a period of {grating_period:m}",
     parameters=(
         Parameter(SINE, "m", default=5e-7, lower=-2e-5, upper=2e-5),
         Parameter(COSINE, "m", default=5e-7, lower=-2e-5, upper=2e-5),

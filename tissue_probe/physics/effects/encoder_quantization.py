@@ -17,6 +17,7 @@ ENCODER_QUANTIZATION = Effect(
     name="encoder_quantization",
     family="encoder",
     physics="The position is rounded to coarse steps; the true one is smooth between them",
+    says="the position is rounded to {encoder_step:m}",
     parameters=(Parameter(STEP, "m", default=5e-6, lower=0.0, upper=1e-3),),
     rounded=STEP,
     starts=starts,

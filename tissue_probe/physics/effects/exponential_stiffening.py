@@ -19,6 +19,7 @@ def _form(shape: sp.Expr, assumptions: str, forms: tuple[Effect, ...] = ()) -> E
         name="exponential_stiffening",
         family="stiffening",
         physics="A force that grows exponentially with the indentation, a (e^(x/L) - 1 - x/L)",
+        says="the force grows e-fold every {exponential_length:m}",
         parameters=(
             Parameter(STRENGTH, "N", default=0.05, lower=0.0, upper=1e3),
             Parameter(LENGTH, "m", default=1e-3, lower=5e-5, upper=0.1),

@@ -10,6 +10,7 @@ FORCE_BIAS = Effect(
     name="force_bias",
     family="offset",
     physics="A constant is added to the force",
+    says="the force's zero is off by {force_bias:N}",
     parameters=(Parameter(BIAS, "N", default=0.02, lower=-1e3, upper=1e3),),
     output=FORCE + BIAS,
     zero="force_bias",

@@ -17,10 +17,13 @@ def starts(extent: Extent) -> list[dict[str, float]]:
     return [{"drift_time": extent.duration * f} for f in (0.05, 0.2, 0.6)]
 
 
+_SAYS = "the force's zero moves by {force_drift:N/s}"
+
 _SETTLES = Effect(
     name="force_drift",
     family="offset",
     physics="The force's zero moves towards another: a load cell that creeps, or warms up",
+    says=_SAYS,
     parameters=(*_PARAMETERS, Parameter(SETTLING, "s", default=0.4, lower=0.02, upper=1e3)),
     output=FORCE + BIAS - DRIFT * SETTLING * (sp.exp(-TIME / SETTLING) - 1),
     strengths=2,
@@ -33,6 +36,7 @@ FORCE_DRIFT = Effect(
     name="force_drift",
     family="offset",
     physics="The force's zero moves, at a constant rate or towards another zero",
+    says=_SAYS,
     parameters=_PARAMETERS,
     output=FORCE + BIAS + DRIFT * TIME,
     strengths=2,

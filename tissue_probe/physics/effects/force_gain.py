@@ -10,6 +10,7 @@ FORCE_GAIN = Effect(
     name="force_gain",
     family="scale",
     physics="The force reads too high by a share, (1 + e) F",
+    says="the force reads wrong by {gain_error:+.1%}",
     parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.6, upper=1.5),),
     output=(1 + ERROR) * FORCE,
     assumptions="The stiffness that moves the tip is the load cell's nominal one",

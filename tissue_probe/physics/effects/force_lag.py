@@ -23,6 +23,7 @@ FORCE_LAG = Effect(
     name="force_lag",
     family="timing",
     physics="The force passes a first-order low-pass of time constant tau",
+    says="the force lags by {lag_time:s}",
     parameters=(Parameter(LAG, "s", default=1e-3, lower=0.0, upper=1.0),),
     output=FORCE - LAG * _RATE,
     states=(State(LAGGED, _RATE, start=FORCE, spread="none"),),

@@ -53,6 +53,7 @@ GENERALIZED_MAXWELL = Effect(
     name="generalized_maxwell",
     family="relaxation",
     physics="Two springs, each in series with a damper, beside the tissue: two relaxation times",
+    says="it relaxes within {relaxation_rate_1:period} and {relaxation_rate_2:period}",
     parameters=(
         Parameter(K1, "N/m", default=200.0, lower=0.0, upper=1e5),
         Parameter(K2, "N/m", default=200.0, lower=0.0, upper=1e5),

@@ -47,6 +47,7 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         name="hertz_contact",
         family="stiffening",
         physics="The spring's force is k x0 (x / x0)^n in contact (x0 = 1 mm), and none out of it",
+        says="the force grows as depth^{contact_exponent:.2f}",
         parameters=(Parameter(EXPONENT, "1", default=1.5, lower=1.0, upper=3.5),),
         force=STIFFNESS * INDENTATION * (_DEPTH ** (EXPONENT - 1) - 1),
         contact=TISSUE_FORCE * lost,

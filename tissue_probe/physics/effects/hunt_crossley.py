@@ -29,6 +29,7 @@ def _form(depth: sp.Expr, lost: bool, forms: tuple[Effect, ...] = ()) -> Effect:
         name="hunt_crossley",
         family="stiffening",
         physics="A damping that grows with the indentation, b (x / x0)^n x' (x0 = 1 mm)",
+        says="the damping grows as depth^{depth_damping_exponent:.2f}",
         parameters=(
             Parameter(STRENGTH, "N s/m", default=3.0, lower=0.0, upper=1e3),
             Parameter(EXPONENT, "1", default=1.0, lower=0.5, upper=3.0),

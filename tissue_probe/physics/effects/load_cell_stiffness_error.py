@@ -18,6 +18,7 @@ LOAD_CELL_STIFFNESS_ERROR = Effect(
     name="load_cell_stiffness_error",
     family="scale",
     physics="The load cell's spring is stiffer than believed by a share, (1 + e) k0",
+    says="the load cell is stiffer by {load_cell_stiffness_share:+.1%}",
     parameters=(Parameter(ERROR, "1", default=0.05, lower=-0.5, upper=1.0),),
     cell=1 + ERROR,
     near=near,

@@ -18,6 +18,7 @@ MAINS_HUM = Effect(
     name="mains_hum",
     family="mains hum",
     physics="A sine at the mains' frequency is added to the force",
+    says="a hum at {hum_frequency:Hz}",
     parameters=(
         Parameter(SINE, "N", default=0.01, lower=-1e2, upper=1e2),
         Parameter(COSINE, "N", default=0.01, lower=-1e2, upper=1e2),

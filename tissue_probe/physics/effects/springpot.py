@@ -52,6 +52,7 @@ SPRINGPOT = Effect(
     name="springpot",
     family="relaxation",
     physics="A force that follows the fractional derivative of the indentation, c s^a D^a x",
+    says="the force relaxes as time^-{springpot_exponent:.2f}",
     parameters=(
         Parameter(STRENGTH, "N/m s^a", default=50.0, lower=0.0, upper=1e5),
         Parameter(EXPONENT, "1", default=0.3, lower=0.02, upper=0.98),

@@ -38,6 +38,7 @@ STANDARD_LINEAR_SOLID = Effect(
     name="standard_linear_solid",
     family="relaxation",
     physics="A spring k1 in series with a damper k1 / r beside the tissue: it yields at rate r",
+    says="it relaxes within {relaxation_rate:period}, by {relaxing_stiffness:N/m}",
     parameters=(
         Parameter(RELAXING_STIFFNESS, "N/m", default=300.0, lower=0.0, upper=1e5),
         Parameter(RATE, "1/s", default=50.0, lower=1e-4, upper=2e3),

@@ -22,6 +22,7 @@ STIFFNESS_RAMP = Effect(
     name="stiffness_ramp",
     family="time-varying",
     physics="The tissue's stiffness moves from one value to another at a constant rate",
+    says="the stiffness changes by {ramp_change:N/m} within {ramp_duration:s}",
     parameters=(
         Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
         Parameter(BEGIN, "s", default=0.0, lower=-1.0, upper=1e4),

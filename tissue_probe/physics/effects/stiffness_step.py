@@ -33,6 +33,7 @@ STIFFNESS_STEP = Effect(
     name="stiffness_step",
     family="time-varying",
     physics="The tissue's stiffness jumps at one instant",
+    says="the stiffness changes by {step_change:N/m} at {step_time:s}",
     parameters=(
         Parameter(CHANGE, "N/m", default=100.0, lower=-1e5, upper=1e5),
         Parameter(INSTANT, "s", default=1.0, lower=0.0, upper=1e4),

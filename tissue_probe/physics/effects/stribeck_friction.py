@@ -62,10 +62,13 @@ _FORCES = (
     Parameter(BREAKAWAY, "N", default=0.03, lower=0.0, upper=1e3),
 )
 _FORWARD, _BACK = sliding("stribeck", COULOMB + BREAKAWAY)
+_SAYS = "dry friction of {stribeck_coulomb_force:N}, {breakaway_excess:N} more where it breaks away"
+
 _STICKS = Effect(
     name="stribeck_friction",
     family="friction",
     physics="Dry friction that falls from breakaway to Coulomb level; the tip sticks as it turns",
+    says=_SAYS,
     parameters=(*_FORCES, Parameter(STRIBECK, "m/s", default=1e-2, lower=1e-4, upper=1.0)),
     drag=_CURVE * (_FORWARD.symbol - _BACK.symbol),
     moving=_FORWARD.symbol + _BACK.symbol,
@@ -80,6 +83,7 @@ STRIBECK_FRICTION = Effect(
     name="stribeck_friction",
     family="friction",
     physics="Dry friction that falls from breakaway to Coulomb level, (Fc + Fb e^-(v/vs)^2) sign v",
+    says=_SAYS,
     parameters=(
         *_FORCES,
         Parameter(STRIBECK, "m/s", default=1e-2, lower=BLUNTEST, upper=1.0),

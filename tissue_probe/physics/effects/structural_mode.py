@@ -63,6 +63,7 @@ STRUCTURAL_MODE = Effect(
     name="structural_mode",
     family="inertia",
     physics="A mass on a spring and a damper, joined to the tip, resonates",
+    says="a part resonates at {modal_frequency:Hz}",
     parameters=(
         Parameter(MASS, "kg", default=0.005, lower=0.0, upper=1.0),
         Parameter(FREQUENCY, "Hz", default=60.0, lower=LOWEST, upper=HIGHEST),

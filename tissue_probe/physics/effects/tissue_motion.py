@@ -20,6 +20,7 @@ TISSUE_MOTION = Effect(
     name="tissue_motion",
     family="body motion",
     physics="The tissue's surface moves to and fro by itself, at one frequency",
+    says="the tissue moves by itself at {motion_frequency:Hz}",
     parameters=(
         Parameter(SINE, "m", default=1e-4, lower=-0.05, upper=0.05),
         Parameter(COSINE, "m", default=1e-4, lower=-0.05, upper=0.05),

@@ -10,6 +10,7 @@ ZERO_BY_PART = Effect(
     name="zero_by_part",
     family="offset",
     physics="A constant is added to the force, in each part of a run after the first another",
+    says="the force's zero differs from part to part",
     parameters=(Parameter(ZERO, "N", default=0.02, lower=-1e3, upper=1e3),),
     output=FORCE + ZERO,
     of_part=("zero_by_part",),

@@ -69,7 +69,7 @@ def _equations(effects: Sequence[Effect], tissue: Tissue, zero: sp.Expr) -> Mode
 COMPLIANT_PROBE = Rig(
     name="compliant_probe",
     summary="Tip on a load cell that yields, driven by a coil of known displacement",
-    whose="with a load cell that gives way between coil and tip",
+    whose="for a coil that moves the tip through a load cell that gives way (this suite's probe)",
     equations=_equations,
     input=quantities.POSITION,
     # Mass, stiffness and damping are known to 1, 1.5 and 20 %.

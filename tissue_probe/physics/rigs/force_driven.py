@@ -47,7 +47,7 @@ def _equations(effects: Sequence[Effect], tissue: Tissue, zero: sp.Expr) -> Mode
 FORCE_DRIVEN = Rig(
     name="force_driven",
     summary="Tip on which a known force acts, its position measured",
-    whose="where a force drives",
+    whose="where a known force drives the tip, as of a voice coil or shaker",
     equations=_equations,
     input=quantities.FORCE,
     # A force moves an armature of its own, whose mass is not known.

@@ -89,6 +89,8 @@ export function refuse(error, form = null) {
   }
   if (error.cancelled) return;
   const sentence = plain(error.message);
+  // What fills the stage is not said again in the corner.
+  if (!form && told.desk?.refusal?.told === error.message) return;
   const place = form?.querySelector(".problem");
   if (!place) {
     say(sentence);

@@ -46,7 +46,7 @@ function drawLadder(place) {
       },
       h("span", { class: "name" }, number ? `+ ${each.added}` : each.title),
       h("b", { class: "error" }, small(each.rmse, each.output)),
-      h("span", { class: "rest" }, `${short(each.ratio)} × noise${second}`),
+      h("span", { class: "rest" }, `${short(each.rmse / each.noise)} × noise${second}`),
       left, floor,
     );
     return number ? [h("span", { class: "arrow", "aria-hidden": "true" }, "→"), card] : [card];

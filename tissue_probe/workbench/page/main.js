@@ -11,6 +11,7 @@ import { addChosen, missing, rank, step } from "./missing.js";
 import { next } from "./next.js";
 import { open } from "./open.js";
 import { Recorded, recordedFile } from "./recorded.js";
+import { stopped } from "./stopped.js";
 import { take } from "./take.js";
 
 const STAGES = /** @type {const} */ ([
@@ -59,6 +60,11 @@ function show() {
     return;
   }
   if (!rung()) {
+    const instead = stopped();
+    if (instead) {
+      stage.replaceChildren(instead);
+      return;
+    }
     const file = recordedFile();
     if (stage.firstElementChild !== (file ? recorded.element : nothing)) stage.replaceChildren(file ? recorded.element : nothing);
     if (file) recorded.set(file);

@@ -1,6 +1,6 @@
 // Missing: which effect the model lacks. The ranking while it is computed, its curves, Add and undo.
 
-import { act, explain, on, plain, rung, rungOf, shown, told } from "./app.js";
+import { act, explain, go, on, plain, rung, rungOf, shown, told } from "./app.js";
 import { fill, h, worded } from "./elements.js";
 import { short, small } from "./numbers.js";
 import { own } from "./own.js";
@@ -18,12 +18,13 @@ export function missing() {
     const ranking = told.desk?.ranking, base = rungOf(ranking?.rung) ?? rung();
     if (!base) return;
     fill(head, heading(ranking, base, trying()));
-    const rows = rowsOf(ranking);
-    fill(table, rows.length > 0 && ranked(rows, base, ranking, all ? rows.length : FIRST),
-      rows.length > FIRST && !all && h("button", { type: "button", class: "tiny", onclick: () => {
+    const rows = rowsOf(ranking), settled = rows.filter((row) => row.converged !== false);
+    const few = settled.slice(0, FIRST), more = rows.length - few.length;
+    fill(table, rows.length > 0 && ranked(all ? rows : few, base, ranking),
+      more > 0 && !all && h("button", { type: "button", class: "tiny", onclick: () => {
         all = true;
         draw();
-      } }, `All ${rows.length} effects`));
+      } }, `All ${rows.length} effects${rows.length > settled.length ? `; the search gave up for ${rows.length - settled.length}` : ""}`));
   };
   for (const kind of ["desk", "job", "rung", "effect"]) on(kind, draw);
   return element;
@@ -39,7 +40,7 @@ export function addChosen() {
   const { ranking } = told.desk ?? {};
   const rows = rowsOf(ranking);
   const chosen = rows.find((row) => row.effect === shown.effect) ?? rows[0];
-  if (chosen) add(chosen.effect, ranking);
+  if (chosen && !has(chosen.effect)) add([chosen.effect]);
 }
 
 /** @param {number} by */
@@ -50,14 +51,28 @@ export function step(by) {
   explain(rows[Math.min(Math.max(at + by, 0), rows.length - 1)].effect);
 }
 
+/** Whether effects are being added: a second click does not add them again. */
+let adding = false;
+
 /**
- * @param {string} effect
- * @param {any} ranking
+ * Add effects one after the other.
+ * @param {string[]} effects
+ * @param {number} [after] the rung that they are to stand on; those above it are taken down
  */
-function add(effect, ranking) {
-  const after = rungOf(ranking?.rung)?.number;
+async function add(effects, after) {
+  if (adding) return;
+  adding = true;
   shown.rung = null;
-  act("add", { effect, after });
+  for (const effect of effects) {
+    if ((await act("add", { effect, after })) === undefined) break;
+    after = undefined;
+  }
+  adding = false;
+}
+
+/** Whether the last model of the ladder has an effect. @param {string} effect */
+function has(effect) {
+  return told.desk.rungs.some((/** @type {any} */ each) => each.added === effect);
 }
 
 /**
@@ -68,23 +83,30 @@ function add(effect, ranking) {
 function heading(ranking, base, running) {
   const begin = h("button", { type: "button", class: running ? "" : "main", disabled: running, "data-key": "rank", title: "Try every effect (r)", onclick: rank },
     ranking?.done ? "Rank again" : running ? "Ranking …" : "Find what is missing");
-  const last = told.desk.rungs.at(-1);
   const answer = ranking?.answer;
+  const named = (answer?.effects ?? []).filter((/** @type {string} */ effect) => rungOf(ranking?.rung) && !has(effect));
   return [
     h("div", { class: "row spread" }, h("h2", {}, `Beside ${base.title}`), begin),
     !ranking && h("p", { class: "soft" }, "Every effect of the library is added to the last model of the ladder and fitted. The best is named if it explains the error, and if no other explains it as well."),
-    ranking?.done && h("div", { class: "verdict" }, verdict(ranking.text).map((line) => h("p", {}, line))),
-    ranking?.done && last.number !== ranking.rung && rungOf(ranking.rung) &&
-      h("p", { class: "small soft" }, "Add puts its effect beside that model again; to go on from the last one, rank again."),
+    ranking?.done && h("div", { class: "verdict" }, verdict(answer.sentences).map((line) => h("p", {}, line))),
+    named.length > 1 && answer.verdict === "missing" &&
+      h("button", { type: "button", "data-key": "all", onclick: () => add(named) }, `Add ${named.map(worded).join(" and ")}`),
+    ranking?.done && told.desk.second === null && h("div", { class: "row" },
+      h("p", { class: "small soft" }, "This is of one recording. A second one of the same specimen, moved otherwise, tells whether the model carries over."),
+      h("button", { type: "button", class: "tiny", "data-key": "second", onclick: () => go("open") }, "Add a second recording")),
     answer?.indistinguishable.length > 1 && h("p", { class: "small" }, "This recording cannot tell apart: ", h("b", {}, answer.indistinguishable.join(", ")), "."),
   ];
 }
 
-/** The verdict's sentences; the next experiment has a stage of its own. @param {string} text */
-function verdict(text) {
-  const lines = plain(text).split("\n");
-  const end = lines.findIndex((line) => line.startsWith("Next experiment") || line.startsWith("The next experiment"));
-  return end > 0 ? lines.slice(0, end) : lines;
+/** The answer's sentences; the next experiment has a stage of its own. @param {string[]} sentences */
+function verdict(sentences) {
+  const end = sentences.findIndex((line) => line.startsWith("Next experiment"));
+  return (end > 0 ? sentences.slice(0, end) : sentences).map(plain);
+}
+
+/** A probability in words: nothing is improbable to the last digit. @param {number} share */
+function percent(share) {
+  return share < 1e-3 ? "< 0.1 %" : `${short(100 * share, 2)} %`;
 }
 
 /** Whether effects are tried now. */
@@ -106,9 +128,8 @@ export function rowsOf(ranking) {
  * @param {any[]} rows
  * @param {any} base
  * @param {any} ranking
- * @param {number} most
  */
-function ranked(rows, base, ranking, most) {
+function ranked(rows, base, ranking) {
   const likely = rows.some((row) => typeof row.probability === "number");
   const physics = ranking.physics ?? {};
   return h(
@@ -119,11 +140,11 @@ function ranked(rows, base, ranking, most) {
       h("th", { scope: "col", class: "bars" }, likely ? "probability" : "error left"),
       h("th", { scope: "col", class: "number" }, "held out"),
       h("th", {}, h("span", { class: "skip" }, "add")))),
-    h("tbody", {}, rows.slice(0, most).map((row) => {
+    h("tbody", {}, rows.map((row) => {
       const chosen = shown.effect === row.effect;
       const share = likely ? (row.probability ?? 0) : Math.min(row.rmse / base.rmse, 1);
-      const guess = row.converged === false && !likely;
-      const words = likely ? `${short(100 * share, 2)} %` : small(row.rmse, base.output);
+      const guess = row.converged === false;
+      const words = likely ? percent(share) : small(row.rmse, base.output);
       const line = h(
         "tr",
         {
@@ -135,16 +156,32 @@ function ranked(rows, base, ranking, most) {
         h("td", { class: "effect" }, worded(row.effect)),
         h("td", { class: "bars" }, h("div", { class: `share${likely ? " sure" : ""}`, role: "img", "aria-label": words }, h("i", { style: { width: `${100 * share}%` } })), h("span", { class: "small soft", title: guess ? "The search did not settle: a guess" : "" }, row.rmse === null ? "" : `${guess ? "≈ " : ""}${words}`)),
         h("td", { class: "number" }, row.heldout_rmse === null ? "" : small(row.heldout_rmse, base.output)),
-        h("td", { class: "number" }, row.rmse !== null && h("button", {
-          type: "button", class: "tiny", "aria-label": `Add ${worded(row.effect)}`, "data-add": row.effect,
-          onclick: (/** @type {MouseEvent} */ event) => {
-            event.stopPropagation();
-            add(row.effect, ranking);
-          },
-        }, "Add")),
+        h("td", {}, row.rmse !== null && h("div", { class: "steps" }, steps(row.effect, ranking))),
       );
       const why = physics[row.effect];
       return chosen && why ? [line, h("tr", { class: "why" }, h("td", { colspan: 4, class: "small soft" }, why))] : [line];
     })),
   );
+}
+
+/**
+ * What can be done with an effect: put it on the last model, or in the place of what stands above
+ * the model that was ranked.
+ * @param {string} effect
+ * @param {any} ranking
+ */
+function steps(effect, ranking) {
+  const button = (/** @type {string} */ word, /** @type {string} */ title, /** @type {number | undefined} */ after) => h("button", {
+    type: "button", class: "tiny", title, "aria-label": `${word} ${worded(effect)}`, [`data-${word.toLowerCase()}`]: effect,
+    onclick: (/** @type {MouseEvent} */ event) => {
+      event.stopPropagation();
+      add([effect], after);
+    },
+  }, word);
+  const base = rungOf(ranking?.rung), last = told.desk.rungs.at(-1);
+  return [
+    has(effect) ? h("span", { class: "small soft" }, "added") : button("Add", "Add it to the last model", undefined),
+    base && base !== last && !has(effect) &&
+      button("Replace", `Add it to ${base.title}, in the place of what was added since`, base.number),
+  ];
 }

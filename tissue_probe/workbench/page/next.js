@@ -9,8 +9,8 @@ const COLOURS = ["predicted", "residual", "explained"];
 
 export function next() {
   const words = h("section", {});
-  const motion = new Plot({ name: "Suggested motion of the coil", sync: "next", lines: [{ label: "position", colour: "measured" }] },
-    h("b", {}, "the coil's motion"), " [mm]", h("span", { class: "at" }, "time [s]"));
+  const motion = new Plot({ name: "Suggested motion", sync: "next", lines: [{ label: "position", colour: "measured" }] },
+    h("b", {}, "the motion that drives"), " [mm]", h("span", { class: "at" }, "time [s]"));
   const output = new Plot({ name: "What each model predicts of it", sync: "next", lines: COLOURS.map((colour) => ({ label: colour, colour })) });
   const plots = h("div", { style: { display: "grid", gap: "0.8rem" } });
   const element = h("div", { class: "sheet" }, h("h1", {}, "The next experiment"), words, plots);
@@ -58,6 +58,7 @@ function inWords(ranking) {
   return h(
     "div",
     { class: "card" },
+    ranking.answer.sentences.filter((/** @type {string} */ line) => line.startsWith("Next experiment")).map((/** @type {string} */ line) => h("p", {}, plain(line))),
     Object.keys(ranking.settings).length > 0 && h("dl", { class: "form" }, Object.entries(ranking.settings).map(([name, value]) => h("div", {}, h("dt", { class: "small soft" }, worded(name)), h("dd", { style: { margin: 0, "font-weight": 600 } }, value)))),
     advice.separation !== null && advice.separation > 0 && h("p", {}, `In it the wrong model would leave ${short(advice.separation)} times the noise, and so be told apart.`),
     advice.shows.length > 0 && h("p", {}, `It would show, if it is there: ${advice.shows.map(worded).join(", ")}.`),

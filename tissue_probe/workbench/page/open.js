@@ -24,6 +24,7 @@ export function open(stage) {
   const examples = h("section", {});
   const element = h("div", { class: "sheet" }, drop, files, examples, asked);
   const draw = () => {
+    drop.classList.toggle("small-drop", told.desk?.files.length > 0);
     fill(
       files,
       told.desk?.files.length > 0 && h("h2", {}, "Recordings"),
@@ -140,9 +141,9 @@ function card(file) {
         } }, "Fit this"),
         file.ready && fitted !== null && file.number !== fitted && file.number !== second &&
           h("button", { type: "button", onclick: () => act("use", { fitted, second: file.number }) }, "Use as second"),
-        file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Not as second"),
+        file.number === second && h("button", { type: "button", onclick: () => act("use", { fitted, second: null }) }, "Remove as second"),
         ((file.ready && file.sites > 1) || file.table) && h("button", { type: "button", onclick: () => act("map", { file: file.number }).then((done) => done !== undefined && go("map")) }, "Map"),
-        h("button", { type: "button", class: "quiet", "aria-label": `Take ${file.name} from the desk`, onclick: () => act("forget", { file: file.number }) }, "×"),
+        h("button", { type: "button", class: "quiet", "aria-label": `Take ${file.name} from the desk`, onclick: () => act("forget", { file: file.number }) }, "Remove"),
       ),
     ),
     file.ready
@@ -168,21 +169,21 @@ function layout(file) {
       },
     },
     h("p", { class: "problem" }, plain(file.problem.told)),
-    preview && names.length > 0 && !bag && table(preview),
     h(
       "div",
       { class: "form" },
+      choice("positive forces are of", "force_polarity", ["compression", "tension"], given.force_polarity, "as its name tells"),
+      choice("positions grow", "position_polarity", ["into", "out"], given.position_polarity ?? "into"),
       ["time", "position", "force"].filter((role) => !(bag && role === "time")).map((role) =>
         names.length ? choice(role, role, names, given[role], "as its name tells") : entry(role, role, given[role], "name of a column")),
       choice("unit of the position", "position_unit", choices.position_unit ?? [], given.position_unit, "as told, else m"),
       choice("unit of the force", "force_unit", choices.force_unit ?? [], given.force_unit, "as told, else N"),
       !bag && choice("unit of the time", "time_unit", choices.time_unit ?? [], given.time_unit, "as told, else s"),
       !bag && entry("samples a second, without a time", "sample_rate", given.sample_rate, "Hz"),
-      choice("positive forces are of", "force_polarity", ["compression", "tension"], given.force_polarity, "as its name tells"),
-      choice("positions grow", "position_polarity", ["into", "out"], given.position_polarity ?? "into"),
       bag && choice("clock", "clock", ["stamps", "recorder"], given.clock, "as they agree"),
       h("button", { type: "submit", class: "main" }, "Read"),
     ),
+    preview && names.length > 0 && !bag && table(preview),
   );
   mark(form, file.problem.fields);
   return form;

@@ -77,11 +77,14 @@ export class Plot {
     this.data = /** @type {any} */ ([[], ...look.lines.map(() => [])]);
     this.caption = h("div", { class: "caption" }, caption);
     this.canvas = h("div", { class: "canvas" });
+    this.readout = h("div", { class: "readout" });
     this.element = h(
       "div",
       { class: "plot", role: "img", "aria-label": look.name, tabindex: 0 },
       this.caption,
       this.canvas,
+      this.readout,
+      h("button", { type: "button", class: "quiet tiny save", title: "Save this plot as a picture", "aria-label": `Save: ${look.name}`, onclick: () => this.save() }, "⤓"),
     );
     /** @type {uPlot | null} */
     this.drawn = null;
@@ -193,6 +196,7 @@ export class Plot {
         drawClear: [(plot) => this.behind(plot)],
         draw: [(plot) => this.above(plot)],
         setSelect: [(plot) => this.selected(plot)],
+        setCursor: [(plot) => this.read(plot)],
       },
     };
     this.drawn = new uPlot(options, this.data, this.canvas);
@@ -260,6 +264,33 @@ export class Plot {
       ctx.fillText(label, Math.min(left, bbox.left + bbox.width - wide - 4), bbox.top + 3 * devicePixelRatio);
     }
     ctx.restore();
+  }
+
+  /** Tell every curve's value at the cursor. @param {uPlot} plot */
+  read(plot) {
+    const at = plot.cursor.idx, x = at === null || at === undefined ? undefined : this.data[0][at];
+    const write = (/** @type {any} */ value) => (value === null || value === undefined ? "–" : short(value, 4));
+    this.readout.textContent = this.look.points || x === undefined || (plot.cursor.left ?? -1) < 0 ? ""
+      : [write(x), ...this.look.lines.map((line, number) => [line.label, this.data[number + 1][/** @type {number} */ (at)]])
+        .filter(([, value]) => typeof value === "number").map(([label, value]) => `${label} ${write(value)}`)].join(" · ");
+  }
+
+  /** Save what is drawn, with its caption, as a picture. */
+  save() {
+    const drawn = this.canvas.querySelector("canvas");
+    if (!drawn) return;
+    const size = fontSize() * devicePixelRatio, head = Math.round(1.9 * size);
+    const picture = h("canvas", { width: drawn.width, height: drawn.height + head });
+    const ctx = picture.getContext("2d");
+    ctx.fillStyle = colour("card");
+    ctx.fillRect(0, 0, picture.width, picture.height);
+    ctx.fillStyle = colour("ink");
+    ctx.font = `${0.85 * size}px system-ui, "DejaVu Sans", sans-serif`;
+    const caption = [...this.caption.childNodes].map((/** @type {any} */ each) => each.textContent.trim()).filter(Boolean).join("  ");
+    ctx.fillText(caption, 0.6 * size, 1.25 * size);
+    ctx.drawImage(drawn, 0, head);
+    const link = h("a", { href: picture.toDataURL("image/png"), download: `${this.look.name}.png` });
+    link.click();
   }
 
   /** @param {uPlot} plot */

@@ -37,7 +37,7 @@ function form() {
       "div",
       { class: "form" },
       choices.question.map((/** @type {any} */ item) => control(item, asked[item.name])),
-      h("button", { type: "submit" }, told.desk.rungs.length ? "Fit again" : "Take it"),
+      h("button", { type: "submit" }, "Apply"),
     ),
     h("p", { class: "problem" }),
   );
@@ -50,7 +50,7 @@ function form() {
  * @param {any} now
  */
 function control(item, now) {
-  if (item.kind === "choice") return choice(item.label, item.name, item.choices, now);
+  if (item.kind === "choice") return choice(item.label, item.name, item.choices, now, item.name === "rig" ? "not said" : undefined);
   if (item.kind === "flag") {
     return h("label", { class: "check", title: item.about }, h("input", { type: "checkbox", name: item.name, checked: now }), item.label);
   }
