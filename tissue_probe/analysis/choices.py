@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-from tissue_probe.physics.rigs import OWN, Rig, RigName
+from tissue_probe.physics.rigs import OWN, RIGS, Rig, RigName
 from tissue_probe.physics.rigs import FilteredRig as FilteredRig
 
 RigChoice = RigName | Rig
@@ -19,6 +19,8 @@ Course = Literal["auto", "smooth", "straight", "held", "jumping"]
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
 #: The rig that is supposed where none is named.
 OWN_RIG = OWN.name
+#: Of each rig its name, whose it is, and its drawing (SVG).
+RIG_CARDS = [{"name": r.name, "whose": r.whose, "drawing": r.drawing} for r in RIGS.values()]
 FILTERED_RIGS: tuple[FilteredRig, ...] = get_args(FilteredRig)
 TISSUE_NAMES: tuple[TissueName, ...] = get_args(TissueName)
 STARTS: tuple[Starts, ...] = get_args(Starts)

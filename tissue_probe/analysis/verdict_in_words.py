@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.result_table import probability
-from tissue_probe.diagnosis.answer import correlations, says, values
+from tissue_probe.diagnosis.answer import SIDE, correlations, says
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
 from tissue_probe.quantities import engineering
 
@@ -102,10 +102,12 @@ def _errors(diagnosis: Diagnosis) -> list[str]:
 
 def _not_apart(final: Fit) -> list[str]:
     """Say which values the recording does not tell from one another."""
-    known, together = values(final), np.abs(np.array(correlations(final)))
-    lost = [n for n, each in enumerate(known) if (each.high - each.low) > 2.0 * abs(each.value)]
+    named, deviations = final.named(), final.deviations()
+    known = [name for name in final.names if deviations[name] > 0.0]
+    together = np.abs(np.array(correlations(final)))
+    lost = [n for n, each in enumerate(known) if SIDE * deviations[each] > abs(named[each])]
     pairs = [
-        f"{known[one].name} and {known[other].name}"
+        f"{known[one]} and {known[other]}"
         for one, other in combinations(lost, 2)
         if together[one, other] > AS_ONE
     ]

@@ -10,8 +10,8 @@ from dataclasses import asdict
 from typing import Any
 
 from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis.choices import RIG_CARDS
 from tissue_probe.analysis.comparing import ComparisonResult
-from tissue_probe.physics.rigs import RIGS
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
@@ -29,9 +29,7 @@ def choices() -> dict[str, Any]:
     """Return what forms let choose from."""
     return {
         "question": [each._asdict() for each in ITEMS if each.label],
-        "rigs": [
-            {"name": rig.name, "whose": rig.whose, "drawing": rig.drawing} for rig in RIGS.values()
-        ],
+        "rigs": RIG_CARDS,
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
         "time_unit": [*TIME_UNITS],
