@@ -470,3 +470,25 @@ def test_a_motion_of_four_samples_a_period_is_one_where_the_force_answers_at_any
     cycles = 0.2497 * np.arange(4000)
     position, force = (np.sin(2.0 * np.pi * (cycles + late)) for late in (0.0, turned))
     assert "no_motion" not in names(1e-3 * position, force)
+
+
+@given(steps=st.integers(1, 20), hold=st.integers(0, 800))
+@settings(max_examples=20, deadline=None)
+def test_a_ramp_at_one_speed_is_no_coarse_encoder_and_goes_one_way_unless_it_holds(steps, hold):
+    """It comes in as many steps as it has samples, each as long as the one before."""
+    position = np.append(np.arange(800) * steps * 1e-6, np.full(hold, 799 * steps * 1e-6))
+    noise = 1e-3 * np.random.default_rng(0).standard_normal(position.size)
+    found = names(position, 500.0 * position + noise)
+    assert "coarse_encoder" not in found
+    assert ("one_way" in found) == (hold < 0.1 * position.size)
+
+
+@pytest.mark.parametrize("cycle", [4.12, 5.15])
+def test_too_few_samples_a_cycle_are_refused_for_that(cycle):
+    """The noise of such a record is not known, so that nothing can be said of contact or clocks."""
+    phase = 2 * np.pi * np.arange(500) / cycle
+    position = 2e-3 + 1e-3 * np.sin(phase)
+    force = 0.6 + 0.3 * np.sin(phase - 2.2) + 2e-3 * np.random.default_rng(1).standard_normal(500)
+    for found in inspect(position, force, 0.02).findings:
+        assert found.name not in ("no_contact", "unsynchronised") or not found.fatal
+        assert not found.fatal or "samples a cycle" in found.sentence
