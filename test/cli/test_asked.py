@@ -51,6 +51,8 @@ def test_the_page_states_all_but_files():
 def test_a_keyword_that_is_none_is_refused():
     with pytest.raises(TypeError, match="unexpected keyword argument 'rigg'"):
         tp.compare({}, rigg="rigid_probe")
+    with pytest.raises(TypeError, match=r"'force_polarity'; it belongs to `tissue_probe\.read`"):
+        tp.compare({}, force_polarity="tension")
 
 
 @pytest.mark.parametrize(

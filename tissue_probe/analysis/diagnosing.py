@@ -229,7 +229,7 @@ def diagnose(
     validate : as ``measured``, optional
         Other recordings of the same specimen, on which models are tried and not fitted. Where the
         last model explains ``measured`` and not these, all are fitted together; if an effect then
-        explains all of them, that is the result.
+        explains all of them, that is the result. A file is read as the first of ``measured`` was.
     add : sequence of str
         Effects to be added in this order, instead of those that are missing.
     progress : callable
@@ -251,7 +251,7 @@ def diagnose(
     add = [add] if isinstance(add, str) else add
     check_wanted(put, add)
     fitted = measurements_of(measured)
-    validated = Measurements(()) if validate is None else measurements_of(validate)
+    validated = Measurements(()) if validate is None else measurements_of(validate, fitted)
     _check_validation(fitted, validated)
     output = put.composition.output
     taken, tried = (put.segments(each) for each in (fitted, validated))

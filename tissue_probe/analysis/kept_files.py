@@ -130,6 +130,7 @@ def story(result: DiagnosisResult) -> Figure:
             added(fit).name in diagnosis.indistinguishable,
         )
         for fit in (() if ladder.asked else ladder.ranking)
+        if fit.converged or added(fit).name in diagnosis.effects
     ]
     verdict, *_ = words.verdict(diagnosis)[0].split(". ")
     name = fit_shown.stretch(base, shown, sources)

@@ -20,6 +20,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.source import Progress
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Clock, ForcePolarity, Layout, PositionPolarity
 from tissue_probe.recording.open_bag import is_bag
 from tissue_probe.recording.table_file import read_columns
@@ -246,12 +247,26 @@ def _refuse_repeats(parts: Sequence[ReadRecording]) -> None:
             )
 
 
-def measurements_of(source: Source | Sequence[Source]) -> Measurements:
-    """Return measurements as they are; read anything else by its own names and units."""
+def measurements_of(
+    source: Source | Sequence[Source], like: Measurements | None = None
+) -> Measurements:
+    """Return measurements as they are; read anything else as others were read, if there are any.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read; says that it is ``read`` that takes more on it.
+    """
     if isinstance(source, Measurements):
         return source
     several = isinstance(source, Sequence) and not isinstance(source, str)
-    return read_by(Layout(), list(source) if several else [source])
+    stated = dict(like.parts[0].layout) if like and like.parts else {}
+    try:
+        return read_by(Layout(**stated), list(source) if several else [source])
+    except RecordingError as error:
+        if "`" not in str(error):
+            raise
+        raise RecordingError(f"{error} (all of it in `tissue_probe.read`, not here)") from error
 
 
 def _read_one(source: Source, layout: Layout, progress: Progress, name: str) -> list[ReadRecording]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -22,6 +22,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.rigs import OWN, RIGS, Rig
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
+from tissue_probe.recording.layout import Layout
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -166,7 +167,9 @@ def question(**asked: Unpack[Asked]) -> Question:
         If a file cannot be used.
     """
     if unknown := [name for name in asked if name not in Asked.__annotations__]:
-        raise TypeError(f"unexpected keyword argument {unknown[0]!r}; see `Asked` for those known")
+        of_files = any(each.name == unknown[0] for each in fields(Layout))
+        where = "it belongs to `tissue_probe.read`" if of_files else "see `Asked` for those known"
+        raise TypeError(f"unexpected keyword argument {unknown[0]!r}; {where}")
     model, rig, constants = asked.get("model"), asked.get("rig"), asked.get("constants") or {}
     given = asked.get("effects", ())
     effects = [given] if isinstance(given, (str, Path)) else given

@@ -212,6 +212,9 @@ def _unseen(diagnosis: Diagnosis) -> list[str]:
 def _missing(diagnosis: Diagnosis) -> list[str]:
     final = diagnosis.ladder.final
     named = ", ".join((*diagnosis.spoilt, *_sure(diagnosis.ladder)))
+    if diagnosis.ladder.asked:
+        left = fit_shown.over_noise(final)
+        return [f"Explained: with {named}, as asked for, the error is {left}."]
     if diagnosis.ladder.steps:
         return [f"Missing: {named}."]
     return [
@@ -341,8 +344,8 @@ def _beyond(diagnosis: Diagnosis) -> list[str]:
         more = "" if diagnosis.ladder.asked else ", and no effect of the library explains both"
         return [
             f"But on the second recording the error stays at {error}, where the noise is {noise}: "
-            "the model does not carry over. Either the specimen, the site or the contact is "
-            f"another one there, or more is missing than the first recording shows{more}; record "
+            "the model does not carry over. Either the specimen, the site, the contact, the start or "
+            f"a zero is another one there, or more is missing than the first recording shows{more}; record "
             "again, or fit both together."
         ]
     if not diagnosis.reaches:

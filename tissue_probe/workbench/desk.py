@@ -169,6 +169,11 @@ class Desk:
         self.files[opened.number] = opened
         self.changed()
         await self._read(opened)
+        first = self.files.get(self.fitted) if self.fitted is not None else None
+        if opened.problem is not None and not opened.layout and first and first.layout:
+            # What was told of the first holds for others that do not tell it themselves.
+            opened.layout = dict(first.layout)
+            await self._read(opened)
         return opened
 
     async def compare_first(self, opened: Opened) -> None:
