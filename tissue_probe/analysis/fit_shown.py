@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from tissue_probe.analysis.result_table import Column, ResultTable, number
 from tissue_probe.physics.fitted_model import FittedModel
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.residuals.residual_test import ResidualTest
     from tissue_probe.physics.model_file import Data
 
+#: Where fits fail, by the number of the measurement: pictures and page show it again.
+_WHERE: WeakKeyDictionary[Fit, dict[int, Localisation]] = WeakKeyDictionary()
 #: Said of a value that the rig's tolerance, or the model, lets go no farther.
 AT_LIMIT = ", at its limit"
 
@@ -117,15 +119,17 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     )
 
 
-@cache
 def where(fit: Fit, index: int) -> Localisation:
-    """Say where in one of its measurements a model fails; kept, as pictures and page show it."""
+    """Say where in one of its measurements a model fails; kept as long as the fit is."""
     from tissue_probe.diagnosis.residuals.localise import localise
 
-    shown = fit.measurements[index]
-    return localise(
-        fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise.own
-    )
+    kept = _WHERE.setdefault(fit, {})
+    if index not in kept:
+        shown = fit.measurements[index]
+        kept[index] = localise(
+            fit.evened[index], shown.position, fit.tip[index], shown.sample_period, shown.noise.own
+        )
+    return kept[index]
 
 
 def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:

@@ -344,9 +344,9 @@ def _beyond(diagnosis: Diagnosis) -> list[str]:
         more = "" if diagnosis.ladder.asked else ", and no effect of the library explains both"
         return [
             f"But on the second recording the error stays at {error}, where the noise is {noise}: "
-            "the model does not carry over. Either the specimen, the site, the contact, the start or "
-            f"a zero is another one there, or more is missing than the first recording shows{more}; record "
-            "again, or fit both together."
+            "the model does not carry over. Either the specimen, the site, the contact, the start "
+            "or a zero is another one there, or more is missing than the first recording shows"
+            f"{more}; record again, or fit both together."
         ]
     if not diagnosis.reaches:
         expected = final.output.tell(diagnosis.uncertainty)

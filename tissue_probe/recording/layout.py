@@ -7,13 +7,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from itertools import combinations
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from tissue_probe.errors import ParameterError
 
 ForcePolarity = Literal["compression", "tension"]
 PositionPolarity = Literal["into", "out"]
 Clock = Literal["stamps", "recorder"]
+#: What may be stated where there are few choices, by name.
+CHOICES: dict[str, tuple[str, ...]] = {
+    "force_polarity": get_args(ForcePolarity),
+    "position_polarity": get_args(PositionPolarity),
+    "clock": get_args(Clock),
+}
 
 
 @dataclass(frozen=True)
@@ -63,6 +69,9 @@ class Layout:
     clock: Clock | None = None
 
     def __post_init__(self) -> None:
+        for name, known in CHOICES.items():
+            if (given := getattr(self, name)) is not None and given not in known:
+                raise ParameterError(f"`{name}` is {given!r}; give {' or '.join(known)}")
         if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
             raise ParameterError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
         if self.sample_rate is not None and (self.time or self.time_unit):

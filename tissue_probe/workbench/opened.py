@@ -11,6 +11,7 @@ from typing import Any
 
 from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
+from tissue_probe.recording.layout import CHOICES
 from tissue_probe.workbench.refused import Refused
 
 #: What a page may state of a file, and of which type: parameters of ``tissue_probe.read``.
@@ -26,12 +27,6 @@ LAYOUT: dict[str, type] = {
     "position_polarity": str,
     "samples_topic": str,
     "clock": str,
-}
-#: Those of which there are few, as ``tissue_probe.read`` has them.
-CHOICES = {
-    "force_polarity": ("compression", "tension"),
-    "position_polarity": ("into", "out"),
-    "clock": ("stamps", "recorder"),
 }
 
 

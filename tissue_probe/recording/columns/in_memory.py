@@ -53,8 +53,17 @@ def columns_in_memory(table: Any, name: str) -> Columns:
 
 
 def _column(values: Any, place: str) -> np.ndarray:
-    """Return an own copy of a column, as the readers of files give it."""
+    """Return an own copy of a column, as the readers of files give it.
+
+    Masked values are missing.
+    """
     array = np.array(values)
+    if np.ma.is_masked(values):
+        kept = array.astype(np.float64) if array.dtype.kind in "biu" else array.copy()
+        if kept.dtype.kind not in "fmM":
+            raise RecordingError(f"{place} is masked, and holds things that are no numbers")
+        kept[np.ma.getmaskarray(values)] = np.nan if kept.dtype.kind == "f" else "NaT"
+        array = kept
     if array.ndim != 1:
         raise RecordingError(f"{place} has the shape {array.shape}: give one value a row")
     if array.dtype.kind == "M":
