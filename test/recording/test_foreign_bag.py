@@ -236,7 +236,7 @@ def test_a_force_at_uneven_times_keeps_its_samples_and_its_noise_stays_white(tmp
     felt = stamps + 200_000, stamps, [(bags.wrench, float(value)) for value in noisy]
     moved = bags.position_channel(rate=500.0, seconds=6.2)
     path = bags.write_bag(tmp_path / "uneven", {"/ft": felt, "/place": moved})
-    stated = {"force_polarity": "compression", "position_polarity": "in"}
+    stated = {"force_polarity": "compression", "position_polarity": "into"}
     recording, _ = read(path, **stated)
     known = np.isfinite(recording.own.position)
     assert_allclose(recording.own.force[known], noisy[known])

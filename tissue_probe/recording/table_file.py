@@ -14,6 +14,7 @@ import numpy as np
 
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns, Progress
+from tissue_probe.recording.columns.stamps import with_stamps
 from tissue_probe.recording.counters import unwrapped
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.even_grid import (
@@ -21,6 +22,7 @@ from tissue_probe.recording.even_grid import (
     EvenGrid,
     consecutive,
     even_grid,
+    interpolate,
     sample_blocks,
 )
 from tissue_probe.recording.fresh_values import REPEATED, drives, fresh_values
@@ -41,6 +43,19 @@ EXPORTED = ("sequence", "site")
 
 PLACES = ("site_x", "site_y", "site_z")
 """Where the site is [m]."""
+
+
+OWN_ROWS = 0.5
+"""Share of a channel's rows in which the other is known, below which each has rows of its own: by
+gaps alone most of a recording would be missing."""
+
+FEWEST_ROWS = 12
+"""Of a channel that is brought to the times of the other."""
+
+JOINED = (
+    "position and force stand in rows of their own; the position is brought to the times of the "
+    "force by a cubic spline"
+)
 
 
 def read_table(
@@ -82,6 +97,8 @@ def read_columns(
     """
     path = source.path
     _refuse_statements_on_bags(path, layout)
+    if layout.time is None and layout.sample_rate is None:
+        source = with_stamps(source)
     found = roles(source, layout)
     columns, told, place = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
@@ -97,6 +114,12 @@ def read_columns(
                 f"{path}: column {found.names[role]}, the {role}, has no number in any row; give "
                 f"another by `{role}`"
             )
+    if (late := _later(source, found)) and "time" not in found.names:
+        said.append(
+            f"the force's channel begins {1e3 * late:.4g} ms after the position's; the position is "
+            "brought to the times of the force by a cubic spline"
+        )
+        position = interpolate(time.seconds, position, time.seconds + late, reach=BRIDGED)
     notes = [f"{path}: {'; '.join(said)}"] if said else []
     sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
     known = np.isfinite(time.seconds)
@@ -108,6 +131,14 @@ def read_columns(
         notes.append(f"{path}: {left_out} rows without a time left out")
         time = time._replace(seconds=time.seconds[known])
         position, force = position[known], force[known]
+    if (own_rows := _rows_of_their_own(time.seconds, position, force)) is not None:
+        notes.append(f"{path}: {JOINED}")
+        moved = np.isfinite(position)
+        position = interpolate(
+            time.seconds[moved], position[moved], time.seconds[own_rows], reach=BRIDGED
+        )
+        taken.append(own_rows)
+        time, force = time._replace(seconds=time.seconds[own_rows]), force[own_rows]
     fresh, doubt = _fresh(path, time.seconds, position, force, notes)
     if fresh is not None:
         taken.append(fresh)
@@ -128,6 +159,27 @@ def read_columns(
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
     return Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own), tuple(notes)
+
+
+def _rows_of_their_own(
+    time: FloatArray, position: FloatArray, force: FloatArray
+) -> np.ndarray | None:
+    """Return the rows of the force, where position and force stand in rows of their own.
+
+    So do two topics that were merged by their times, and two channels of two rates. Times that do
+    not ascend are told as such elsewhere.
+    """
+    moved, felt = np.isfinite(position), np.isfinite(force)
+    both = np.count_nonzero(moved & felt)
+    apart = both < OWN_ROWS * max(np.count_nonzero(moved), np.count_nonzero(felt))
+    enough = min(np.count_nonzero(moved), np.count_nonzero(felt)) >= FEWEST_ROWS
+    return felt if apart and enough and bool(np.all(np.diff(time) >= 0.0)) else None
+
+
+def _later(source: Columns, found: Roles) -> float:
+    """Return by how much the force's channel begins after the position's, as the file says [s]."""
+    position, force = (source.starts.get(found.names[role]) for role in ("position", "force"))
+    return 0.0 if position is None or force is None else force - position
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:

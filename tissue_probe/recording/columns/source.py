@@ -54,6 +54,8 @@ class Columns:
         How the file is read, in phrases.
     periods : mapping of str to float
         Time between two samples of a column, where the file tells it [s].
+    starts : mapping of str to float
+        When a column begins, where the file tells it [s]; from any time, the same for all.
     named : bool
         Whether the names are the file's own.
     """
@@ -64,6 +66,7 @@ class Columns:
     units: Mapping[str, str] = field(default_factory=dict)
     told: tuple[str, ...] = ()
     periods: Mapping[str, float] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
     named: bool = True
 
     def read(self, names: Sequence[str], progress: Progress = lambda share: None) -> Loaded:

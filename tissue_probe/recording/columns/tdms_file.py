@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
+from tissue_probe.signals import NANOSECONDS
 
 
 def open_tdms(path: Path) -> Columns:
@@ -50,4 +52,18 @@ def open_tdms(path: Path) -> Columns:
         for n, (_, _, p) in channels.items()
         if isinstance(p.get("wf_increment"), float | int) and p["wf_increment"] > 0.0
     }
-    return Columns(path, tuple(channels), load, units, periods=periods)
+    return Columns(path, tuple(channels), load, units, periods=periods, starts=_starts(channels))
+
+
+def _starts(channels: Mapping[str, tuple[str, str, Mapping[str, Any]]]) -> dict[str, float]:
+    """Return when each channel begins [s]: ``wf_start_time`` and ``wf_start_offset``."""
+    dates = {n: p["wf_start_time"] for n, (_, _, p) in channels.items() if "wf_start_time" in p}
+    first = min(dates.values(), default=None)
+    found = {}
+    for name, (_, _, properties) in channels.items():
+        offset = properties.get("wf_start_offset", 0.0)
+        if name in dates:
+            offset += float((dates[name] - first) / np.timedelta64(1, "ns")) / NANOSECONDS
+        if name in dates or "wf_start_offset" in properties:
+            found[name] = float(offset)
+    return found
