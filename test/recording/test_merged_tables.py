@@ -94,3 +94,11 @@ def test_channels_of_a_tdms_file_begin_when_they_say(tmp_path, late, as_offset):
     begin = np.flatnonzero(known)[0] if known.size == 1000 else 1000 - known.size
     at = (begin + np.arange(moved.size) + 30) / RATE + 1e-9 * nanos
     np.testing.assert_allclose(moved, motion(at), atol=5e-6)
+
+
+def test_a_name_that_two_columns_have_is_refused(tmp_path):
+    """In a file of LabVIEW each channel may have times of its own, all called X_Value."""
+    rows = [f"{n / RATE}\t{motion(n / RATE)}\t{n / RATE + 0.037}\t1.0" for n in range(100)]
+    (tmp_path / "x.txt").write_text("\n".join(["X_Value\tu\tX_Value\tF", *rows]) + "\n")
+    with pytest.raises(tp.TissueProbeError, match="2 columns called X_Value: which is the time"):
+        tp.read(tmp_path / "x.txt", time="X_Value", force_polarity="compression")

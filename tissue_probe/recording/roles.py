@@ -164,6 +164,11 @@ def _plain(name: str, role: str) -> str:
 
 def _named(source: Columns, role: str, name: str) -> str:
     """Return the column that the user means: by its name, or by that without its unit."""
+    if source.names.count(name) > 1:
+        raise RecordingError(
+            f"{source.path} has {source.names.count(name)} columns called {name}: which is the "
+            f"{role}? Give each another name, or write the file with one such column"
+        )
     if name not in source.names:
         meant = [each for each in source.names if name in (_stem(each, role), each.strip())]
         if len(meant) == 1:
