@@ -75,7 +75,7 @@ def test_the_program_compares_a_recording_without_ros(environment, tmp_path):
     assert told.returncode == 0, told.stderr
     assert "diagnose" in told.stdout
     recording = ROOT / "examples/sweep.csv"
-    stated = ("--force-polarity", "compression", "--starts", "at-rest")
+    stated = ("--rig", "compliant_probe", "--force-polarity", "compression", "--starts", "at-rest")
     compared = run(program, "compare", recording, *stated, cwd=tmp_path)
     assert compared.returncode == 0, compared.stderr
     stiffness = float(re.search(r"^  stiffness +([\d.]+)", compared.stdout, re.M)[1])

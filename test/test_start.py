@@ -71,7 +71,9 @@ def test_a_model_on_disk_is_compared_without_symbols_or_a_compiler(tmp_path):
         "challenge", "make", "--count", "1", "--hide", "none", "--excitation", "sine10", "made",
     ]  # fmt: skip
     modules_of(RUN.format(arguments=made), tmp_path)
-    compare = RUN.format(arguments=["compare", "made/0001.csv", "--starts", "at-rest"])
+    compare = RUN.format(
+        arguments=["compare", "made/0001.csv", "--rig", "compliant_probe", "--starts", "at-rest"]
+    )
     modules_of(compare, tmp_path)  # compiles, where no earlier process has
     found, _ = modules_of(compare, tmp_path)
     assert not found & {"sympy", "numba", "scipy.stats", "scipy.signal", "scipy.optimize"}

@@ -159,10 +159,10 @@ def test_input_that_makes_no_map_is_refused_in_a_sentence(
 @given(seed=st.integers(0, 1000), share=st.floats(0.005, 0.1), tilt=st.floats(-5.0, 5.0))
 def test_noise_that_a_table_does_not_tell_is_learnt_from_the_scatter(seed, share, tilt):
     random = np.random.default_rng(seed)
-    x, y = 0.05 * random.uniform(size=(2, 150))
-    k = 400.0 * np.exp(tilt * x + share * random.standard_normal(150))
+    x, y = 0.05 * random.uniform(size=(2, 300))
+    k = 400.0 * np.exp(tilt * x + share * random.standard_normal(300))
     stiff = np.hypot(x - 0.02, y - 0.03) < 0.006
-    assert scatter(x, y, np.where(stiff, 2.0 * k, k)) == pytest.approx(share, rel=0.4)
+    assert scatter(x, y, np.where(stiff, 2.0 * k, k)) == pytest.approx(share, rel=0.5)
 
 
 def test_a_table_without_errors_has_a_map_that_says_what_stands_for_them(run, tmp_path):

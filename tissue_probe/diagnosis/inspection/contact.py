@@ -17,8 +17,9 @@ LOWEST = 0.1
 #: Times the noise by which the force varies there at least in contact: of the fewest samples that
 #: are asked, noise alone does so in less than one of ten million.
 VARIES = 2.0
-#: Share of the travel up to which positions are one but for rounding (single precision).
-ROUNDED = float(np.finfo(np.float32).eps)
+#: Slack is seen where nothing is felt for so many times the way in which a tissue of the record's
+#: mean slope would be felt: a law that relaxes or begins softly is felt within once or twice.
+EVIDENT = 2.0
 
 
 def touch_within(position: FloatArray, force: FloatArray, noise: float) -> float:
@@ -40,7 +41,9 @@ def touch_within(position: FloatArray, force: FloatArray, noise: float) -> float
     unloaded = position[there & (np.abs(force) <= FELT * noise)]
     if unloaded.size and lowest <= LOWEST * travel and unloaded.max() >= 0.0:
         slack = float(unloaded.max())
-        return slack if slack > ROUNDED * travel else 0.0
+        # A tissue of the mean slope is felt there, unless it is not touched yet.
+        seen = slack * float(np.ptp(force)) / travel > EVIDENT * FELT * noise
+        return slack if seen else 0.0
     few = np.count_nonzero(there) < FEWEST
     pressed = few or np.std(without_line(force[there])) > VARIES * noise
     return np.inf if pressed else 0.0
