@@ -17,7 +17,7 @@ from tissue_probe.analysis.question import Asked
 #: Where the keywords stand in the documentation of a function.
 MARK = "**asked\n    See ``Asked``."
 
-#: A value in Python of what is a row of names and values on the command line.
+#: Python's form of values that stand as rows of names and values on the command line.
 _MAPPED = {
     "constants": 'In Python a mapping: ``{"tip_mass": (0.04, 0.001), "stiffness": 0.0}``.',
     "odds": 'In Python a mapping: ``{"relaxation": 10.0}``.',

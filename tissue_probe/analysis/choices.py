@@ -17,7 +17,7 @@ Course = Literal["auto", "smooth", "straight", "held", "jumping"]
 """How a force that drives goes on between two samples (``physics.response.Between``)."""
 
 RIG_NAMES: tuple[RigName, ...] = get_args(RigName)
-#: The rig that is supposed where none is named.
+#: The rig of this suite's own recordings, and of filters where none is named.
 OWN_RIG = OWN.name
 #: Of each rig its name, whose it is, and its drawing (SVG).
 RIG_CARDS = [{"name": r.name, "whose": r.whose, "drawing": r.drawing} for r in RIGS.values()]

@@ -107,7 +107,7 @@ def exhaustion(fits: Sequence[Fit]) -> str:
     """Say what it means that values are at their limit; empty where none is."""
     from tissue_probe.diagnosis.fitting.problem import FARTHEST
 
-    # No mass, and no damping, is what a right model may have.
+    # A right model may have no mass, and no damping.
     if not any(fit.named()[name] for fit in fits for name in fit.exhausted):
         return ""
     return (

@@ -51,7 +51,7 @@ from tissue_probe.report.page import render
 DRAWN = 8000
 #: Pairs of values that are told, whose errors go together most.
 PAIRS = 6
-#: What is measured and drives, and its unit.
+#: Signals that stand in equations, and their units.
 SIGNALS = {"position": "m", "position_rate": "m/s", "position_acceleration": "m/s^2", "force": "N",
            "tip_position": "m", "tip_velocity": "m/s", "indentation": "m", "time": "s"}  # fmt: skip
 #: Parameters of a file that are options of another name.
@@ -239,7 +239,7 @@ def equations(composition: Composition) -> tuple[str, ...]:
 
 
 def symbols(composition: Composition, units: Mapping[str, str]) -> tuple[ReportSymbol, ...]:
-    """Return the symbols of a model's equations, those of what is measured first."""
+    """Return the symbols of a model's equations, the signals first."""
     model = composition.model
     expressions = [*model.motion, model.output, *(each.on for each in model.switches)]
     used = {str(symbol) for each in expressions for symbol in sp.sympify(each).free_symbols}

@@ -397,7 +397,7 @@ def map_sites(
 
 
 def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str, ...]]:
-    """Return the sites of a table, and what was learnt of them, in sentences."""
+    """Return the sites of a table, and notes on them, in sentences."""
     x, y, k = (columns[name] for name in ("x", "y", "k"))
     z, t = columns.get("z", np.zeros_like(x)), columns.get("t")
     if "k_sd" in columns:

@@ -53,7 +53,7 @@ class ReadRecording:
     origin : int
         Where its time is zero [ns]: the first sample of a bag, a table's own zero.
     layout : tuple of pairs
-        What was stated of its signals, by name.
+        Statements on its signals, by name.
     """
 
     name: str

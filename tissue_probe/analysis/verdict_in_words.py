@@ -47,7 +47,7 @@ def verdict(diagnosis: Diagnosis) -> list[str]:
 
 
 def _found(diagnosis: Diagnosis) -> list[str]:
-    """Say what is missing, and what the values of each effect mean."""
+    """Tell the verdict, and the meaning of the values of each effect."""
     said = {
         "adequate": _adequate,
         "missing": _missing,

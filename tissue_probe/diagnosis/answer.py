@@ -324,8 +324,9 @@ def says(ladder: Ladder) -> dict[str, str]:
     found: dict[str, str] = {}
     for fit in ladder.rivals or ladder.steps[-1:]:
         more, named = ladder.posterior.more(fit), fit.named()
-        own = {e.name: e.told(named) for e in fit.composition.effects if e.name in more}
-        found = {**own, **found}
+        for each in fit.composition.effects:
+            if each.name in more:
+                found.setdefault(each.name, each.told(named))
     return {name: words for name, words in found.items() if words}
 
 

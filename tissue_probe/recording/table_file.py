@@ -50,7 +50,8 @@ OWN_ROWS = 0.5
 gaps alone most of a recording would be missing."""
 
 FEWEST_ROWS = 12
-"""Of a channel that is brought to the times of the other."""
+"""Values of a channel that is brought to the times of the other: the inspection asks for
+as many."""
 
 JOINED = (
     "position and force stand in rows of their own; the position is brought to the times of the "
