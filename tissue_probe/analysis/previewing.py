@@ -84,7 +84,7 @@ def _of_table(source: Columns) -> Preview:
     columns, told = [], list(source.told)
     for name in source.names[:MOST]:
         try:
-            (values,), said, _ = source.read([name])
+            (values,), said, *_ = source.read([name])
         except RecordingError:
             columns.append(PreviewColumn(name, "", 0, (), ()))
             continue

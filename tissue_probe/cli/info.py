@@ -111,7 +111,7 @@ def _tell_table(path: Path) -> None:
     told = list(source.told)
     for name in source.names:
         try:
-            (column,), said, _ = source.read([name])
+            (column,), said, *_ = source.read([name])
         except RecordingError:
             table.add_row(name, "", "", "no numbers")
             continue

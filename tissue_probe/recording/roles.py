@@ -62,15 +62,21 @@ class Roles:
         Column of ``time`` (missing where the rate stands for it), ``position`` and ``force``.
     units : dict of str to str
         Their units, as far as told.
-    sample_rate : float, optional
-        Samples a second where no time is read [Hz].
+    sample_rates : dict of str to float
+        Samples a second of ``position`` and ``force``, where no time is read [Hz].
+    timed : bool
+        Whether the file tells times, in one column or in one for each channel.
+    own_times : bool
+        Whether position and force tell each their own times, or when they begin.
     told : tuple of str
         What was taken for what without being named, in phrases.
     """
 
     names: dict[str, str]
     units: dict[str, str]
-    sample_rate: float | None
+    sample_rates: dict[str, float]
+    timed: bool
+    own_times: bool
     told: tuple[str, ...]
 
     @property
@@ -95,18 +101,25 @@ def roles(source: Columns, layout: Layout) -> Roles:
         If a column is not told or two could be meant, or a unit or the polarity is not known.
     """
     wanted = {"time": layout.time, "position": layout.position, "force": layout.force}
-    rate = layout.sample_rate
-    if rate is not None:
+    if layout.sample_rate is not None:
         del wanted["time"]
     names = {
         role: _named(source, role, name) if name else _found(source, role)
         for role, name in wanted.items()
+        if role != "time"
     }
-    if names.get("time", "") is None and not layout.time:
-        periods = {source.periods[n] for n in names.values() if n in source.periods}
-        if len(periods) == 1:
-            rate = 1.0 / periods.pop()
-            del names["time"]
+    own_clocks = all(
+        layout.time in (None, _AXIS.sub("", source.clocks.get(name or "", "")))
+        and name in source.clocks
+        for name in names.values()
+    )
+    if "time" in wanted and not own_clocks:
+        names["time"] = (
+            _named(source, "time", layout.time) if layout.time else _found(source, "time")
+        )
+    rates = _sample_rates(source, layout, names)
+    if rates and names.get("time", "") is None:
+        del names["time"]
     _refuse_one_for_two(source, names, wanted)
     if missing := [role for role, name in names.items() if name is None]:
         raise RecordingError(_what_is_not_told(source, missing))
@@ -116,11 +129,28 @@ def roles(source: Columns, layout: Layout) -> Roles:
         for role in found
         if wanted.get(role) is None and _stem(found[role], role) not in OWN[role]
     ]
-    if rate != layout.sample_rate:
-        told.append(f"{rate:.6g} samples a second, as the file says")
+    if own_clocks:
+        told.append("position and force have each a column of times")
+    elif "time" not in found and layout.sample_rate is None:
+        told.append(f"{rates['force']:.6g} samples a second, as the file says")
     units = _units(source, layout, found)
     told += _contradicted(source, layout, found)
-    return Roles(found, units, rate, tuple(told))
+    begin = all(found[role] in source.starts for role in ("position", "force"))
+    own_times = own_clocks or ("time" not in found and (begin or len(set(rates.values())) > 1))
+    return Roles(found, units, rates, own_clocks or "time" in found, own_times, tuple(told))
+
+
+def _sample_rates(
+    source: Columns, layout: Layout, names: dict[str, str | None]
+) -> dict[str, float]:
+    """Return the rates of position and force where they are stated, or the file tells both."""
+    signals = {role: names[role] for role in ("position", "force")}
+    if layout.sample_rate is not None:
+        return dict.fromkeys(signals, layout.sample_rate)
+    periods = {
+        role: source.periods[name] for role, name in signals.items() if name in source.periods
+    }
+    return {role: 1.0 / period for role, period in periods.items()} if len(periods) == 2 else {}
 
 
 def _refuse_one_for_two(
@@ -203,6 +233,8 @@ def _found(source: Columns, role: str) -> str | None:
 def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, str]:
     stated, units, missing = _stated(layout), {}, []
     for role, name in names.items():
+        if not stated[role]:
+            _refuse_unknown_unit(source, role, name)
         unit = stated[role] or _unit(source, role, name)
         if unit is not None:
             units[role] = spelt(unit)
@@ -218,6 +250,17 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
             f"everything; state {', '.join(missing)}"
         )
     return units
+
+
+def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
+    """Refuse a unit that the file tells beside a column, and that is none of its role's."""
+    told = source.units.get(name, "")
+    if told and spelt(told) not in _UNITS[role] and ":" not in told:  # hh:mm:ss is no unit
+        raise RecordingError(
+            f"{source.path}: column {name}, the {role}, is in '{told}' as the file says, and that "
+            f"is no unit of it known here; state `{role}_unit` ({', '.join(_UNITS[role])}"
+            f"{'' if role == 'time' else ' or a number: the size of one in SI'})"
+        )
 
 
 def _stated(layout: Layout) -> dict[str, str | None]:

@@ -7,7 +7,7 @@ uneven ones (``even_grid``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +22,13 @@ from tissue_probe.recording.even_grid import (
     EvenGrid,
     consecutive,
     even_grid,
-    interpolate,
     sample_blocks,
 )
 from tissue_probe.recording.fresh_values import REPEATED, drives, fresh_values
 from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.own_clocks import BROUGHT, apart, at_times, rows_of_their_own
 from tissue_probe.recording.roles import Roles, roles
-from tissue_probe.recording.times import Times, times
+from tissue_probe.recording.times import Times, following_on, times
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,
@@ -43,20 +43,6 @@ EXPORTED = ("sequence", "site")
 
 PLACES = ("site_x", "site_y", "site_z")
 """Where the site is [m]."""
-
-
-OWN_ROWS = 0.5
-"""Share of a channel's rows in which the other is known, below which each has rows of its own: by
-gaps alone most of a recording would be missing."""
-
-FEWEST_ROWS = 12
-"""Values of a channel that is brought to the times of the other: the inspection asks for
-as many."""
-
-JOINED = (
-    "position and force stand in rows of their own; the position is brought to the times of the "
-    "force by a cubic spline"
-)
 
 
 def read_table(
@@ -101,43 +87,30 @@ def read_columns(
     if layout.time is None and layout.sample_rate is None:
         source = with_stamps(source)
     found = roles(source, layout)
-    columns, told, place = source.read(list(found.names.values()), progress)
-    signals = dict(zip(found.names, columns, strict=True))
-    del columns
-    said = [*source.told, *found.told, *told]
-    time = _times(source, found, layout, signals)
-    said += time.told
-    position = _position(source, found, layout, signals, time, said)
-    force = _scaled(source, found, "force", signals.pop("force"), layout.force_sign)
+    if found.own_times:
+        time, position, force, place, said = _each_by_its_clock(source, found, layout, progress)
+    else:
+        time, position, force, place, said = _by_one_clock(source, found, layout, progress)
     for role, values in (("position", position), ("force", force)):
         if not np.isfinite(values).any():
             raise RecordingError(
                 f"{path}: column {found.names[role]}, the {role}, has no number in any row; give "
                 f"another by `{role}`"
             )
-    if (late := _later(source, found)) and "time" not in found.names:
-        said.append(
-            f"the force's channel begins {1e3 * late:.4g} ms after the position's; the position is "
-            "brought to the times of the force by a cubic spline"
-        )
-        position = interpolate(time.seconds, position, time.seconds + late, reach=BRIDGED)
     notes = [f"{path}: {'; '.join(said)}"] if said else []
     sites = tuple(_sites(source, time)) if set(EXPORTED) <= set(source.names) else ()
     known = np.isfinite(time.seconds)
     taken = [known]
     if not known.all():
         if not known.any():
-            raise RecordingError(f"{path}: column {found.names['time']} tells no time in any row")
+            raise RecordingError(f"{path} tells no time in any row, in the column of times")
         left_out = np.count_nonzero(~known)
         notes.append(f"{path}: {left_out} rows without a time left out")
         time = time._replace(seconds=time.seconds[known])
         position, force = position[known], force[known]
-    if (own_rows := _rows_of_their_own(time.seconds, position, force)) is not None:
-        notes.append(f"{path}: {JOINED}")
-        moved = np.isfinite(position)
-        position = interpolate(
-            time.seconds[moved], position[moved], time.seconds[own_rows], reach=BRIDGED
-        )
+    if (own_rows := rows_of_their_own(time.seconds, position, force)) is not None:
+        notes.append(f"{path}: position and force stand in rows of their own; {BROUGHT}")
+        position = at_times(time.seconds, position, time.seconds[own_rows])
         taken.append(own_rows)
         time, force = time._replace(seconds=time.seconds[own_rows]), force[own_rows]
     fresh, doubt = _fresh(path, time.seconds, position, force, notes)
@@ -145,16 +118,16 @@ def read_columns(
         taken.append(fresh)
         time = time._replace(seconds=time.seconds[fresh])
         position, force = position[fresh], force[fresh]
-    if "time" in found.names or fresh is not None:
+    if found.timed or fresh is not None:
         grid = even_grid(
             time.seconds, str(path), BRIDGED, lambda row: place(_among_all(row, taken))
         )
     else:
-        grid = consecutive(force.size, 1.0 / (found.sample_rate or 1.0))
+        grid = consecutive(force.size, 1.0 / found.sample_rates.get("force", 1.0))
     notes += grid.notes
     own = None if grid.even else OwnTimes(time.origin, time.seconds, position, force)
     spans = [_values(grid, time.seconds, position)]
-    del position, signals
+    del position
     spans.append(_values(grid, time.seconds, force))
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
@@ -162,25 +135,45 @@ def read_columns(
     return Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own), tuple(notes)
 
 
-def _rows_of_their_own(
-    time: FloatArray, position: FloatArray, force: FloatArray
-) -> np.ndarray | None:
-    """Return the rows of the force, where position and force stand in rows of their own.
-
-    So do two topics that were merged by their times, and two channels of two rates. Times that do
-    not ascend are told as such elsewhere.
-    """
-    moved, felt = np.isfinite(position), np.isfinite(force)
-    both = np.count_nonzero(moved & felt)
-    apart = both < OWN_ROWS * max(np.count_nonzero(moved), np.count_nonzero(felt))
-    enough = min(np.count_nonzero(moved), np.count_nonzero(felt)) >= FEWEST_ROWS
-    return felt if apart and enough and bool(np.all(np.diff(time) >= 0.0)) else None
+Read = tuple[Times, FloatArray, FloatArray, Callable[[int], str], list[str]]
+"""Times, position [m], force [N], where in the file a row is, and what was done, in phrases."""
 
 
-def _later(source: Columns, found: Roles) -> float:
-    """Return by how much the force's channel begins after the position's, as the file says [s]."""
-    position, force = (source.starts.get(found.names[role]) for role in ("position", "force"))
-    return 0.0 if position is None or force is None else force - position
+def _by_one_clock(source: Columns, found: Roles, layout: Layout, progress: Progress) -> Read:
+    """Read position and force that stand in the same rows."""
+    columns, told, place, blocks = source.read(list(found.names.values()), progress)
+    signals = dict(zip(found.names, columns, strict=True))
+    time = following_on(_times(source, found, layout, signals), blocks)
+    said = [*source.told, *found.told, *told, *time.told]
+    position = _position(source, found, layout, signals["position"], time, said)
+    force = _scaled(source, found, "force", signals["force"], layout.force_sign)
+    return time, position, force, place, said
+
+
+def _each_by_its_clock(source: Columns, found: Roles, layout: Layout, progress: Progress) -> Read:
+    """Read position and force of which each channel tells its own times; the force's are kept."""
+    said = [*source.told, *found.told]
+    own, columns = {}, {}
+    for role in ("position", "force"):
+        name = found.names[role]
+        clock = source.clocks.get(name)
+        loaded = source.read([name, clock] if clock else [name], progress)
+        said += loaded.told if role == "force" else ()
+        columns[role] = loaded.columns[0]
+        if clock:
+            told = times(loaded.columns[1], clock, source.units.get(clock), False, str(source.path))
+        else:
+            period = 1.0 / found.sample_rates[role]
+            told = Times(0, source.starts.get(name, 0.0) + period * np.arange(columns[role].size))
+        own[role] = following_on(told, loaded.blocks)
+    said += own["force"].told
+    position = _position(source, found, layout, columns["position"], own["position"], said)
+    force = _scaled(source, found, "force", columns["force"], layout.force_sign)
+    seconds = own["position"].seconds + (own["position"].origin - own["force"].origin) / NANOSECONDS
+    if differ := apart(seconds, own["force"].seconds):
+        said.append(differ)
+        position = at_times(seconds, position, own["force"].seconds)
+    return own["force"], position, force, loaded.place, said
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
@@ -205,9 +198,9 @@ def _values(grid: EvenGrid, time: FloatArray, column: FloatArray) -> list[FloatA
 
 def _times(source: Columns, found: Roles, layout: Layout, signals: dict[str, np.ndarray]) -> Times:
     if "time" not in found.names:
-        return Times(0, np.arange(signals["force"].size) / (found.sample_rate or 1.0))
+        return Times(0, np.arange(signals["force"].size) / found.sample_rates["force"])
     certain = layout.time_unit is not None or set(EXPORTED) <= set(source.names)
-    column = signals.pop("time")
+    column = signals["time"]
     name = found.names["time"]
     if column.dtype == object:
         raise RecordingError(f"{source.path}: column {name} has no numbers: it is text")
@@ -218,11 +211,10 @@ def _position(
     source: Columns,
     found: Roles,
     layout: Layout,
-    signals: dict[str, np.ndarray],
+    column: np.ndarray,
     time: Times,
     said: list[str],
 ) -> FloatArray:
-    column = signals.pop("position")
     if column.dtype.kind in "iuf":
         column, bits = unwrapped(column)
         if bits:

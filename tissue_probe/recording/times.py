@@ -6,7 +6,7 @@ What does not: whether they are even (``even_grid``).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -92,6 +92,33 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
     if bits:
         told.append(f"{name} began again at 2^{bits} and is counted on")
     return _since(column, size, tuple(told))
+
+
+def following_on(times: Times, blocks: Sequence[int]) -> Times:
+    """Return times of which those of each block follow on those of the block before.
+
+    Where a block's times begin anew, nothing tells how long the pause before it was: it is taken
+    to begin one step of time after the block before, as machines run the steps of a protocol.
+
+    Parameters
+    ----------
+    times : Times
+        Of all blocks.
+    blocks : sequence of int
+        First rows of the second block and of those after it.
+    """
+    seconds, anew = times.seconds, 0
+    for first in blocks:
+        before, after = (part[np.isfinite(part)] for part in np.split(seconds, [first]))
+        if before.size > 1 and after.size and after[0] <= before[-1]:
+            if not anew:
+                seconds = seconds.copy()
+            seconds[first:] += before[-1] + (before[-1] - before[-2]) - after[0]
+            anew += 1
+    if not anew:
+        return times
+    told = f"the times of {anew} block{'s' if anew > 1 else ''} begin anew, and are taken to go on"
+    return Times(times.origin, seconds, (*times.told, told))
 
 
 def _refuse_standing(column: np.ndarray, name: str, where: str) -> None:

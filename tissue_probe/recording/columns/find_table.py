@@ -11,7 +11,7 @@ export of a testing machine, of LabVIEW or of a spreadsheet are one case, and no
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 
 from tissue_probe.recording.columns.cells import Cell, Kind, kind
@@ -31,6 +31,7 @@ class Row:
     line: int
     cells: tuple[Cell, ...]
     text: str = ""
+    _kinds: dict[str, list[Kind]] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def blank(self) -> bool:
@@ -44,8 +45,10 @@ class Row:
         return isinstance(text, str) and text.lstrip(' "').startswith(COMMENTS)
 
     def kinds(self, decimal: str) -> list[Kind]:
-        """Return what its cells hold."""
-        return [kind(cell, decimal) for cell in self.cells]
+        """Return what its cells hold; kept, since a table is looked for more than once."""
+        if decimal not in self._kinds:
+            self._kinds[decimal] = [kind(cell, decimal) for cell in self.cells]
+        return self._kinds[decimal]
 
     def data(self, decimal: str) -> bool:
         """Whether it is a row of numbers."""
@@ -153,14 +156,15 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
     if not above:
         _refuse_misfit(path, rows, best, decimal)
         names = tuple(str(number + 1) for number in range(best.width))
-        return Found(best.first, best.width, names, (), (), False, _preamble(rows, best.first))
+        told = tuple(_preamble(rows, best.first, decimal))
+        return Found(best.first, best.width, names, (), (), False, told)
     texts = tuple(row.cells for row in above)
     unit_row = _unit_row(texts)
     at = len(texts) - 1 if unit_row is None else unit_row - 1
     named = _filled(texts, rows, best)
     at = at if at in named or not named else named[-1]
     names = _distinct(texts[: at + 1])
-    told = list(_preamble(rows, rows.index(_row(rows, above[at].line))))
+    told = list(_preamble(rows, rows.index(_row(rows, above[at].line)), decimal))
     units: tuple[str, ...] = ()
     if unit_row is not None:
         units = tuple(bare_unit(cell) or "" for cell in texts[unit_row])
@@ -172,31 +176,36 @@ def _row(rows: Sequence[Row], line: int) -> Row:
     return next(row for row in rows if row.line == line)
 
 
-def _preamble(rows: Sequence[Row], place: int) -> tuple[str, ...]:
+def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
+    """Say what stands above a table: lines that hold no samples, or another table."""
     count = rows[place].line - rows[0].line
     if not count or all(row.blank for row in rows[:place]):
-        return ()
-    return (f"{count} line{'s' if count > 1 else ''} of preamble",)
+        return
+    yield f"{count} line{'s' if count > 1 else ''} of preamble"
+    for run in _runs(rows[:place], decimal):
+        if run.stop - run.first > 1 and not _labelled(rows[run.first], decimal):
+            first, last = rows[run.first].line, rows[run.stop - 1].line
+            yield f"another table, in lines {first} to {last}, is not read"
 
 
 def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> Run:
-    """Begin where the table begins: a header that comes again does not end it, nor a wrong row."""
+    """Begin where the table begins: text does not end it where its header comes again below."""
     for run in reversed([run for run in _runs(rows, decimal) if run.stop <= best.first]):
+        if _labelled(rows[run.first], decimal) and not _labelled(rows[best.first], decimal):
+            continue  # no samples: numbers behind a word, as preambles have them
         if run.width != best.width:
             if run.stop - run.first > 1:
                 break
             continue
         header = {row.cells for row in _above(rows, run, decimal, splits)}
-        between = [
-            _fitted(row, run.width, splits)
-            for row in rows[run.stop : best.first]
-            if not (row.blank or row.comment)
-        ]
-        names = [cells for cells in between if cells and all(cells)]
-        if any(cells not in header for cells in names):
+        if any(row.cells not in header for row in _above(rows, best, decimal, splits)):
             break  # a table of its own
         best = Run(run.first, best.stop, best.width, best.explained)
     return best
+
+
+def _labelled(row: Row, decimal: str) -> bool:
+    return Kind.TEXT in row.kinds(decimal)
 
 
 def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
@@ -214,7 +223,7 @@ def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
                 break
             bare = row.text.strip().lstrip("#%/*! ")
             row = Row(row.line, next((c for s in splits if len(c := s(bare)) == run.width), ()))
-        cells = _fitted(row, run.width, splits)
+        cells = fitted(row, run.width, splits)
         if cells is None or sum(kind(cell, decimal) is Kind.NUMBER for cell in cells) > 1:
             break
         if sum(bool(cell) for cell in cells) < min(2, run.width):
@@ -225,8 +234,8 @@ def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
     return found
 
 
-def _fitted(row: Row, width: int, splits) -> tuple[str, ...] | None:
-    """Return a row's texts if it has a cell for each column."""
+def fitted(row: Row, width: int, splits=()) -> tuple[str, ...] | None:
+    """Return a row's texts if it has a cell for each column, in one of the ways to cut it."""
     for cells in (row.cells, *(split(row.text) for split in splits if row.text)):
         texts = [str(cell).strip() for cell in cells]
         while len(texts) > width and (not texts[-1] or texts[-1].casefold() == "comment"):

@@ -39,7 +39,14 @@ def open_parquet(path: Path) -> Columns:
             progress(number / len(names))
         return Loaded(columns)
 
-    return Columns(path, tuple(file.schema_arrow.names), load)
+    return Columns(path, tuple(file.schema_arrow.names), load, _units(file.schema_arrow))
+
+
+def _units(schema) -> dict[str, str]:
+    """Return the units that the metadata of fields tell, as ``unit`` or ``units``."""
+    told = {field.name: field.metadata or {} for field in schema}
+    units = {name: each.get(b"units", each.get(b"unit", b"")) for name, each in told.items()}
+    return {name: unit.decode(errors="replace") for name, unit in units.items() if unit}
 
 
 def _column(path: Path, file, name: str) -> np.ndarray:

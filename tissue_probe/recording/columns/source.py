@@ -28,12 +28,14 @@ class Loaded(NamedTuple):
     """Columns of one length, and what was done to read them, in phrases.
 
     A column is of floats, of whole numbers, of ``datetime64[ns]``, or of texts that tell times.
-    ``place`` says where in the file a row (from 0) is, as its user finds it.
+    ``place`` says where in the file a row (from 0) is, as its user finds it. ``blocks`` are the
+    rows (from 0) at which the second and further blocks of a table begin.
     """
 
     columns: list[np.ndarray]
     told: tuple[str, ...] = ()
     place: Callable[[int], str] = row_place
+    blocks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,8 @@ class Columns:
         Time between two samples of a column, where the file tells it [s].
     starts : mapping of str to float
         When a column begins, where the file tells it [s]; from any time, the same for all.
+    clocks : mapping of str to str
+        The column of times that a column goes by, where each has its own.
     named : bool
         Whether the names are the file's own.
     """
@@ -67,6 +71,7 @@ class Columns:
     told: tuple[str, ...] = ()
     periods: Mapping[str, float] = field(default_factory=dict)
     starts: Mapping[str, float] = field(default_factory=dict)
+    clocks: Mapping[str, str] = field(default_factory=dict)
     named: bool = True
 
     def read(self, names: Sequence[str], progress: Progress = lambda share: None) -> Loaded:

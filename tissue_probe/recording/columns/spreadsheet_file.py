@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tissue_probe.recording.columns import cells
+from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_size, check_zip
 from tissue_probe.recording.columns.cells import Kind
 from tissue_probe.recording.columns.find_table import Found, Row, find_table, longest_run
@@ -113,25 +114,14 @@ def _check_repeats(path: Path, members: zipfile.ZipFile) -> None:
 
 
 def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int]) -> Loaded:
-    kept, left_out, pending = [], 0, 0
+    kept: list[Row] = []
+    blocks = Blocks(path, found, ".", "row")
     for row in rows[found.first :]:
-        if row.blank:
-            continue
-        if tuple(str(cell).strip() for cell in row.cells) in found.headers:
-            left_out += 1
-        elif not row.data("."):
-            pending += 1
-        elif pending:
-            raise RecordingError(
-                f"{path}, row {row.line - 1}: no row of the table, and rows follow; take it out, "
-                "or what comes after it"
-            )
-        else:
+        if blocks.takes(row, len(kept)):
             kept.append(row)
-    told = [f"{left_out} rows left out: they are headers again"] if left_out else []
-    told += [f"{pending} row{'s' if pending > 1 else ''} below the table"] if pending else []
     columns = [_column(path, name, place, kept) for name, place in places.items()]
-    return Loaded(columns, tuple(told), lambda row: f"row {kept[row].line}")
+    told = tuple(blocks.told(len(kept)))
+    return Loaded(columns, told, lambda row: f"row {kept[row].line}", tuple(blocks.starts[1:]))
 
 
 def _column(path: Path, name: str, place: int, rows: Sequence[Row]) -> np.ndarray:

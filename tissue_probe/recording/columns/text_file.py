@@ -14,16 +14,19 @@ import codecs
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from tissue_probe.recording.columns import cells
+from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.cells import Kind
-from tissue_probe.recording.columns.find_table import Found, Row, find_table, longest_run
+from tissue_probe.recording.columns.channel_labels import channel_labels
+from tissue_probe.recording.columns.find_table import Found, Row, Run, find_table, longest_run
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
@@ -31,7 +34,9 @@ SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": 
 """What may stand between cells."""
 
 BLOCK = 2**23  # bytes read at a time
-HEAD = 2**18  # bytes in which the table is found
+HEADS = 2**14, 2**18
+"""Bytes in which the table is found: in the first, unless it ends there, or is the lesser part."""
+
 _BLANKS = re.compile(r"[^\S\n]+")
 _WIDE_BLANKS = re.compile(r"\s{2,}|\t")
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\ufffd]")
@@ -78,12 +83,24 @@ def open_text(path: Path) -> Columns:
     splits += [Dialect(encoding, " ", ".").split, _wide]
     found = find_table(str(path), rows, dialect.decimal, splits)
     told = (*dialect.told(), *found.told)
+    labels = channel_labels(rows, found, dialect.decimal)
+    found = replace(found, names=labels.names)
 
     def load(names: Sequence[str], progress: Progress) -> Loaded:
         return _Reading(path, dialect, found, rows, names).run(progress)
 
     named = {n: u for n, u in zip(found.names, found.units, strict=False) if u}
-    return Columns(path, tuple(n for n in found.names if n), load, named, told, named=found.named)
+    return Columns(
+        path,
+        tuple(n for n in found.names if n),
+        load,
+        named | dict(labels.units),
+        told,
+        labels.periods,
+        labels.starts,
+        labels.clocks,
+        found.named,
+    )
 
 
 def _wide(text: str) -> tuple[str, ...]:
@@ -113,7 +130,10 @@ def _encoding(path: Path) -> str:
 
 
 def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator[str]:
-    """Yield a file's text in blocks of whole lines, each ended by a line feed."""
+    """Yield a file's text in pieces of whole lines, each ended by a line feed.
+
+    A last line that has no end is a piece of its own.
+    """
     whole = max(path.stat().st_size, 1)
     decoder = codecs.getincrementaldecoder(encoding)("replace")
     rest, read = "", 0
@@ -129,18 +149,43 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
                 raise RecordingError(f"{path} is not a table of text: a line in it has no end")
             yield lines + feed
             progress(read / whole)
-    rest = (rest + decoder.decode(b"", final=True)).replace("\r", "\n")
-    if rest.strip("\n"):
-        yield rest.rstrip("\n") + "\n"
+    rest = rest + decoder.decode(b"", final=True)
+    ended = rest.endswith("\r")
+    rest = rest.replace("\r", "\n").rstrip("\n")
+    if rest:
+        yield rest + ("\n" if ended else "")
+
+
+def _ended(text: str) -> str:
+    return text if text.endswith("\n") else text + "\n"
 
 
 def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
     """Return the first lines' rows, in the dialect in which numbers explain most of them."""
-    text = next(filter(None, _texts(path, encoding, HEAD, lambda share: None)), "")
-    if _NO_TEXT.search(text):
-        raise RecordingError(f"{path} is not a table of text: it holds characters of no text")
-    lines = text.split("\n")[:-1]
-    best, most = None, 0
+    lines: list[str] = []
+    for size in HEADS:
+        text = next(filter(None, _texts(path, encoding, size, lambda share: None)), "")
+        if _NO_TEXT.search(text):
+            raise RecordingError(f"{path} is not a table of text: it holds characters of no text")
+        lines = _ended(text).split("\n")[:-1]
+        if found := _best(lines, encoding):
+            rows, dialect, run = found
+            if run.stop == len(rows) and 2 * (run.stop - run.first) > len(rows):
+                break
+    if found:
+        return rows, dialect
+    names = next((line for line in lines if line.strip()), "")
+    if any(len(names.split(mark)) > 1 for mark in SEPARATORS):
+        raise RecordingError(
+            f"{path} has a header line perhaps, but no rows below it: no line in it has two "
+            "numbers or more, side by side"
+        )
+    raise RecordingError(f"{path} is not a table: no line in it has two numbers side by side")
+
+
+def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, Run] | None:
+    """Return rows, dialect and table of lines, by what explains most; None where none does."""
+    best: tuple[list[Row], Dialect, Run] | None = None
     for separator in SEPARATORS:
         for decimal in (".", ","):
             dialect = Dialect(encoding, separator, decimal)
@@ -149,16 +194,8 @@ def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
             except csv.Error:
                 continue
             run = longest_run(rows, decimal)
-            if run is not None and run.explained > most:
-                best, most = (rows, dialect), run.explained
-    if best is None:
-        names = next((line for line in lines if line.strip()), "")
-        if any(len(names.split(mark)) > 1 for mark in SEPARATORS):
-            raise RecordingError(
-                f"{path} has a header line perhaps, but no rows below it: no line in it has two "
-                "numbers or more, side by side"
-            )
-        raise RecordingError(f"{path} is not a table: no line in it has two numbers side by side")
+            if run is not None and (best is None or run.explained > best[2].explained):
+                best = rows, dialect, run
     return best
 
 
@@ -197,20 +234,24 @@ class _Reading:
             all(cells.is_whole(row.cells[place]) for row in first) for place in self._places
         ]
         self._line = 0  # read so far
+        self._cut: list[str] = []
         self._begins = rows[found.first].line
-        self._left_out: list[int] = []
-        self._pending: list[int] = []  # lines of no numbers: the table's end, or a fault in it
-        self._blocks: list[tuple[int, int]] = []  # of each block, its first line and its first row
+        self._shortest = min((len(row.text) for row in first), default=0)
+        self._blocks = Blocks(path, found, dialect.decimal)
+        self._pieces: list[tuple[int, int, Blocks]] = []  # of each: line, rows, and blocks before
 
     def run(self, progress: Progress) -> Loaded:
         parts: list[list[np.ndarray]] = [[] for _ in self._names]
         count = 0
         for text in _texts(self._path, self._dialect.encoding, BLOCK, progress):
-            self._blocks.append((self._line + 1, count))
-            if self._line + text.count("\n") < self._begins:
+            self._pieces.append((self._line + 1, count, deepcopy(self._blocks)))
+            if self._line + text.count("\n") + 1 < self._begins:
                 self._line += text.count("\n")
                 continue
-            for part, column in zip(parts, self._block(text), strict=True):
+            if self._is_cut(text):
+                self._cut.append(f"line {self._line + 1}, the last, is cut short, and left out")
+                break
+            for part, column in zip(parts, self._piece(_ended(text), count), strict=True):
                 part.append(column)
             count += parts[0][-1].size
             check_rows(self._path, count)
@@ -218,37 +259,49 @@ class _Reading:
         for part in parts:
             columns.append(np.concatenate(part) if part else np.empty(0))
             part.clear()
-        return Loaded(columns, tuple(self._told()), self._place)
+        told = (*self._blocks.told(count), *self._cut)
+        return Loaded(columns, told, self._place, tuple(self._blocks.starts[1:]))
+
+    def _is_cut(self, text: str) -> bool:
+        """Whether a text is a last line without an end that lacks some of a row's characters."""
+        if text.endswith("\n"):
+            return False
+        cells_of = self._dialect.split(text)
+        begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not Kind.TEXT
+        short = len(cells_of) < self._found.width or len(text) < self._shortest
+        return bool(begins) and short
 
     def _place(self, row: int) -> str:
-        """Say in which line a row is; its block is read again, as which rows it has is not kept."""
-        number = max(n for n, (_, first) in enumerate(self._blocks) if first <= row)
+        """Say in which line a row is; its piece is read again, as which rows it has is not kept."""
+        number = max(n for n, (_, first, _) in enumerate(self._pieces) if first <= row)
         texts = _texts(self._path, self._dialect.encoding, BLOCK, lambda share: None)
-        line, before = self._blocks[number]
-        lines = next(islice(texts, number, None)).split("\n")[:-1]
+        line, before, blocks = self._pieces[number]
+        lines = _ended(next(islice(texts, number, None))).split("\n")[:-1]
         rows = [Row(line + n, self._dialect.split(each), each) for n, each in enumerate(lines)]
-        rows = [each for each in rows if each.line >= self._begins and self._is_row(each)]
+        rows = [each for each in rows if each.line >= self._begins and blocks.takes(each, before)]
         return f"line {rows[row - before].line}"
 
-    def _told(self) -> Iterator[str]:
-        for lines, what in ((self._left_out, "left out"), (self._pending, "below the table")):
-            if lines:
-                rows = f"{len(lines)} row{'s' if len(lines) > 1 else ''} {what}"
-                yield f"{rows}: {_spans(lines)}"
-
-    def _block(self, text: str) -> list[np.ndarray]:
+    def _piece(self, text: str, before: int) -> list[np.ndarray]:
         lines = text.count("\n")
         skipped = max(0, self._begins - 1 - self._line)
         for _ in range(skipped):
             text = text[text.index("\n") + 1 :]
-        columns = None if self._pending else self._at_once(text)
+        columns = None if self._blocks.pending else self._at_once(text)
         if columns is None:
-            columns = self._line_by_line(text, self._line + skipped)
+            columns = self._line_by_line(text, self._line + skipped, before)
         self._line += lines
         return columns
 
     def _at_once(self, text: str) -> list[np.ndarray] | None:
-        """Read a block of nothing but rows; None if it is something else."""
+        """Read a piece of nothing but rows; None if it is something else."""
+        columns = self._as_kinds(text)
+        if columns is None and any(self._whole):  # whole numbers at first need not stay so
+            kept, self._whole = self._whole, [False] * len(self._whole)
+            if (columns := self._as_kinds(text)) is None:
+                self._whole = kept
+        return columns
+
+    def _as_kinds(self, text: str) -> list[np.ndarray] | None:
         import pyarrow
         from pyarrow import csv as arrow_csv
 
@@ -288,14 +341,14 @@ class _Reading:
             return None
         return columns
 
-    def _line_by_line(self, text: str, before: int) -> list[np.ndarray]:
+    def _line_by_line(self, text: str, above: int, before: int) -> list[np.ndarray]:
         found: list[list] = [[] for _ in self._names]
-        for line, each in enumerate(text.split("\n")[:-1], before + 1):
+        for line, each in enumerate(text.split("\n")[:-1], above + 1):
             try:
                 row = Row(line, self._dialect.split(each), each)
             except csv.Error as error:
                 raise RecordingError(f"{self._path}, line {line}: {error}") from None
-            if not self._is_row(row):
+            if not self._blocks.takes(row, before + len(found[0])):
                 continue
             for values, place, name, timed in zip(
                 found, self._places, self._names, self._timed, strict=True
@@ -317,42 +370,3 @@ class _Reading:
             raise RecordingError(
                 f"{self._path}, line {row.line}: column {name} is '{cell}'; give a number"
             ) from None
-
-    def _is_row(self, row: Row) -> bool:
-        """Whether a line is one of the table's; keeps which are not."""
-        if row.blank:
-            return False
-        stripped = tuple(str(cell).strip() for cell in row.cells)
-        if row.comment or stripped in self._found.headers:
-            self._left_out.append(row.line)
-            return False
-        kinds = row.kinds(self._dialect.decimal)
-        fits = len(row.cells) == self._found.width
-        numbers = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
-        if not (numbers > 1 if Kind.TEXT in kinds else numbers or fits):
-            self._pending.append(row.line)
-            return False
-        if self._pending:
-            raise RecordingError(
-                f"{self._path}, line {self._pending[0]}: no row of the table, and rows follow; "
-                "take it out, or what comes after it"
-            )
-        if not fits:
-            raise RecordingError(
-                f"{self._path}, line {row.line}: {len(row.cells)} cells, but the table has "
-                f"{self._found.width} columns"
-            )
-        return True
-
-
-def _spans(lines: Sequence[int]) -> str:
-    """Write lines as ``lines 3 to 5 and 9``, no more than three of them."""
-    spans: list[list[int]] = []
-    for line in lines:
-        if spans and line == spans[-1][1] + 1:
-            spans[-1][1] = line
-        else:
-            spans.append([line, line])
-    said = [f"{a} to {b}" if a < b else str(a) for a, b in spans[:3]]
-    more = ", ..." if len(spans) > 3 else ""
-    return f"line{'s' if len(lines) > 1 else ''} {', '.join(said)}{more}"

@@ -1,0 +1,115 @@
+"""Which lines of a file are rows of its table, block after block.
+
+What belongs here: telling rows from headers that come again, from comments, and from text between
+two blocks and below the last. What does not: finding the table (``find_table``), values of cells.
+
+Testing machines write a block for each step of a protocol, each with the table's header: these are
+one table. Text ends a block, and only the header begins another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from tissue_probe.recording.columns.cells import Kind
+from tissue_probe.recording.columns.find_table import Found, Row, fitted
+from tissue_probe.recording.errors import RecordingError
+
+
+class Blocks:
+    """The rows of a table, told one line after the other.
+
+    Parameters
+    ----------
+    path : Path
+        What to call the file in messages.
+    found : Found
+        The table.
+    decimal : {".", ","}
+        The decimal mark.
+    line : str
+        What a line is called in such a file.
+
+    Attributes
+    ----------
+    starts : list of int
+        Of each block, how many rows lie before it; the first has none.
+    pending : list of int
+        Lines since the last row of a block that are no rows: its end, or a fault in it.
+    """
+
+    def __init__(self, path: Path, found: Found, decimal: str, line: str = "line") -> None:
+        self._path = path
+        self._found = found
+        self._decimal = decimal
+        self._line = line
+        self._left_out: list[int] = []
+        self.starts = [0]
+        self.pending: list[int] = []
+
+    def takes(self, row: Row, before: int) -> bool:
+        """Whether a line is a row of the table, of which ``before`` were taken already.
+
+        Raises
+        ------
+        RecordingError
+            If it has more or fewer cells than the table, or follows text without a header.
+        """
+        if row.blank:
+            return False
+        if row.comment:
+            self._left_out.append(row.line)
+            return False
+        if fitted(row, self._found.width) in self._found.headers:
+            self._left_out += [*self.pending, row.line]
+            if self.pending:
+                self.starts.append(before)
+            self.pending = []
+            return False
+        if not self._has_numbers(row):
+            self.pending.append(row.line)
+            return False
+        if self.pending:
+            raise RecordingError(
+                f"{self._path}, {self._line} {self.pending[0]}: no row of the table, and rows "
+                "follow; take it out, or what comes after it"
+            )
+        if len(row.cells) != self._found.width:
+            raise RecordingError(
+                f"{self._path}, {self._line} {row.line}: {len(row.cells)} cells, but the table has "
+                f"{self._found.width} columns"
+            )
+        return True
+
+    def told(self, count: int) -> Iterator[str]:
+        """Say of ``count`` rows in how many blocks they are, and which lines are none."""
+        if len(self.starts) > 1:
+            stops = (*self.starts[1:], count)
+            sizes = [stop - start for start, stop in zip(self.starts, stops, strict=True)]
+            yield f"{len(sizes)} blocks, of {', '.join(map(str, sizes[:-1]))} and {sizes[-1]} rows"
+        for lines, place in ((self._left_out, "left out"), (self.pending, "below the table")):
+            if lines:
+                rows = f"{len(lines)} row{'s' if len(lines) > 1 else ''} {place}"
+                yield f"{rows}: {spans(lines, self._line)}"
+
+    def _has_numbers(self, row: Row) -> bool:
+        """Whether a line may be a row; with text in it only within a block, as a fault of it."""
+        kinds = row.kinds(self._decimal)
+        numbers = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
+        if Kind.TEXT in kinds:
+            return numbers > 1 and not self.pending
+        return bool(numbers) or len(row.cells) == self._found.width
+
+
+def spans(lines: Sequence[int], line: str) -> str:
+    """Write lines as ``lines 3 to 5 and 9``, no more than three of them."""
+    found: list[list[int]] = []
+    for each in lines:
+        if found and each == found[-1][1] + 1:
+            found[-1][1] = each
+        else:
+            found.append([each, each])
+    said = [f"{a} to {b}" if a < b else str(a) for a, b in found[:3]]
+    more = ", ..." if len(found) > 3 else ""
+    return f"{line}{'s' if len(lines) > 1 else ''} {', '.join(said)}{more}"
