@@ -110,7 +110,7 @@ def test_of_several_it_is_told_what_could_not_be_seen_and_how_far_an_experiment_
         )
         if each != words
     )
-    assert first == "One of a (0.50), b (0.50): this recording cannot tell which."
+    assert first == "One of a (0.50), b (0.49): this recording cannot tell which."
     assert sorted(meanings) == ["a: a is so.", "b: b is so."]
     assert unseen == "This excitation could not have shown: mains_hum."
     assert experiment == (

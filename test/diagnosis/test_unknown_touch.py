@@ -91,3 +91,14 @@ def test_a_relaxation_is_one_with_a_lag_where_nobody_weighed_the_tip():
         found = tp.diagnose(read(depth, force, seed), rig="rigid_probe")
         named = {name for each in found.found.ladder.alternatives for name in each}
         assert "standard_linear_solid" in named | set(found.effects)
+
+
+def test_a_ramp_that_begins_in_contact_is_not_taken_for_a_drift_in_the_air():
+    """The crosshead's reading is anywhere; the load's zero is right, and the specimen is taut."""
+    ramp = np.minimum(TIME, 4.0) * 1e-3
+    wave = np.where(TIME > 6.0, 6e-4 * np.sin(2 * np.pi * 0.7 * (TIME - 6.0)), 0.0)
+    depth = ramp + wave
+    force = 300.0 * depth + 3.0 * np.gradient(depth, TIME)
+    found = tp.diagnose(read(depth + 37e-3, force), **STATED)
+    assert (found.verdict, found.effects) == ("adequate", ())
+    assert value(found, "stiffness").value == pytest.approx(300.0, rel=0.01)

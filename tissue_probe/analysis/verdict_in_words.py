@@ -34,7 +34,8 @@ UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 def told(diagnosis: Diagnosis) -> list[str]:
     """Say the whole answer, the values of the last model and the next command line in it."""
     values_of = diagnosis.ladder.base if _names_nothing(diagnosis) else diagnosis.ladder.final
-    said = [*_found(diagnosis), *_values(values_of), *_rest(diagnosis)]
+    said = [*_found(diagnosis), *_values(values_of), *_of_others(diagnosis.ladder)]
+    said += _rest(diagnosis)
     if diagnosis.command:
         said += ["The next experiment's command line:", diagnosis.command.line]
         said += [f"- {note}" for note in diagnosis.command.notes]
@@ -69,6 +70,14 @@ def _values(final: Fit) -> list[str]:
     """Tell the values of a model, a line each."""
     told = [f"Values of {fit_shown.title(final)}, 95 % intervals:", *fit_shown.lines(final)]
     return [*told, *filter(None, [fit_shown.exhaustion([final])])]
+
+
+def _of_others(ladder: Ladder) -> list[str]:
+    """Say how the values of the other probable models are had, where there are several."""
+    if len(ladder.alternatives) < 2:
+        return []
+    other = " and ".join(ladder.alternatives[1])
+    return [f"The values of another of them: `add` of improve, such as {other}."]
 
 
 def _rest(diagnosis: Diagnosis) -> list[str]:
@@ -214,7 +223,9 @@ def _missing(diagnosis: Diagnosis) -> list[str]:
     named = ", ".join((*diagnosis.spoilt, *_sure(diagnosis.ladder)))
     if diagnosis.ladder.asked:
         left = fit_shown.over_noise(final)
-        return [f"Explained: with {named}, as asked for, the error is {left}."]
+        return [
+            f"Explained: with {named}, as asked for, the error is {left}; others were not tried."
+        ]
     if diagnosis.ladder.steps:
         return [f"Missing: {named}."]
     return [
@@ -263,7 +274,10 @@ def _open(ladder: Ladder) -> list[str]:
     common, models = _common(ladder), []
     for names, likely in zip(ladder.alternatives, ladder.posterior.probabilities, strict=False):
         rest = [name for name in names if name not in common]
-        models.append(f"{' + '.join(rest) or 'nothing more'} ({probability(likely)})")
+        # Of one effect alone it is that of the table beside.
+        known = (1.0 - ladder.posterior.unknown) * likely
+        told = ladder.posterior.effect(rest[0]) if len(rest) == 1 else known
+        models.append(f"{' + '.join(rest) or 'nothing more'} ({probability(told)})")
     return models
 
 

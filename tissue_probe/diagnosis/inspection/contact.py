@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.touch import FELT, FEWEST
+from tissue_probe.diagnosis.inspection.touch import FELT, FEWEST, FLAT
 from tissue_probe.diagnosis.transforms import without_line
 from tissue_probe.signals import FloatArray
 
@@ -44,6 +44,18 @@ def touch_within(position: FloatArray, force: FloatArray, noise: float) -> float
         # A tissue of the mean slope is felt there, unless it is not touched yet.
         seen = slack * float(np.ptp(force)) / travel > EVIDENT * FELT * noise
         return slack if seen else 0.0
-    few = np.count_nonzero(there) < FEWEST
-    pressed = few or np.std(without_line(force[there])) > VARIES * noise
-    return np.inf if pressed else 0.0
+    if np.count_nonzero(there) < FEWEST or _grows(position, force, there):
+        return np.inf
+    varies = float(np.std(without_line(force[there])))
+    return np.inf if varies > VARIES * noise else 0.0
+
+
+def _grows(position: FloatArray, force: FloatArray, there: np.ndarray) -> bool:
+    """Whether the force grows with the way there, as it does in contact and not in the air.
+
+    By more than a drift may: see ``FLAT``. A ramp is as even in time as a drift is.
+    """
+    way = position[there] - position[there].mean()
+    size = float(way @ way)
+    slope = float(way @ force[there]) / size if size > 0.0 else 0.0
+    return slope > FLAT * float(np.ptp(force) / np.ptp(position))
