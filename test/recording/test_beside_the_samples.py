@@ -422,3 +422,36 @@ def test_a_table_above_the_samples_is_told_as_one(tmp_path):
     text(tmp_path / "two.csv", rows_of(), ["t,u,F"], above=above)
     read = tp.read(tmp_path / "two.csv", **USUAL)
     assert any("another table, in lines 2 to 3, is not read" in each for each in read.notes)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["Time_S,Tip_mm,F", "Elapsed Time,Position (m),Force [N]", "Scan Time [s],Stroke_MM,Load (N)"],
+)
+def test_names_that_laboratories_give_are_known(tmp_path, names):
+    size = 1e3 if "mm" in names.casefold() else 1.0
+    text(tmp_path / "x.csv", zip(TIME, size * motion(TIME), force(TIME), strict=True), [names])
+    read = tp.read(tmp_path / "x.csv", **USUAL)
+    np.testing.assert_allclose(read.position, motion(TIME), atol=1e-9)
+
+
+def test_a_column_may_be_told_by_its_number_though_it_has_a_name(tmp_path):
+    text(tmp_path / "x.csv", rows_of(), ["a,b,c"])
+    units = {"position_unit": "m", "force_unit": "N"}
+    read = tp.read(tmp_path / "x.csv", time="1", position="2", force="3", **units, **USUAL)
+    np.testing.assert_allclose(read.position, motion(TIME), atol=1e-9)
+
+
+def test_a_torque_and_an_angle_are_no_force_and_no_way(tmp_path):
+    text(tmp_path / "x.csv", rows_of(), ["Time [s],Angle [rad],Torque [N m]"])
+    named = {"position": "Angle [rad]", "force": "Torque [N m]", **USUAL}
+    with pytest.raises(tp.TissueProbeError, match="is in rad, of a torque or an angle"):
+        tp.read(tmp_path / "x.csv", **named)
+    lever = {"position_unit": "0.05", "force_unit": "20"}
+    assert tp.read(tmp_path / "x.csv", **named, **lever).position[0] == pytest.approx(1e-4)
+
+
+def test_a_frequency_sweep_is_refused_as_one(tmp_path):
+    text(tmp_path / "x.csv", rows_of(), ["Frequency (Hz),Storage modulus (Pa),Loss modulus (Pa)"])
+    with pytest.raises(tp.TissueProbeError, match="is a frequency sweep, with Storage modulus"):
+        tp.read(tmp_path / "x.csv", **USUAL)

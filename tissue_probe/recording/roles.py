@@ -1,7 +1,7 @@
 """Which column of a file is the time, which the position, which the force.
 
-What belongs here: names that tell it, and what must be stated where they do not.
-What does not: reading columns (``columns``), their values (``table_file``).
+What belongs here: finding it by names and units, and refusing where these do not tell it.
+What does not: the names (``usual_names``), reading columns, their values (``table_file``).
 """
 
 from __future__ import annotations
@@ -22,26 +22,7 @@ from tissue_probe.recording.units import (
     split_unit,
     unit_size,
 )
-
-OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
-"""What this suite calls the columns; in SI units, and positive in compression."""
-
-USUAL = {
-    "time": (
-        "time", "time stamp", "timestamp", "elapsed time", "running time", "test time", "x value",
-        "zeit", "testzeit", "prüfzeit", "temps", "tiempo", "tempo",
-    ),
-    "position": (
-        "position", "pos", "displacement", "disp", "extension", "compressive extension",
-        "crosshead", "stroke", "compressive displacement", "axial displacement", "indentation",
-        "indentation depth", "depth", "travel", "weg", "standardweg", "traversenweg",
-    ),
-    "force": (
-        "force", "load", "compressive load", "axial force", "axial load", "normal force",
-        "kraft", "standardkraft",
-    ),
-}  # fmt: skip
-"""What testing machines and laboratories call them, in lower case, words apart by blanks."""
+from tissue_probe.recording.usual_names import OWN, ROTARY, SWEEP, USUAL
 
 _UNITS = {
     "time": TIME_UNITS,
@@ -49,6 +30,7 @@ _UNITS = {
     "force": FORCE_UNITS,
 }
 _IN_CONTAINER = re.compile(r".*[/!.](?=[^/!.]+$)")
+_LAST_UNIT = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]$|_([^_\s]+)$|[,/]\s*([^,/]+)$")
 _AXIS = re.compile(r"\s*[\[(][^\[\]()]*[\])]$")
 
 
@@ -114,9 +96,8 @@ def roles(source: Columns, layout: Layout) -> Roles:
         for name in names.values()
     )
     if "time" in wanted and not own_clocks:
-        names["time"] = (
-            _named(source, "time", layout.time) if layout.time else _found(source, "time")
-        )
+        time = _named(source, "time", layout.time) if layout.time else _found(source, "time")
+        names = {"time": time, **names}
     rates = _sample_rates(source, layout, names)
     if rates and names.get("time", "") is None:
         del names["time"]
@@ -168,6 +149,11 @@ def _refuse_one_for_two(
 def _what_is_not_told(source: Columns, missing: list[str]) -> str:
     options = " ".join(f"`{role}`" for role in missing)
     rate = " (or `sample_rate` where there is none)" if "time" in missing else ""
+    if swept := [name for name in source.names if _plain(name, "time") in SWEEP]:
+        return (
+            f"{source.path} is a frequency sweep, with {', '.join(swept)}: it holds no samples "
+            "over time, which this needs; export those, or record again"
+        )
     if not source.named:
         return (
             f"{source.path} has no header line that names its columns: state which column is the "
@@ -208,6 +194,8 @@ def _named(source: Columns, role: str, name: str) -> str:
                 f"{source.path} has several columns {name}: {', '.join(meant)}; give `{role}` in "
                 "full"
             )
+        if name.isdigit() and 1 <= int(name) <= len(source.names):
+            return source.names[int(name) - 1]
         source.require([name])
     return name
 
@@ -254,13 +242,26 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
 
 def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
     """Refuse a unit that the file tells beside a column, and that is none of its role's."""
-    told = source.units.get(name, "")
+    told = source.units.get(name, "") or _rotary(name)
+    if told in ROTARY:
+        raise RecordingError(
+            f"{source.path}: column {name}, the {role}, is in {told}, of a torque or an angle, and "
+            f"forces and ways are read here; state `{role}_unit` as a number: by the lever's "
+            "length, how many newtons or metres one is"
+        )
     if told and spelt(told) not in _UNITS[role] and ":" not in told:  # hh:mm:ss is no unit
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in '{told}' as the file says, and that "
             f"is no unit of it known here; state `{role}_unit` ({', '.join(_UNITS[role])}"
             f"{'' if role == 'time' else ' or a number: the size of one in SI'})"
         )
+
+
+def _rotary(name: str) -> str:
+    """Return the unit of a torque or an angle in which a name ends; nothing where there is none."""
+    found = _LAST_UNIT.search(name)
+    unit = next((group for group in found.groups() if group), "") if found else ""
+    return unit if unit in ROTARY else ""
 
 
 def _stated(layout: Layout) -> dict[str, str | None]:

@@ -43,7 +43,7 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 36
 """Seconds in one of each."""
 
 _SPELT = {
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s",
+    "s": "s", "mm": "mm", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s",
     "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
     "usec": "us", "microsecond": "us", "microseconds": "us",
     "nsec": "ns", "nanosecond": "ns", "nanoseconds": "ns",

@@ -198,7 +198,8 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
                 break
             continue
         header = {row.cells for row in _above(rows, run, decimal, splits)}
-        if any(row.cells not in header for row in _above(rows, best, decimal, splits)):
+        names = [row for row in _above(rows, best, decimal, splits) if row.cells not in header]
+        if not all(_row(rows, row.line).comment for row in names):
             break  # a table of its own
         best = Run(run.first, best.stop, best.width, best.explained)
     return best

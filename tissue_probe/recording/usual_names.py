@@ -1,0 +1,42 @@
+"""Names by which columns are known: this suite's own, and those of testing machines.
+
+What belongs here: tables of names, to which a laboratory's may be added. What does not: which
+column of a file is meant (``roles``), units (``units``).
+"""
+
+OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
+"""What this suite calls the columns; in SI units, and positive in compression."""
+
+USUAL = {
+    "time": (
+        "time", "time stamp", "timestamp", "elapsed time", "running time", "test time", "scan time",
+        "step time", "x value", "zeit", "testzeit", "prüfzeit", "temps", "tiempo", "tempo",
+    ),
+    "position": (
+        "position", "pos", "displacement", "disp", "extension", "compressive extension",
+        "crosshead", "stroke", "compressive displacement", "axial displacement", "indentation",
+        "indentation depth", "depth", "travel", "tip", "tip position", "weg", "standardweg",
+        "traversenweg",
+    ),
+    "force": (
+        "force", "load", "compressive load", "axial force", "axial load", "normal force",
+        "kraft", "standardkraft",
+    ),
+}  # fmt: skip
+"""What testing machines and laboratories call them, in lower case, words apart by blanks."""
+
+SWEEP = (
+    "storage modulus",
+    "loss modulus",
+    "storage",
+    "loss",
+    "g'",
+    "g''",
+    "e'",
+    "e''",
+    "tan delta",
+)
+"""Columns of a frequency sweep: no samples over time, but what they come to at each frequency."""
+
+ROTARY = ("Nm", "mNm", "N m", "mN m", "N*m", "N.m", "N·m", "rad", "mrad", "deg", "°", "degrees")
+"""Units of torques and angles."""
