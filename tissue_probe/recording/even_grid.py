@@ -196,7 +196,7 @@ def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
     A rate lasts for more than half of ``LASTING`` steps, which are even, and is no whole number of
     periods of the others: there samples are missing.
     """
-    if steps.size < LASTING:
+    if steps.size < LASTING or float(steps.max()) <= GAP * float(steps.min()):
         return usual
     from scipy.ndimage import median_filter  # with what else takes uneven times
 

@@ -156,6 +156,20 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
         yield rest + ("\n" if ended else "")
 
 
+def _numbers(array) -> np.ndarray:
+    """Return a copy of pyarrow's array; NaN where it is null.
+
+    Not by ``to_numpy``, which imports pandas where that is installed: half a second.
+    """
+    if not array.null_count:
+        return np.from_dlpack(array).copy()
+    known = np.from_dlpack(array.is_valid().cast("uint8")).astype(bool)
+    floats = array.cast("float64", safe=False)
+    values = np.frombuffer(floats.buffers()[1], np.float64)[floats.offset :][: len(floats)].copy()
+    values[~known] = np.nan
+    return values
+
+
 def _ended(text: str) -> str:
     return text if text.endswith("\n") else text + "\n"
 
@@ -336,7 +350,7 @@ class _Reading:
                 if timed:
                     columns.append(cells.times(column.to_pylist()))
                 else:
-                    columns.append(column.to_numpy().copy())
+                    columns.append(_numbers(column.combine_chunks()))
         except (pyarrow.ArrowException, ValueError):
             return None
         return columns
