@@ -102,3 +102,21 @@ def test_a_ramp_that_begins_in_contact_is_not_taken_for_a_drift_in_the_air():
     found = tp.diagnose(read(depth + 37e-3, force), **STATED)
     assert (found.verdict, found.effects) == ("adequate", ())
     assert value(found, "stiffness").value == pytest.approx(300.0, rel=0.01)
+
+
+def test_the_answer_stays_when_one_of_the_effects_that_it_names_is_added(tmp_path):
+    """The place of touch stays as unknown as it was, though the model was fitted with it."""
+    branch, depth, step, added = np.zeros(TIME.size), pressed(1.3), TIME[1], "standard_linear_solid"
+    for n in range(TIME.size - 1):  # by the exact step of a branch whose spring is stretched evenly
+        fade = np.exp(-2.0 * step)
+        slope = (depth[n + 1] - depth[n]) / step
+        branch[n + 1] = fade * branch[n] + 250.0 * slope * (1.0 - fade) / 2.0
+    measured = read(depth + 2e-3, bent(depth) + branch)
+    first = tp.diagnose(measured, **STATED)
+    improved = tp.improve(measured, add=[added], output=tmp_path / "kept", **STATED)
+    again = tp.diagnose(measured, model=improved.model, constants=STATED["constants"])
+    assert {*again.effects, added} == {*first.effects}
+    of = {each.effect: each.probability for each in first.answer.ranking}
+    for each in again.answer.ranking[:2]:
+        assert each.probability == pytest.approx(of[each.effect], abs=0.05)
+    assert again.answer.errors.fitted == pytest.approx(first.answer.errors.fitted, rel=1e-3)

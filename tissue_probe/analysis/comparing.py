@@ -261,7 +261,7 @@ def _errors(fit: Fit, model: str) -> list[str]:
     told = [f"{fit_shown.title(fit)}, {values}:", *fit_shown.lines(fit)]
     told.append(f"  error                      {output.tell(fit.rmse, 4)} rms, {share}")
     if not model:
-        told.append(f"  error on held-out blocks   {output.tell(fit.heldout_rmse, 4)} rms")
+        told.append(f"  error on held-out parts    {output.tell(fit.heldout_rmse, 4)} rms")
     noise = output.tell(fit.noise, 4)
     told.append(f"  noise floor                {noise} rms: the error that noise alone leaves")
     told.append(f"  error over noise           {fit_shown.over_noise(fit)}")

@@ -118,7 +118,7 @@ class Question:
         own = all(part.is_own for part in measured.parts)
         if not (self.rig_given or own):
             raise ParameterError(WHICH_RIG)
-        supposed = CONTACT_POSITION.name in self.instrument.supposed and not self.model.values
+        supposed = CONTACT_POSITION.name in self.instrument.supposed
         led = self.composition.rig.tip_is_position
         zeros = any(effect.zero for effect in self.composition.all_effects)
         return replace(self.instrument, any_zero=supposed and led and not (own or zeros))

@@ -39,8 +39,8 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
         for each in told.ranking
     )
     held_out = "parts of this recording" if told.carries_over is None else "the second recording"
-    title = "With one effect more, the most probable first; P: that it is missing. "
-    title += f"Held out: {held_out}"
+    title = "With one effect more, the most probable first; P: that it is missing, "
+    title += f"alone or beside others. Held out: {held_out}"
     return ResultTable(title, columns, rows)
 
 
