@@ -83,6 +83,16 @@ def test_a_sheet_that_repeats_cells_without_end_is_refused(tmp_path):
         open_columns(ods(tmp_path / "x.ods", [*ods_rows(), row]))
 
 
+@pytest.mark.parametrize("mark", [b"", b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"])
+def test_a_matlab_file_of_zeros_alone_is_refused(mark, tmp_path):
+    """A disk that was full leaves these; the gigabyte takes no room on the disk."""
+    with (tmp_path / "x.mat").open("wb") as file:
+        file.write(mark)
+        file.truncate(2**30 - 2**20)
+    with pytest.raises(RecordingError, match="is not a MATLAB file"):
+        open_columns(tmp_path / "x.mat")
+
+
 def test_a_matlab_file_that_expands_without_end_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(bounds, "LARGEST", 2**20)
     packed = zlib.compress(b"\0" * 2**22)

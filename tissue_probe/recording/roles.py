@@ -88,14 +88,14 @@ def roles(source: Columns, layout: Layout) -> Roles:
     names = {
         role: _named(source, role, name) if name else _found(source, role)
         for role, name in wanted.items()
-        if role != "time"
+        if role != "time" or not source.clocks
     }
-    own_clocks = all(
+    own_clocks = bool(source.clocks) and all(
         layout.time in (None, _AXIS.sub("", source.clocks.get(name or "", "")))
         and name in source.clocks
         for name in names.values()
     )
-    if "time" in wanted and not own_clocks:
+    if "time" in wanted and source.clocks and not own_clocks:
         time = _named(source, "time", layout.time) if layout.time else _found(source, "time")
         names = {"time": time, **names}
     rates = _sample_rates(source, layout, names)

@@ -17,7 +17,8 @@ from tissue_probe.recording.columns.hdf5_file import open_hdf5
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
-_COMPRESSED = 15  # miCOMPRESSED, of the format's version 5
+_MATRIX, _COMPRESSED = 14, 15  # miMATRIX and miCOMPRESSED, of the format's version 5
+_LONGEST_NAME = 2**10  # characters, with the zero that ends it; MATLAB's own are of 63
 _HEADER = 128  # bytes
 
 
@@ -71,15 +72,22 @@ def _check_survived(path: Path) -> None:
 
 
 def _check_expanded(path: Path) -> None:
-    """Count what the compressed variables of a file of version 5 expand to."""
-    total = 0
+    """Refuse content that is none of MATLAB's, and count what compressed variables expand to."""
+    total = path.stat().st_size
+    check_size(path, total)
     with path.open("rb") as file:
-        order = "<" if file.read(_HEADER)[126:128] == b"IM" else ">"
+        head = file.read(_HEADER)
+        if not head.startswith(b"MATLAB 5"):
+            _check_version_4(path, head)
+            return
+        order = "<" if head[126:128] == b"IM" else ">"
         while len(tag := file.read(8)) == 8:
             kind, size = struct.unpack(f"{order}II", tag)
-            if kind != _COMPRESSED:
+            if kind == _MATRIX:
                 file.seek(size, 1)
                 continue
+            if kind != _COMPRESSED:
+                raise RecordingError(f"{path} is not a MATLAB file: it holds no variables")
             expand = zlib.decompressobj()
             piece = file.read(size)
             try:
@@ -89,3 +97,10 @@ def _check_expanded(path: Path) -> None:
                     piece = expand.unconsumed_tail
             except zlib.error as error:
                 raise RecordingError(f"{path} is not a MATLAB file: {error}") from error
+
+
+def _check_version_4(path: Path, head: bytes) -> None:
+    """Refuse a file whose first variable has no name: of zeros SciPy would read on for an hour."""
+    names = [int.from_bytes(head[16:20], order) for order in ("little", "big")]
+    if not any(1 < length <= _LONGEST_NAME for length in names):
+        raise RecordingError(f"{path} is not a MATLAB file: it begins with no variable")
