@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissue_probe import arguments as take
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
@@ -100,6 +101,7 @@ class ComparisonResult:
         """Values, errors, and where the model fails, as ``compare`` prints them."""
         return "\n".join([*_errors(self.fit, self.held), *_failures(self.fit, self.sources)])
 
+    @take.checks(effect=take.text, begin=take.optional(take.instance(Fit, "a fit of a ranking")))
     def plus(self, effect: str, begin: Fit | None = None) -> ComparisonResult:
         """Add an effect, and fit the model again: the next rung of a ladder.
 
@@ -132,6 +134,7 @@ class ComparisonResult:
         notes = tuple(dict.fromkeys((*self.notes, *told)))
         return replace(self, fit=fit, held="", notes=notes)
 
+    @take.checks(values=take.by_name(take.number(), "numbers"))
     def predict(self, values: Mapping[str, float], index: int | None = None) -> FloatArray:
         """Return what the model would predict of a stretch if some values were others.
 
@@ -154,15 +157,21 @@ class ComparisonResult:
         ParameterError
             If the model has no such value, or it is out of its bounds.
         """
-        shown = self.fit.worst if index is None else index
-        return predicted(self.fit, self.instrument, values, shown)
+        return predicted(self.fit, self.instrument, values, self._stretch(index))
 
+    @take.checks()
     def view(self, index: int | None = None) -> ErrorView:
         """Return the samples of a stretch with all that their error is drawn over.
 
         By default that with most of the error.
         """
-        return error_view(self.fit, self.fit.worst if index is None else index)
+        return error_view(self.fit, self._stretch(index))
+
+    def _stretch(self, index: int | None) -> int:
+        """Return which stretch is meant."""
+        if index is None:
+            return self.fit.worst
+        return int(take.whole(most=len(self.fit.measurements) - 1)("index", index))
 
     def __repr__(self) -> str:
         return self.text
@@ -188,6 +197,7 @@ class ComparisonResult:
 
 
 @asks
+@take.checks()
 def compare(
     measured: Source | Sequence[Source],
     **asked: Unpack[Asked],

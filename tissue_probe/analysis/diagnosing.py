@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tissue_probe import arguments as take
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.asking import asks
@@ -152,6 +153,7 @@ class DiagnosisResult:
         files = self.asked.model.effect_files
         return {fit_shown.title(fit): fit_shown.model_of(fit, files) for fit in fits}
 
+    @take.checks(effect=take.text)
     def explained_by(self, effect: str, index: int) -> FloatArray:
         """Return what an effect alone takes off the residual of a stretch [unit of the output].
 
@@ -160,8 +162,11 @@ class DiagnosisResult:
         ParameterError
             If the ranking has no such effect.
         """
+        stretches = len(self.found.ladder.base.measurements)
+        index = take.whole(most=stretches - 1)("index", index)
         return self.beside(effect).predicted[index] - self.found.ladder.base.predicted[index]
 
+    @take.checks(effect=take.text)
     def beside(self, effect: str) -> Fit:
         """Return the model that was asked about with an effect of the ranking.
 
@@ -197,12 +202,14 @@ class DiagnosisResult:
 
         return story(self)
 
+    @take.checks(path=take.path)
     def report(self, path: str | Path) -> None:
         """Write the report: one page of HTML that works off line."""
         from tissue_probe.analysis.kept_files import write_report
 
         write_report(self, Path(path))
 
+    @take.checks(folder=take.path)
     def save(self, folder: str | Path) -> None:
         """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
         from tissue_probe.analysis.kept_files import write
@@ -211,6 +218,9 @@ class DiagnosisResult:
 
 
 @asks
+@take.checks(
+    add=take.several(take.text, "names of effects"), progress=take.function, found=take.function
+)
 def diagnose(
     measured: Source | Sequence[Source],
     *,
@@ -248,7 +258,6 @@ def diagnose(
         If something cannot be read or fitted; says why, and what to do.
     """
     put = question(**asked)
-    add = [add] if isinstance(add, str) else add
     check_wanted(put, add)
     fitted = measurements_of(measured)
     validated = Measurements(()) if validate is None else measurements_of(validate, fitted)
@@ -296,6 +305,7 @@ def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
 
 
 @asks
+@take.checks(output=take.optional(take.path))
 def improve(
     measured: Source | Sequence[Source],
     *,

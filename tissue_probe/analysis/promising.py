@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe import arguments as take
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import Asked, question
@@ -83,6 +84,7 @@ class PromiseResult:
 
 
 @asks
+@take.checks()
 def promises(
     measured: Source | Sequence[Source],
     **asked: Unpack[Asked],

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe import arguments as take
 from tissue_probe import bounded_yaml
 from tissue_probe.errors import check_file
 from tissue_probe.physics.composition import Composition
@@ -213,6 +214,11 @@ def save(
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
 
+@take.checks(
+    path=take.path,
+    effect_files=take.several(take.path, "paths"),
+    rig=take.optional(take.instance(Rig, "a rig of your own")),
+)
 def load(
     path: str | Path, effect_files: Sequence[str | Path] = (), rig: Rig | None = None
 ) -> FittedModel:
