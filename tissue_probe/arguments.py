@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from tissue_probe.errors import FileError, ParameterError
+from tissue_probe.kept import during_a_call
 from tissue_probe.one_line import sentence
 
 Kind = Callable[[str, Any], Any]
@@ -37,7 +38,7 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
     """Let a public function take nothing but values of its parameters' kinds.
 
     An error of the operating system with a file, which tells the file and the fault, becomes one of
-    the family as well.
+    the family as well. What was kept for the call goes with it (``kept``).
 
     Parameters
     ----------
@@ -57,7 +58,8 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
                 if name in bound.arguments:
                     bound.arguments[name] = kind(name, bound.arguments[name])
             try:
-                return function(*bound.args, **bound.kwargs)
+                with during_a_call():
+                    return function(*bound.args, **bound.kwargs)
             except OSError as error:
                 if isinstance(error, FileError) or error.filename is None:
                     raise

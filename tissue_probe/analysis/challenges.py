@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Measurements, read
 from tissue_probe.challenge.simulator import Answer, Measurement
 from tissue_probe.challenge.simulator import make_challenge as make
 from tissue_probe.challenge.trajectory import Kind
 
 
-@dataclass(frozen=True)
-class ChallengeResult:
+@dataclass(frozen=True, eq=False)
+class ChallengeResult(Alike):
     """Two recordings of one specimen, and the effects hidden in it.
 
     Attributes

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
@@ -28,6 +30,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
@@ -38,8 +41,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-@dataclass(frozen=True, repr=False)
-class ComparisonResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ComparisonResult(Alike):
     """A model beside measurements.
 
     Attributes
@@ -197,9 +200,11 @@ class ComparisonResult:
 
 
 @asks
-@take.checks()
+@take.checks(workers=take.whole(1))
 def compare(
     measured: Source | Sequence[Source],
+    *,
+    workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> ComparisonResult:
     """Compare a model with measurements.
@@ -211,6 +216,9 @@ def compare(
     ----------
     measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
         Of one specimen.
+    workers : int
+        Processes that may share the work, 1 or more: this one, and one copy of it (fork) at most;
+        1 keeps all of it in this process. The numbers are the same.
     **asked
         See ``Asked``.
 
@@ -219,8 +227,15 @@ def compare(
     TissueProbeError
         If something cannot be read or fitted; says why, and what to do.
     """
-    put, model = question(**asked), asked.get("model")
-    fitted = measurements_of(measured)
+    put, fitted = question(**asked), measurements_of(measured)
+    with among(workers):
+        return _compared(put, fitted, asked.get("model"))
+
+
+def _compared(
+    put: Question, fitted: Measurements, model: str | Path | FittedModel | None
+) -> ComparisonResult:
+    """Compare a model with measurements that are read."""
     found = put.segments(fitted)
     taken = [each.measurement(put.composition.output) for each in found]
     known, at = put.instrument_for(fitted), put.model.values

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.diagnosis.transforms import analytic, welch, without_line
 from tissue_probe.quantities import Quantity
@@ -45,7 +46,7 @@ def _is_mask(given: object, shape: tuple[int, ...]) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorView:
+class ErrorView(Alike):
     """The samples of one stretch, each array of shape (n,).
 
     Attributes

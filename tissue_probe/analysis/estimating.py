@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
 from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
@@ -40,8 +41,8 @@ NO_MASS = (
 )
 
 
-@dataclass(frozen=True, repr=False)
-class EstimateResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EstimateResult(Alike):
     """Stiffness and damping after every sample.
 
     Attributes

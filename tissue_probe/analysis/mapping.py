@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
 from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
 from tissue_probe.analysis.registered import RegisteredMap, registration_of
-from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
 from tissue_probe.mapping.exploration.choice import NextSite, next_sites
@@ -62,8 +63,8 @@ UNHEARD = (
 )
 
 
-@dataclass(frozen=True, repr=False)
-class MapResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class MapResult(Alike):
     """A map of sites.
 
     Attributes
@@ -101,7 +102,7 @@ class MapResult:
         columns = (
             Column("x", "x [mm]", number(3, 1e3), right=True),
             Column("y", "y [mm]", number(3, 1e3), right=True),
-            Column("probability", "probability", lambda p: f"{p:.2f}", right=True),
+            Column("probability", "probability", two_decimals, right=True),
             Column("stiffness", "stiffness [N/m]", number(4), right=True),
             Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.columns.in_memory import columns_in_memory
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
 IN_MEMORY = "table"
 
 
-@dataclass(frozen=True)
-class ReadRecording:
+@dataclass(frozen=True, eq=False)
+class ReadRecording(Alike):
     """One recording as it was read.
 
     Attributes
@@ -93,8 +94,8 @@ class ReadRecording:
 READ = "recordings that `tissue_probe.read` returned"
 
 
-@dataclass(frozen=True, repr=False)
-class Measurements:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurements(Alike):
     """Recordings of one specimen, which are fitted together.
 
     Attributes

@@ -50,11 +50,16 @@ class UnnamedEffectError(ModelFileError):
     """
 
     def __init__(self, path: Path, effect: str, made_with: str) -> None:
+        self._given = path, effect, made_with
         super().__init__(
             f"{path} needs the effect {effect!r}, which is not in the library but in the Python "
             f"file {made_with!r}: a model file runs no code by itself, so, if you trust that file, "
             "name it by `effects`"
         )
+
+    def __reduce__(self) -> Any:
+        """Come back from bytes as it was raised, in another process."""
+        return type(self), self._given
 
 
 class _Entry(BaseModel):
