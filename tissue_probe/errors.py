@@ -25,7 +25,11 @@ class MeasurementError(TissueProbeError):
     """The samples, or the model together with them, are such that a fit would be worthless."""
 
 
-class NoFileError(TissueProbeError, FileNotFoundError):
+class FileError(TissueProbeError, OSError):
+    """A file cannot be read or written; told as the operating system does, and of both families."""
+
+
+class NoFileError(FileError, FileNotFoundError):
     """There is no file of a name; told as the operating system does, and of both families."""
 
 

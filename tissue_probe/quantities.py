@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,6 +45,10 @@ class Quantity:
     small: str
     per_small: float
     zeroed: bool
+
+    def __reduce_ex__(self, protocol: int) -> Any:
+        """Come back from bytes as the one of its name: which of the two it is, is asked by `is`."""
+        return named, (self.name,)
 
     def size(self, values: NDArray[np.float64]) -> float:
         """Return the rms of values [SI], about their mean where the zero means nothing."""
@@ -86,6 +90,11 @@ def engineering(value: float, unit: str, digits: int = 3) -> str:
 
 POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6, zeroed=False)
 FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3, zeroed=True)
+
+
+def named(name: str) -> Quantity:
+    """Return the quantity of a name."""
+    return {each.name: each for each in (POSITION, FORCE)}[name]
 
 
 def other(quantity: Quantity) -> Quantity:

@@ -39,6 +39,10 @@ def build(settings: type[Settings], values: dict[str, typing.Any], prefix: str =
     SettingsError
         If a value is out of its range, or the values do not go together.
     """
+    for name, value in values.items():
+        field = settings.model_fields.get(name)
+        if field is not None and field.annotation in (int, float) and isinstance(value, bool):
+            raise SettingsError(f"{prefix}{name} is {value}: give {rule(field)}")
     try:
         return settings.model_validate(values)
     except ValidationError as error:

@@ -80,7 +80,11 @@ def test_units_and_polarity_are_parameters(columns):
     [
         ([1.0, 2.0], {}, "give the path of a file, a data frame, or arrays by name"),
         ({"t": np.zeros((2, 2)), "u": [1, 2], "F": [1, 2]}, {}, "one value a row"),
-        ({"u": [1.0], "F": [1.0]}, {"sample_rate": -1.0}, "`sample_rate` is -1.0 Hz"),
+        (
+            {"u": [1.0], "F": [1.0]},
+            {"sample_rate": -1.0},
+            "is -1.0; give a number above 0",
+        ),
     ],
 )
 def test_errors_are_of_one_family_and_name_the_parameter(given, options, sentence):

@@ -59,8 +59,8 @@ def test_a_keyword_that_is_none_is_refused():
     ("prior", "said"),
     [
         ({"relaxing": 2.0}, "`prior` relaxing: there is no such effect or family; families are"),
-        ({"relaxation": 0.0}, "`prior` relaxation: its odds are 0; give more than 0"),
-        ({"relaxation": float("nan")}, "give more than 0"),
+        ({"relaxation": 0.0}, "`prior` relaxation is 0.0; give a number above 0"),
+        ({"relaxation": float("nan")}, "give a number above 0"),
     ],
 )
 def test_odds_of_nothing_known_are_refused(prior, said):

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis.measurements import Measurements, read
 from tissue_probe.challenge.simulator import Answer, Measurement
 from tissue_probe.challenge.simulator import make_challenge as make
 from tissue_probe.challenge.trajectory import Kind
 
 
-@dataclass(frozen=True)
-class ChallengeResult:
+@dataclass(frozen=True, eq=False)
+class ChallengeResult(Alike):
     """Two recordings of one specimen, and the effects hidden in it.
 
     Attributes
@@ -29,6 +31,12 @@ class ChallengeResult:
     answer: Answer
 
 
+@take.checks(
+    seed=take.whole(),
+    effects=take.several(take.text, "names of effects"),
+    excitation=take.choice(*get_args(Kind)),
+    rig=take.choice("exact", "tolerant"),
+)
 def make_challenge(
     seed: int,
     effects: Sequence[str] = (),
@@ -52,7 +60,7 @@ def make_challenge(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is no such effect, excitation or rig.
     """
     made = make(seed, tuple(effects), excitation, rig)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
@@ -27,6 +30,7 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.prepared import prepared
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
 from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.fitted_model import FittedModel
@@ -37,8 +41,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-@dataclass(frozen=True, repr=False)
-class ComparisonResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ComparisonResult(Alike):
     """A model beside measurements.
 
     Attributes
@@ -100,6 +104,7 @@ class ComparisonResult:
         """Values, errors, and where the model fails, as ``compare`` prints them."""
         return "\n".join([*_errors(self.fit, self.held), *_failures(self.fit, self.sources)])
 
+    @take.checks(effect=take.text, begin=take.optional(take.instance(Fit, "a fit of a ranking")))
     def plus(self, effect: str, begin: Fit | None = None) -> ComparisonResult:
         """Add an effect, and fit the model again: the next rung of a ladder.
 
@@ -132,6 +137,7 @@ class ComparisonResult:
         notes = tuple(dict.fromkeys((*self.notes, *told)))
         return replace(self, fit=fit, held="", notes=notes)
 
+    @take.checks(values=take.by_name(take.number(), "numbers"))
     def predict(self, values: Mapping[str, float], index: int | None = None) -> FloatArray:
         """Return what the model would predict of a stretch if some values were others.
 
@@ -154,15 +160,21 @@ class ComparisonResult:
         ParameterError
             If the model has no such value, or it is out of its bounds.
         """
-        shown = self.fit.worst if index is None else index
-        return predicted(self.fit, self.instrument, values, shown)
+        return predicted(self.fit, self.instrument, values, self._stretch(index))
 
+    @take.checks()
     def view(self, index: int | None = None) -> ErrorView:
         """Return the samples of a stretch with all that their error is drawn over.
 
         By default that with most of the error.
         """
-        return error_view(self.fit, self.fit.worst if index is None else index)
+        return error_view(self.fit, self._stretch(index))
+
+    def _stretch(self, index: int | None) -> int:
+        """Return which stretch is meant."""
+        if index is None:
+            return self.fit.worst
+        return int(take.whole(most=len(self.fit.measurements) - 1)("index", index))
 
     def __repr__(self) -> str:
         return self.text
@@ -188,8 +200,11 @@ class ComparisonResult:
 
 
 @asks
+@take.checks(workers=take.whole(1))
 def compare(
     measured: Source | Sequence[Source],
+    *,
+    workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> ComparisonResult:
     """Compare a model with measurements.
@@ -201,6 +216,9 @@ def compare(
     ----------
     measured : Measurements, path, data frame, mapping of arrays, or a sequence of these
         Of one specimen.
+    workers : int
+        Processes that may share the work, 1 or more: this one, and one copy of it (fork) at most;
+        1 keeps all of it in this process. The numbers are the same.
     **asked
         See ``Asked``.
 
@@ -209,8 +227,15 @@ def compare(
     TissueProbeError
         If something cannot be read or fitted; says why, and what to do.
     """
-    put, model = question(**asked), asked.get("model")
-    fitted = measurements_of(measured)
+    put, fitted = question(**asked), measurements_of(measured)
+    with among(workers):
+        return _compared(put, fitted, asked.get("model"))
+
+
+def _compared(
+    put: Question, fitted: Measurements, model: str | Path | FittedModel | None
+) -> ComparisonResult:
+    """Compare a model with measurements that are read."""
     found = put.segments(fitted)
     taken = [each.measurement(put.composition.output) for each in found]
     known, at = put.instrument_for(fitted), put.model.values

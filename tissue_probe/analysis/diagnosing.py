@@ -8,6 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown, tables
 from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.asking import asks
@@ -26,6 +28,7 @@ from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.signals import FloatArray
@@ -50,8 +53,8 @@ Found = Callable[[str, "Fit"], None]
 """Told an effect, and the model that is asked about with it."""
 
 
-@dataclass(frozen=True, repr=False)
-class DiagnosisResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class DiagnosisResult(Alike):
     """What is missing in a model, and the model that has it.
 
     Attributes
@@ -152,6 +155,7 @@ class DiagnosisResult:
         files = self.asked.model.effect_files
         return {fit_shown.title(fit): fit_shown.model_of(fit, files) for fit in fits}
 
+    @take.checks(effect=take.text)
     def explained_by(self, effect: str, index: int) -> FloatArray:
         """Return what an effect alone takes off the residual of a stretch [unit of the output].
 
@@ -160,8 +164,11 @@ class DiagnosisResult:
         ParameterError
             If the ranking has no such effect.
         """
+        stretches = len(self.found.ladder.base.measurements)
+        index = take.whole(most=stretches - 1)("index", index)
         return self.beside(effect).predicted[index] - self.found.ladder.base.predicted[index]
 
+    @take.checks(effect=take.text)
     def beside(self, effect: str) -> Fit:
         """Return the model that was asked about with an effect of the ranking.
 
@@ -197,12 +204,14 @@ class DiagnosisResult:
 
         return story(self)
 
+    @take.checks(path=take.path)
     def report(self, path: str | Path) -> None:
         """Write the report: one page of HTML that works off line."""
         from tissue_probe.analysis.kept_files import write_report
 
         write_report(self, Path(path))
 
+    @take.checks(folder=take.path)
     def save(self, folder: str | Path) -> None:
         """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
         from tissue_probe.analysis.kept_files import write
@@ -211,6 +220,12 @@ class DiagnosisResult:
 
 
 @asks
+@take.checks(
+    add=take.several(take.text, "names of effects"),
+    progress=take.function,
+    found=take.function,
+    workers=take.whole(1),
+)
 def diagnose(
     measured: Source | Sequence[Source],
     *,
@@ -218,6 +233,7 @@ def diagnose(
     add: Sequence[str] = (),
     progress: Callable[[str], None] = lambda doing: None,
     found: Found = lambda effect, fit: None,
+    workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> DiagnosisResult:
     """Say which physical effect a model misses.
@@ -239,6 +255,9 @@ def diagnose(
         soon as that is fitted, maybe again when it is fitted better. It is called in this process
         or in a copy of it, where nothing of this one can be changed: let it write to a pipe or a
         file.
+    workers : int
+        Processes that may share the work, 1 or more: this one, and one copy of it (fork) at most;
+        1 keeps all of it in this process. The numbers are the same.
     **asked
         See ``Asked``.
 
@@ -248,11 +267,23 @@ def diagnose(
         If something cannot be read or fitted; says why, and what to do.
     """
     put = question(**asked)
-    add = [add] if isinstance(add, str) else add
     check_wanted(put, add)
     fitted = measurements_of(measured)
     validated = Measurements(()) if validate is None else measurements_of(validate, fitted)
     _check_validation(fitted, validated)
+    with among(workers):
+        return _diagnosed(put, fitted, validated, add, progress, found)
+
+
+def _diagnosed(
+    put: Question,
+    fitted: Measurements,
+    validated: Measurements,
+    add: Sequence[str],
+    progress: Callable[[str], None],
+    found: Found,
+) -> DiagnosisResult:
+    """Diagnose measurements that are read."""
     output = put.composition.output
     taken, tried = (put.segments(each) for each in (fitted, validated))
 
@@ -296,6 +327,7 @@ def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
 
 
 @asks
+@take.checks(output=take.optional(take.path), workers=take.whole(1))
 def improve(
     measured: Source | Sequence[Source],
     *,
@@ -303,20 +335,23 @@ def improve(
     add: Sequence[str] = (),
     output: str | Path | None = None,
     progress: Callable[[str], None] = lambda doing: None,
+    workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> DiagnosisResult:
     """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
 
     Parameters
     ----------
-    measured, validate, add, progress
+    measured, validate, add, progress, workers
         As ``diagnose`` has them.
     output : path, optional
         Folder into which all is written.
     **asked
         See ``Asked``.
     """
-    result = diagnose(measured, validate=validate, add=add, progress=progress, **asked)
+    result = diagnose(
+        measured, validate=validate, add=add, progress=progress, workers=workers, **asked
+    )
     if output is not None:
         result.save(output)
     return result

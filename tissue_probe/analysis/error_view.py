@@ -6,15 +6,17 @@ What does not: where the error stands out (``diagnosis.residuals.localise``), dr
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis import fit_shown
 from tissue_probe.diagnosis.transforms import analytic, welch, without_line
-from tissue_probe.errors import ParameterError
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import BoolArray, FloatArray
 
@@ -27,10 +29,24 @@ RESOLUTION, SEGMENTS = 1.0, 8
 #: Of a band of frequencies those samples are meant that hold this share of its energy: more would
 #: be the whole record wherever the band is everywhere, fewer only its highest peak.
 SHARE = 0.5
+#: What samples are placed by.
+AXES = ("time", "indentation", "speed", "phase")
+
+
+def place(name: str, given: Any) -> float:
+    """Take a place on an axis, which may be infinitely far."""
+    if isinstance(given, float) and math.isinf(given):
+        return given
+    return float(take.number()(name, given))
+
+
+def _is_mask(given: object, shape: tuple[int, ...]) -> bool:
+    """Whether it says yes or no of each sample."""
+    return isinstance(given, np.ndarray) and given.dtype == bool and given.shape == shape
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorView:
+class ErrorView(Alike):
     """The samples of one stretch, each array of shape (n,).
 
     Attributes
@@ -74,6 +90,7 @@ class ErrorView:
         angle = np.angle(analytic(without_line(self.position)))
         return np.asarray(np.rad2deg(angle), dtype=np.float64)
 
+    @take.checks(axis=take.choice(*AXES))
     def along(self, axis: str) -> FloatArray:
         """Return the samples' places on an axis: ``time``, ``indentation``, ``speed``, ``phase``.
 
@@ -82,18 +99,20 @@ class ErrorView:
         ParameterError
             If there is no such axis.
         """
-        if axis not in ("time", "indentation", "speed", "phase"):
-            raise ParameterError(f"`axis` {axis}: give time, indentation, speed or phase")
         return np.asarray(getattr(self, axis), dtype=np.float64)
 
+    @take.checks()
     def spectrum(self, samples: BoolArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Return frequencies [Hz] and the density of the residual's power, of some samples only."""
+        if samples is not None and not _is_mask(samples, self.residual.shape):
+            take.refuse("samples", samples, f"an array of {self.residual.size} truths")
         part = self.residual if samples is None else self.residual * samples
         counted = 1.0 if samples is None else max(float(samples.mean()), 1.0 / samples.size)
         segment = min(round(RESOLUTION / self.sample_period), part.size // SEGMENTS)
         frequencies, density = welch(part, self.sample_period, max(segment, 8))
         return frequencies[1:], density[1:] / counted
 
+    @take.checks(axis=take.choice("frequency", *AXES), low=place, high=place)
     def between(self, axis: str, low: float, high: float) -> BoolArray:
         """Return which samples lie between two places on an axis.
 

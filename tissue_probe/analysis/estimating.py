@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tissue_probe.analysis.choices import FilteredRig
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
+from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import ReadRecording, Source, measurements_of
 from tissue_probe.analysis.recorded import estimator_settings, restarts_at_sites
 from tissue_probe.analysis.segments import check_enough
@@ -39,8 +41,8 @@ NO_MASS = (
 )
 
 
-@dataclass(frozen=True, repr=False)
-class EstimateResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EstimateResult(Alike):
     """Stiffness and damping after every sample.
 
     Attributes
@@ -142,11 +144,21 @@ class EstimateResult:
 
         return draw_estimates(self.measured.recording, [self.estimates], None)
 
+    @take.checks(path=take.path)
     def save(self, path: str | Path) -> None:
         """Write the estimates as a table, ``.csv`` or ``.parquet``."""
         write_estimates(path, self.estimates, self.measured.origin)
 
 
+@take.checks(
+    estimator=take.text,
+    settings=take.optional(take.by_name(lambda name, given: given, "values")),
+    model=take.optional(take.path),
+    effects=take.several(take.path, "paths"),
+    rig=take.optional(take.choice(*FILTERED_RIGS)),
+    restart_at_site=take.optional(take.flag),
+    site=take.optional(take.whole()),
+)
 def estimate(
     measured: Source,
     estimator: str = "ekf",

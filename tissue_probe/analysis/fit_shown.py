@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.analysis.result_table import Column, ResultTable, marked, number
 from tissue_probe.physics.fitted_model import FittedModel
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def parameters(fit: Fit) -> ResultTable:
         Column("low", "from", number(5), right=True),
         Column("high", "to", number(5), right=True),
         Column("unit", "unit"),
-        Column("at_limit", "at its limit", lambda limit: "yes" if limit else ""),
+        Column("at_limit", "at its limit", marked),
     )
     rows = tuple(
         (

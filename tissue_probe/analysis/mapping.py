@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from tissue_probe.analysis.choices import FilteredRig
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
+from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
 from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
 from tissue_probe.analysis.registered import RegisteredMap, registration_of
-from tissue_probe.analysis.result_table import Column, ResultTable, number
+from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
 from tissue_probe.mapping.exploration.choice import NextSite, next_sites
@@ -52,6 +54,8 @@ Read = TypeVar("Read")
 LEARNT = (
     "k_sd is not given: the scatter of sites about their neighbours, {:.2g} times k, stands for it"
 )
+#: What says which inclusions matter, in words.
+SOUGHT = "a Sought, of tissue_probe.mapping.exploration.answer"
 #: Said of a scan in which no site has a value.
 UNHEARD = (
     "{}: none of its {} sites has an estimate: no estimator was heard while the probe dwelt there; "
@@ -59,8 +63,8 @@ UNHEARD = (
 )
 
 
-@dataclass(frozen=True, repr=False)
-class MapResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class MapResult(Alike):
     """A map of sites.
 
     Attributes
@@ -98,7 +102,7 @@ class MapResult:
         columns = (
             Column("x", "x [mm]", number(3, 1e3), right=True),
             Column("y", "y [mm]", number(3, 1e3), right=True),
-            Column("probability", "probability", lambda p: f"{p:.2f}", right=True),
+            Column("probability", "probability", two_decimals, right=True),
             Column("stiffness", "stiffness [N/m]", number(4), right=True),
             Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),
@@ -228,6 +232,7 @@ class MapResult:
         nodules = [(n.x, n.y, n.radius) for n in self.phantom.nodules] if self.phantom else []
         return draw_map(self.map, self.sites, nodules)
 
+    @take.checks(path=take.path)
     def report(self, path: str | Path) -> None:
         """Write the map as one page of HTML that works off line."""
         from tissue_probe import __version__
@@ -239,6 +244,7 @@ class MapResult:
         )
         Path(path).write_text(render_map(page), encoding="utf-8")
 
+    @take.checks(path=take.path)
     def save_csv(self, path: str | Path) -> None:
         """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability.
 
@@ -250,6 +256,7 @@ class MapResult:
             writer.writerow([column.name for column in table.columns])
             writer.writerows(table.rows)
 
+    @take.checks(path=take.path)
     def save_ply(self, path: str | Path) -> None:
         """Write the surface as a point cloud, where it is known, at the height of the sites [m].
 
@@ -279,6 +286,15 @@ def _layer(layer: np.ndarray) -> list[list[float | None]]:
     return [[_known(value) for value in row] for row in layer]
 
 
+@take.checks(
+    estimators=take.several(take.text, "names of estimators"),
+    effects=take.several(take.path, "paths"),
+    rig=take.optional(take.choice(*FILTERED_RIGS)),
+    raster=take.number(above=0.0, unit="m"),
+    contrast=take.number(above=1.0, below=100.0),
+    next=take.whole(),
+    sought=take.optional(take.instance(Sought, SOUGHT)),
+)
 def map_sites(
     measured: Source,
     *,
@@ -333,7 +349,7 @@ def map_sites(
         far from the area; or if there is no place for a further site.
     """
     area = _polygon(within, "within") if within is not None else None
-    zones = [_polygon(zone, "no_go") for zone in no_go]
+    zones = [_polygon(zone, "no_go") for zone in _each_area(no_go)]
     pairs = _read("register", register, read_pairs, "point pairs") if register is not None else None
     for name, given in (("next", next), ("no_go", zones), ("sought", sought)):
         if given and area is None:
@@ -374,10 +390,8 @@ def map_sites(
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
     (part,) = parts
-    estimators = [estimators] if isinstance(estimators, str) else estimators
     if estimators:
-        files = tuple(map(Path, effects))
-        stated = {"rig": rig} if rig else {}
+        files, stated = tuple(map(Path, effects)), {"rig": rig} if rig else {}
         estimates = [estimate_again(part.recording, name, files, stated) for name in estimators]
     else:
         if effects or rig:
@@ -411,6 +425,14 @@ def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str
 def _polygon(corners: Source, parameter: str) -> Polygon:
     """Return a polygon that is given by a table of its corners; errors name the parameter."""
     return _read(parameter, corners, lambda table: Polygon(read_corners(table)), "its corners")
+
+
+def _each_area(given: Source | Sequence[Source]) -> Sequence[Source]:
+    """Return several tables of corners; one that is given alone is one of them."""
+    alone = isinstance(given, (str, os.PathLike, Mapping)) or hasattr(given, "columns")
+    if not alone and not isinstance(given, (list, tuple)):
+        take.refuse("no_go", given, "a list of tables of corners")
+    return [given] if alone else given
 
 
 def _check_near(area: Polygon, sites: Sites) -> None:

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.columns.in_memory import columns_in_memory
@@ -34,8 +36,8 @@ if TYPE_CHECKING:
 IN_MEMORY = "table"
 
 
-@dataclass(frozen=True)
-class ReadRecording:
+@dataclass(frozen=True, eq=False)
+class ReadRecording(Alike):
     """One recording as it was read.
 
     Attributes
@@ -88,8 +90,12 @@ class ReadRecording:
         return digest.hexdigest()
 
 
-@dataclass(frozen=True, repr=False)
-class Measurements:
+#: What ``Measurements`` are made of, in words.
+READ = "recordings that `tissue_probe.read` returned"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurements(Alike):
     """Recordings of one specimen, which are fitted together.
 
     Attributes
@@ -99,6 +105,10 @@ class Measurements:
     """
 
     parts: tuple[ReadRecording, ...]
+
+    def __post_init__(self) -> None:
+        recordings = take.several(take.instance(ReadRecording, READ), READ)
+        object.__setattr__(self, "parts", recordings("parts", self.parts))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -155,6 +165,7 @@ class Measurements:
 Source = Any
 
 
+@take.checks(progress=take.optional(take.function))
 def read(
     *sources: Source,
     position: str | None = None,
@@ -257,9 +268,11 @@ def measurements_of(
     RecordingError
         If it cannot be read; says that it is ``read`` that takes more on it.
     """
-    if isinstance(source, Measurements):
+    if isinstance(source, Measurements) and source.parts:
         return source
     several = isinstance(source, Sequence) and not isinstance(source, str)
+    if isinstance(source, Measurements) or (several and not len(source)):
+        raise ParameterError("no recording is given: give a file, a table or several of these")
     stated = dict(like.parts[0].layout) if like and like.parts else {}
     try:
         return read_by(Layout(**stated), list(source) if several else [source])

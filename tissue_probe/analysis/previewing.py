@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from tissue_probe import arguments as take
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
@@ -68,6 +69,7 @@ class Preview:
     notes: tuple[str, ...]
 
 
+@take.checks(path=take.path)
 def preview(path: str | Path) -> Preview:
     """Show what is in a file.
 

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe import arguments as take
+from tissue_probe.alike import Alike
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.measurements import Source, measurements_of
 from tissue_probe.analysis.question import Asked, question
@@ -19,13 +21,14 @@ from tissue_probe.analysis.result_table import Column, ResultTable, number
 from tissue_probe.diagnosis.diagnosis import promises as search
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.screen import Promise
+from tissue_probe.diagnosis.sharing import WORKERS, among
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-@dataclass(frozen=True, repr=False)
-class PromiseResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class PromiseResult(Alike):
     """Effects in the order of what they promise; none of them was fitted.
 
     Attributes
@@ -83,8 +86,11 @@ class PromiseResult:
 
 
 @asks
+@take.checks(workers=take.whole(1))
 def promises(
     measured: Source | Sequence[Source],
+    *,
+    workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> PromiseResult:
     """Rank effects by what they promise, to first order, beside a model that is fitted once.
@@ -93,6 +99,9 @@ def promises(
     ----------
     measured
         As ``diagnose`` has it.
+    workers : int
+        Processes that may share the work, 1 or more: this one, and one copy of it (fork) at most;
+        1 keeps all of it in this process. The numbers are the same.
     **asked
         See ``Asked``.
 
@@ -105,12 +114,13 @@ def promises(
     output = put.composition.output
     fitted = measurements_of(measured)
     taken = put.segments(fitted)
-    base, ranking, findings = search(
-        put.composition,
-        [each.measurement(output) for each in taken],
-        put.instrument_for(fitted),
-        put.library,
-        put.model.values,
-    )
+    with among(workers):
+        base, ranking, findings = search(
+            put.composition,
+            [each.measurement(output) for each in taken],
+            put.instrument_for(fitted),
+            put.library,
+            put.model.values,
+        )
     notes = (*put.notes, *(finding.sentence for finding in findings))
     return PromiseResult(base, tuple(ranking), notes)

@@ -13,8 +13,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from tissue_probe.analysis.asked import NAMED, Item
-from tissue_probe.analysis.choices import TISSUE_NAMES, Course, RigChoice, Starts, TissueName
+from tissue_probe import arguments as take
+from tissue_probe.analysis.asked import ITEMS, NAMED, Item
+from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.segments import Segment, segments
 from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
 from tissue_probe.errors import ParameterError
@@ -170,31 +171,72 @@ def question(**asked: Unpack[Asked]) -> Question:
         of_files = any(each.name == unknown[0] for each in fields(Layout))
         where = "it belongs to `tissue_probe.read`" if of_files else "see `Asked` for those known"
         raise TypeError(f"unexpected keyword argument {unknown[0]!r}; {where}")
-    model, rig, constants = asked.get("model"), asked.get("rig"), asked.get("constants") or {}
-    given = asked.get("effects", ())
-    effects = [given] if isinstance(given, (str, Path)) else given
-    begun = _begun(model, _rig(rig), asked.get("tissue"), tuple(map(Path, effects)))
+    said = _checked_kinds(asked)
+    model, rig, constants = said.get("model"), said.get("rig"), said.get("constants") or {}
+    begun = _begun(model, _rig(rig), said.get("tissue"), said.get("effects", ()))
     notes: tuple[str, ...] = ()
     if begun.data and not begun.data.converged:
         name = "the model" if isinstance(model, FittedModel) else model
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
-    odds = _checked(asked.get("prior") or {})
+    odds = said.get("prior") or {}
     notes += tuple(PRIOR.format(name, times) for name, times in odds.items())
     found = Question(
         begun,
-        _instrument(begun.composition.rig, asked.get("known_rig", False), constants),
+        _instrument(begun.composition.rig, said.get("known_rig", False), constants),
         notes,
         not (rig is None and model is None and "load_cell_stiffness" not in constants),
-        asked.get("site"),
-        asked.get("lowpass"),
-        asked.get("starts", "auto"),
-        asked.get("course", "auto"),
+        said.get("site"),
+        said.get("lowpass"),
+        said.get("starts", "auto"),
+        said.get("course", "auto"),
         odds,
-        {name: value for name, value in asked.items() if _is_said(NAMED[name], value)},
+        {name: value for name, value in said.items() if _is_said(NAMED[name], value)},
     )
     if begun.effect_files or found.prior:
         _ = found.library  # a file that cannot be used is told before anything is fitted
     return found
+
+
+def _checked_kinds(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what was said, each checked by the kind that is declared of it."""
+    kinds = {each.name: _kind(each) for each in ITEMS}
+    return {name: kinds[name](name, value) for name, value in asked.items()}
+
+
+def _kind(item: Item) -> take.Kind:
+    """Return which values an item takes; where nothing is said by default, None as well."""
+    kind = {
+        "choice": take.choice(*item.choices),
+        "constants": take.by_name(_constant, "numbers"),
+        "file": either_model,
+        "files": take.several(take.path, "paths"),
+        "flag": take.flag,
+        "number": take.number(),
+        "odds": take.by_name(take.number(above=0.0), "numbers"),
+        "whole": take.whole(),
+    }[item.kind]
+    if item.name == "rig":
+        kind = _rig_itself(kind)
+    return take.optional(kind) if item.default is None else kind
+
+
+def either_model(name: str, given: Any) -> str | Path | FittedModel:
+    """Take a model, or the path of its file."""
+    return given if isinstance(given, FittedModel) else take.path(name, given)
+
+
+def _rig_itself(kind: take.Kind) -> take.Kind:
+    """Take a rig of the user's own beside the names of a kind."""
+    return lambda name, given: given if isinstance(given, Rig) else kind(name, given)
+
+
+def _constant(name: str, given: Any) -> float | tuple[float, ...]:
+    """Take a number, or one with its standard deviation."""
+    if not isinstance(given, (tuple, list)):
+        return float(take.number()(name, given))
+    if len(given) != 2:
+        take.refuse(name, given, "a number, or a number and its standard deviation")
+    return tuple(take.number()(name, each) for each in given)
 
 
 def _is_said(item: Item, given: Any) -> bool:
@@ -210,13 +252,6 @@ def _written(value: Any) -> str:
     if isinstance(value, FittedModel):
         return "a fitted model"
     return str(value) if isinstance(value, (str, int, float, Path)) else " ".join(map(str, value))
-
-
-def _checked(prior: Mapping[str, float]) -> Mapping[str, float]:
-    for name, odds in prior.items():
-        if not 0.0 < odds < math.inf:
-            raise ParameterError(f"`prior` {name}: its odds are {odds:g}; give more than 0")
-    return dict(prior)
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
@@ -241,8 +276,6 @@ def _begun(
     tissue: str | None,
     effect_files: tuple[Path, ...],
 ) -> FittedModel:
-    if tissue is not None and tissue not in TISSUE_NAMES:
-        raise ParameterError(f"`tissue` is {tissue!r}; give one of {', '.join(TISSUE_NAMES)}")
     if model is None:
         plain = Composition(rig or OWN, tissue or "kelvin_voigt")
         return FittedModel(plain, {}, {}, effect_files=effect_files)
@@ -268,8 +301,6 @@ def _rig(given: RigChoice | None) -> Rig | None:
         if RIGS.get(given.name, given) is not given:
             raise ParameterError(f"`rig` has the name of another rig, {given}: choose another")
         return given
-    if given not in RIGS:
-        raise ParameterError(f"`rig` is {given!r}; give one of {', '.join(RIGS)}")
     return RIGS[given]
 
 

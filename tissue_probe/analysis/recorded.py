@@ -16,6 +16,7 @@ from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import Recording, TissueEstimates
 
@@ -104,11 +105,11 @@ def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapB
 
     Raises
     ------
-    ValueError
+    RecordingError
         If no site was announced in the recording.
     """
     if not recording.sites:
-        raise ValueError("the recording announces no palpation sites: there is nothing to map")
+        raise RecordingError("the recording announces no palpation sites: there is nothing to map")
     builder = MapBuilder()
     for site in recording.sites:
         builder.announce(site)

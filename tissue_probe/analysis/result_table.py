@@ -132,9 +132,31 @@ class ResultTable:
         )
 
 
-def number(digits: int, factor: float = 1.0) -> Callable[[float], str]:
-    """Return how a number is written: so many digits, in a unit of which ``factor`` make one SI."""
-    return lambda value: f"{factor * value:.{digits}g}"
+@dataclass(frozen=True)
+class number:  # noqa: N801 - it is called as a function is, and compared and sent as data
+    """How a number is written: so many digits, in a unit of which ``factor`` make one SI."""
+
+    digits: int
+    factor: float = 1.0
+
+    def __call__(self, value: float) -> str:
+        """Return a value as it is written."""
+        return f"{self.factor * value:.{self.digits}g}"
+
+
+def marked(value: bool) -> str:
+    """Return how a mark is written that is there or not."""
+    return "yes" if value else ""
+
+
+def settled(value: bool) -> str:
+    """Return how it is written whether a fit settled: it is told where it did not."""
+    return "" if value else "no"
+
+
+def two_decimals(value: float) -> str:
+    """Return how a share is written."""
+    return f"{value:.2f}"
 
 
 def probability(value: float) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tissue_probe.analysis.choices import COURSES, STARTS, Course, Starts
+from tissue_probe.analysis.choices import Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
 from tissue_probe.diagnosis.inspection.coarse_response import coarse_response, regressors
@@ -17,7 +17,6 @@ from tissue_probe.diagnosis.inspection.information import ENOUGH, FEWEST, stiffn
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import FAINT, UNKNOWN
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
-from tissue_probe.errors import ParameterError
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE, Quantity
 from tissue_probe.recording.errors import RecordingError
@@ -157,13 +156,7 @@ def segments(
     ------
     RecordingError
         If a file has no sample that is known, too few of them, or no such site.
-    ParameterError
-        If ``starts`` or ``course`` is none of these.
     """
-    if starts not in STARTS:
-        raise ParameterError(f"`starts` is {starts!r}; give one of {', '.join(STARTS)}")
-    if course not in COURSES:
-        raise ParameterError(f"`course` is {course!r}; give one of {', '.join(COURSES)}")
     found = [one for part in measured.parts for one in _segments(part, starts, site, lowpass)]
     return [replace(each, course=course) for each in found]
 

@@ -8,16 +8,36 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tissue_probe import arguments as take
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
+from tissue_probe.analysis.question import either_model
 from tissue_probe.errors import MeasurementError, ParameterError
-from tissue_probe.excitation import Excitation, parse_excitation
+from tissue_probe.excitation import (
+    Chirp,
+    Excitation,
+    Multisine,
+    Sine,
+    SteppedSweep,
+    parse_excitation,
+)
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.interpolation import FEWEST
 from tissue_probe.physics.model_file import load
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
+from tissue_probe.recording.columns.bounds import MOST_ROWS
+from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.signals import FloatArray, Recording, SampleBlock
 
 
+@take.checks(
+    model=either_model,
+    duration=take.number(above=0.0, unit="s"),
+    sample_rate=take.number(above=0.0, unit="Hz"),
+    mean=take.number(),
+    noise=take.number(least=0.0),
+    seed=take.whole(),
+)
 def simulate(
     model: str | Path | FittedModel,
     excitation: Excitation | Mapping[str, object] | ArrayLike,
@@ -61,10 +81,6 @@ def simulate(
     MeasurementError
         If the model diverges.
     """
-    if not 0.0 < sample_rate < np.inf or not 0.0 < duration < np.inf:
-        raise ParameterError(
-            f"`sample_rate` is {sample_rate} Hz and `duration` {duration} s; both must be positive"
-        )
     found = model if isinstance(model, FittedModel) else load(model)
     kernel, period = found.composition.kernel, 1.0 / sample_rate
     if missing := [name for name in kernel.values if name not in found.values]:
@@ -86,9 +102,18 @@ def _driven(
 ) -> FloatArray:
     if isinstance(excitation, Mapping):
         excitation = parse_excitation(dict(excitation))
-    if callable(excitation):
-        return excitation(np.arange(round(duration / period), dtype=np.float64) * period)
-    samples = np.asarray(excitation, dtype=np.float64)
-    if samples.ndim != 1 or samples.size < 2 or not np.isfinite(samples).all():
-        raise ParameterError("`excitation` needs at least two finite samples, one after another")
-    return samples
+    if isinstance(excitation, Sine | SteppedSweep | Chirp | Multisine):
+        if not FEWEST <= duration / period <= MOST_ROWS:
+            raise ParameterError(
+                f"`duration` {duration:g} s at a `sample_rate` of {1.0 / period:g} Hz is "
+                f"{duration / period:.4g} samples; give values with {FEWEST} to {MOST_ROWS}"
+            )
+        times = np.arange(round(duration / period), dtype=np.float64) * period
+        return np.asarray(excitation(times), dtype=np.float64)
+    samples = columns_in_memory({"samples": excitation}, "`excitation`").read(["samples"])
+    (driven,) = samples.columns
+    if driven.dtype.kind not in "fiu" or driven.size < FEWEST or not np.isfinite(driven).all():
+        raise ParameterError(
+            f"`excitation` needs at least {FEWEST} finite numbers, one after another"
+        )
+    return driven.astype(np.float64)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.result_table import Column, ResultTable, number, probability
+from tissue_probe.analysis.result_table import Column, ResultTable, number, probability, settled
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.quantities import Quantity
@@ -25,7 +25,7 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
         Column("probability", "P", probability, right=True),
         Column("rmse", f"error [{output.small}]", small, right=True),
         Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
-        Column("settled", "settled", lambda settled: "" if settled else "no"),
+        Column("settled", "settled", settled),
     )
     rows = tuple(
         (

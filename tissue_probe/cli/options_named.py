@@ -13,6 +13,7 @@ OTHERWISE: Mapping[str, str] = {
     "samples_topic": "--topic",
     "settings": "--set",
     "course": "--input",
+    "constants": "--constant",
 }
 
 _NAMED = re.compile(r"`([a-z][a-z_]*)`")

@@ -17,7 +17,8 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from mmap import mmap
 from multiprocessing.connection import Connection
 from os import getpid
@@ -26,10 +27,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+#: Processes that share a call, where nobody says otherwise.
+WORKERS = 2
+
 _Given = TypeVar("_Given")
 _Told = TypeVar("_Told")
 
-_shared = False
+#: Whether no copy is to be made: of each thread, and of the copy as of who made it.
+_alone = ContextVar("alone", default=False)
 
 
 def mapped(
@@ -74,7 +79,7 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
     RuntimeError
         If the copy is ended from outside.
     """
-    if _shared or len(works) < 2 or not _may_copy():
+    if _alone.get() or len(works) < 2 or not _may_copy():
         told = _advanced(works, iter(range(len(works))))
     else:
         told = _in_two(works, known)
@@ -181,14 +186,18 @@ def _uninterrupted() -> Iterator[None]:
 
 
 @contextmanager
-def _sharing() -> Iterator[None]:
-    """Make no further copies meanwhile: all cores have something to do."""
-    global _shared
-    _shared = True
+def among(workers: int) -> Iterator[None]:
+    """Share the work meanwhile among so many processes; 1 is this one alone, and 2 are the most."""
+    before = _alone.set(workers < 2 or _alone.get())
     try:
         yield
     finally:
-        _shared = False
+        _alone.reset(before)
+
+
+def _sharing() -> AbstractContextManager[None]:
+    """Make no further copies meanwhile: all cores have something to do."""
+    return among(1)
 
 
 class Numbers:

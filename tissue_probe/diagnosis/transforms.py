@@ -9,12 +9,12 @@ fitted, since it imports ``scipy.stats``. The tests hold these to the same numbe
 
 from __future__ import annotations
 
-from functools import cache
 from math import factorial
 
 import numpy as np
 from scipy import fft
 
+from tissue_probe.kept import for_a_call
 from tissue_probe.signals import FloatArray, IntArray
 
 
@@ -107,7 +107,7 @@ def smoothed(
     return np.concatenate([begin, inside, end]) / sample_period**derivative
 
 
-@cache
+@for_a_call(32)
 def _of_window(window: int, degree: int, derivative: int) -> FloatArray:
     """Return the matrix from a window's values to the polynomial's derivative at each of them."""
     at = np.arange(window) - window // 2

@@ -15,6 +15,9 @@ from tissue_probe.signals import FloatArray
 
 #: A tip that half hangs over a rim, or touches fluid, feels less than a tenth of the tissue.
 LEAST_CONTACT = 0.1
+#: Standard deviations over the value itself, beyond which it tells nothing: what the other sites
+#: tell would be lost in rounding beside the square of it.
+LEAST_KNOWN = 1e6
 #: Memory and time rise with the square and cube of the number of sites.
 MOST_SITES = 1000
 
@@ -62,6 +65,13 @@ class Sites:
             raise ParameterError(
                 f"k_sd of site {row} is {self.k_sd[row]}: give its standard deviation in N/m, "
                 "0 or above"
+            )
+        unknown = self.felt & (self.k_sd > LEAST_KNOWN * np.where(self.felt, self.k, 1.0))
+        if unknown.any():
+            row = int(np.flatnonzero(unknown)[0])
+            raise ParameterError(
+                f"k_sd of site {row} is {self.k_sd[row]:.4g} N/m, and its k {self.k[row]:.4g} N/m: "
+                "it tells nothing; leave its k out (NaN), or check the units"
             )
         if self.felt.sum() > MOST_SITES:
             raise ParameterError(

@@ -12,7 +12,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 
@@ -74,6 +74,10 @@ class Composition:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rig", rig_of(self.rig))
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
+        """Come back from bytes as its parts say: machine code is found or made again."""
+        return _composed, (self.rig, self.tissue, self.effects, self.scale)
 
     @property
     def all_effects(self) -> tuple[Effect, ...]:

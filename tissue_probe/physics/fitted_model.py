@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tissue_probe import arguments as take
 from tissue_probe.physics.composition import Composition
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class FittedModel:
     data: Data | None = None
     effect_files: tuple[Path, ...] = ()
 
+    @take.checks(path=take.path)
     def save(self, path: str | Path) -> None:
         """Write it as a model file, as ``model_file.save`` does."""
         from tissue_probe.physics.model_file import save

@@ -17,6 +17,7 @@ from typing import Any, Literal
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from tissue_probe import arguments as take
 from tissue_probe import bounded_yaml
 from tissue_probe.errors import check_file
 from tissue_probe.physics.composition import Composition
@@ -49,11 +50,16 @@ class UnnamedEffectError(ModelFileError):
     """
 
     def __init__(self, path: Path, effect: str, made_with: str) -> None:
+        self._given = path, effect, made_with
         super().__init__(
             f"{path} needs the effect {effect!r}, which is not in the library but in the Python "
             f"file {made_with!r}: a model file runs no code by itself, so, if you trust that file, "
             "name it by `effects`"
         )
+
+    def __reduce__(self) -> Any:
+        """Come back from bytes as it was raised, in another process."""
+        return type(self), self._given
 
 
 class _Entry(BaseModel):
@@ -213,6 +219,11 @@ def save(
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
 
 
+@take.checks(
+    path=take.path,
+    effect_files=take.several(take.path, "paths"),
+    rig=take.optional(take.instance(Rig, "a rig of your own")),
+)
 def load(
     path: str | Path, effect_files: Sequence[str | Path] = (), rig: Rig | None = None
 ) -> FittedModel:

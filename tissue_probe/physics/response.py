@@ -11,7 +11,7 @@ import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache, partial
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.jumps import jumps
+from tissue_probe.kept import for_a_call
 from tissue_probe.physics import machine_code, numba_code
 from tissue_probe.physics.interpolation import (
     between_jumps,
@@ -318,7 +319,7 @@ def _shifted(
     return read[:, 0].copy(), np.stack([*read[:, 1:].T, -rate])
 
 
-@lru_cache(maxsize=16)
+@for_a_call(16)
 def _as_measured(
     position: bytes,
     period: float,

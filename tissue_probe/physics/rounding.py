@@ -7,12 +7,13 @@ What does not: finding the step (``diagnosis.measurement``), the effect (``effec
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import uniform_filter1d
+
+from tissue_probe.kept import for_a_call
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
     return _smoothed(data, float(step), fine)
 
 
-@lru_cache(maxsize=8)
+@for_a_call(8)
 def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
     rounded = np.frombuffer(position) / step * np.sqrt(12.0)
     if rounded.size <= 2 * ORDER:

@@ -10,12 +10,13 @@ at a fifth of that rate a cubic one by 2e-4, one of degree 7 by 2e-8.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from math import factorial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tissue_probe.kept import for_a_call
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -97,7 +98,7 @@ def at_times(columns: FloatArray, period: float, times: FloatArray) -> FloatArra
     return (read @ found).reshape(len(times), *columns.shape[1:])
 
 
-@lru_cache(maxsize=16)
+@for_a_call(16)
 def _values(count: int, places: bytes) -> csr_array:
     """Return the matrix from a cubic spline's coefficients to its values at places."""
     from scipy.interpolate import BSpline
@@ -106,7 +107,7 @@ def _values(count: int, places: bytes) -> csr_array:
     return BSpline.design_matrix(at, _knots(count, CUBIC), CUBIC)
 
 
-@lru_cache(maxsize=16)
+@for_a_call(16)
 def _spline(count: int, degree: int) -> _Spline:
     """Prepare the splines through so many samples, a time of 1 apart."""
     from scipy.interpolate import BSpline

@@ -5,20 +5,68 @@ What belongs here: the user's statements. What does not: reading files by them (
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from itertools import combinations
+from numbers import Integral, Real
 from typing import Any, Literal, get_args
 
+from tissue_probe import arguments as take
 from tissue_probe.errors import ParameterError
+from tissue_probe.recording.units import (
+    FORCE_UNITS,
+    POSITION_UNITS,
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    spelt,
+    unit_size,
+)
+from tissue_probe.signals import NANOSECONDS
 
 ForcePolarity = Literal["compression", "tension"]
 PositionPolarity = Literal["into", "out"]
 Clock = Literal["stamps", "recorder"]
-#: What may be stated where there are few choices, by name.
-CHOICES: dict[str, tuple[str, ...]] = {
-    "force_polarity": get_args(ForcePolarity),
-    "position_polarity": get_args(PositionPolarity),
-    "clock": get_args(Clock),
+
+
+def _column(name: str, given: Any) -> str:
+    """Take the name of a column, or its number in a file that names none."""
+    if isinstance(given, Integral) and not isinstance(given, bool) and given > 0:
+        return str(given)
+    if not isinstance(given, str) or not given:
+        take.refuse(name, given, "the name of a column, or its number from 1 on")
+    return str(given)
+
+
+def _size(units: Mapping[str, float]) -> take.Kind:
+    """Take the name of a unit, or how large one is in SI."""
+
+    def taken(name: str, given: Any) -> str:
+        unit = repr(take.number(above=0.0)(name, given)) if isinstance(given, Real) else given
+        try:
+            unit_size(take.text(name, unit), units)
+        except ParameterError as error:
+            raise ParameterError(f"`{name}`: {error}") from None
+        return str(unit)
+
+    return taken
+
+
+def _unit_of_time(name: str, given: Any) -> str:
+    return take.choice(*TIME_UNITS)(name, spelt(given) if isinstance(given, str) else given)
+
+
+#: What each statement may be.
+KINDS: dict[str, take.Kind] = {
+    **dict.fromkeys(("position", "force", "time"), take.optional(_column)),
+    "position_unit": take.optional(_size(POSITION_UNITS | VELOCITY_UNITS)),
+    "force_unit": take.optional(_size(FORCE_UNITS)),
+    "time_unit": take.optional(_unit_of_time),
+    "force_polarity": take.optional(take.choice(*get_args(ForcePolarity))),
+    "position_polarity": take.choice(*get_args(PositionPolarity)),
+    # Stamps of samples are whole nanoseconds.
+    "sample_rate": take.optional(take.number(above=0.0, below=NANOSECONDS, unit="Hz")),
+    "samples_topic": take.optional(take.text),
+    "clock": take.optional(take.choice(*get_args(Clock))),
 }
 
 
@@ -52,8 +100,8 @@ class Layout:
 
     Raises
     ------
-    ValueError
-        If the rate is not positive, or stated together with a column of time.
+    ParameterError
+        If a statement is of another kind, or a rate is stated together with a column of time.
     """
 
     position: str | None = None
@@ -69,11 +117,8 @@ class Layout:
     clock: Clock | None = None
 
     def __post_init__(self) -> None:
-        for name, known in CHOICES.items():
-            if (given := getattr(self, name)) is not None and given not in known:
-                raise ParameterError(f"`{name}` is {given!r}; give {' or '.join(known)}")
-        if self.sample_rate is not None and not 0.0 < self.sample_rate < float("inf"):
-            raise ParameterError(f"`sample_rate` is {self.sample_rate} Hz; it must be positive")
+        for name, kind in KINDS.items():
+            object.__setattr__(self, name, kind(name, getattr(self, name)))
         if self.sample_rate is not None and (self.time or self.time_unit):
             raise ParameterError("`time` and `sample_rate` exclude each other; give one of them")
 

@@ -31,7 +31,7 @@ def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the samples are too few, or taken too slowly, for this filter.
 
     Notes
@@ -40,10 +40,11 @@ def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
     the "parallel filtering" and decimation of robot identification.
     """
     rate = 1.0 / block.sample_period
-    if not 0.0 < KEPT * frequency <= rate:
+    slowest = rate / len(block)  # a cycle in the record: of slower ones it tells nothing
+    if not slowest <= frequency <= rate / KEPT:
         raise ParameterError(
-            f"`lowpass` {frequency:g}: with {rate:.4g} samples a second give a frequency above 0 "
-            f"and up to {rate / KEPT:.4g} Hz"
+            f"`lowpass` {frequency:g}: with {rate:.4g} samples a second, {len(block)} without a "
+            f"gap, give a frequency from {slowest:.4g} to {rate / KEPT:.4g} Hz"
         )
     if len(block) < 100:
         raise ParameterError(

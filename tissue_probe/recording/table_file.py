@@ -202,8 +202,8 @@ def _times(source: Columns, found: Roles, layout: Layout, signals: dict[str, np.
     certain = layout.time_unit is not None or set(EXPORTED) <= set(source.names)
     column = signals["time"]
     name = found.names["time"]
-    if column.dtype == object:
-        raise RecordingError(f"{source.path}: column {name} has no numbers: it is text")
+    if column.dtype.kind not in "iufmM":
+        raise RecordingError(f"{source.path}: column {name} tells no times, but truths or words")
     return times(column, name, found.units.get("time"), certain, str(source.path))
 
 
@@ -242,9 +242,9 @@ def _scaled(
     source: Columns, found: Roles, role: str, column: np.ndarray, sign: float
 ) -> FloatArray:
     """Return a column in SI, positive in compression; NaN where not known."""
-    if column.dtype.kind not in "iufb":
+    if column.dtype.kind not in "iuf":
         raise RecordingError(
-            f"{source.path}: column {found.names[role]} has no numbers, but times or words"
+            f"{source.path}: column {found.names[role]} has no numbers, but truths, times or words"
         )
     size = sign * found.size(role)
     if column.dtype == np.float64 and column.flags.writeable:

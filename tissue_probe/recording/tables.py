@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,
@@ -46,7 +47,7 @@ def write_estimates(path: str | Path, estimates: TissueEstimates, origin: int) -
 
     Raises
     ------
-    ValueError
+    RecordingError
         If the name ends otherwise.
     OSError
         If the file cannot be written.
@@ -125,9 +126,10 @@ def _write(path: Path, columns: Mapping[str, np.ndarray | pyarrow.Array]) -> Non
     import pyarrow
     from pyarrow import csv, parquet
 
-    if path.suffix == ".csv":
-        csv.write_csv(pyarrow.table(columns), path, csv.WriteOptions(quoting_header="none"))
-    elif path.suffix == ".parquet":
-        parquet.write_table(pyarrow.table(columns), path)
-    else:
-        raise ValueError(f"{path} ends in '{path.suffix}'; tables are .csv or .parquet")
+    if path.suffix not in (".csv", ".parquet"):
+        raise RecordingError(f"{path} ends in '{path.suffix}'; tables are .csv or .parquet")
+    with path.open("wb") as file:
+        if path.suffix == ".csv":
+            csv.write_csv(pyarrow.table(columns), file, csv.WriteOptions(quoting_header="none"))
+        else:
+            parquet.write_table(pyarrow.table(columns), file)

@@ -9,6 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from tissue_probe.errors import ParameterError
+
 POSITION_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
 """Metres in one of each."""
 
@@ -77,7 +79,7 @@ def unit_size(unit: str, units: Mapping[str, float]) -> float:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If it is neither.
     """
     if (size := units.get(spelt(unit))) is not None:
@@ -87,7 +89,7 @@ def unit_size(unit: str, units: Mapping[str, float]) -> float:
     except ValueError:
         size = 0.0
     if not 0.0 < size < float("inf"):
-        raise ValueError(
+        raise ParameterError(
             f"unit '{unit}' is not known; give {', '.join(units)}, or the size of one in "
             f"{next(iter(units))} as a positive number"
         )

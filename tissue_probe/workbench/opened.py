@@ -11,23 +11,12 @@ from typing import Any
 
 from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
-from tissue_probe.recording.layout import CHOICES
+from tissue_probe.errors import ParameterError
+from tissue_probe.recording.layout import KINDS
 from tissue_probe.workbench.refused import Refused
 
-#: What a page may state of a file, and of which type: parameters of ``tissue_probe.read``.
-LAYOUT: dict[str, type] = {
-    "position": str,
-    "force": str,
-    "time": str,
-    "sample_rate": float,
-    "position_unit": str,
-    "force_unit": str,
-    "time_unit": str,
-    "force_polarity": str,
-    "position_polarity": str,
-    "samples_topic": str,
-    "clock": str,
-}
+#: Statements that a page writes as text, and that are numbers.
+NUMBERS = ("sample_rate",)
 
 
 @dataclass
@@ -79,14 +68,15 @@ def checked_layout(given: Any) -> dict[str, Any]:
         raise Refused("the layout must be an object")
     found: dict[str, Any] = {}
     for name, value in given.items():
-        if name not in LAYOUT:
+        if name not in KINDS:
             raise Refused(f"there is no parameter {name} of reading")
         if value in (None, ""):
             continue
         try:
-            found[name] = LAYOUT[name](value)
+            stated = float(value) if name in NUMBERS else value
+            found[name] = KINDS[name](name, stated)
+        except ParameterError as error:
+            raise Refused(str(error)) from None
         except (TypeError, ValueError):
             raise Refused(f"`{name}` is {value!r}; give a number") from None
-        if name in CHOICES and found[name] not in CHOICES[name]:
-            raise Refused(f"`{name}` is {value!r}; give {' or '.join(CHOICES[name])}")
     return found

@@ -6,11 +6,10 @@ What belongs here: finding them in one channel. What does not: what is said of t
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from scipy.ndimage import percentile_filter
 
+from tissue_probe.kept import for_a_call
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: Share of a cubic through the neighbours that each of them has.
@@ -146,7 +145,7 @@ def _usual(off: FloatArray, place: int) -> float:
     return float(max(np.median(off), np.percentile(around, 65)) / 0.93)
 
 
-@cache
+@for_a_call(32)
 def _departures(length: int) -> FloatArray:
     """Return the matrix of departures from a cubic through what is to either side of a row."""
     place = np.linspace(-1.0, 1.0, length + 2 * _SIDE)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any, SupportsIndex
 
 import sympy as sp
 
@@ -237,6 +238,13 @@ class Effect:
     odds: float = field(default=1.0, repr=False)
     scale: Scale = field(default=USUAL, repr=False, compare=False)
     origin: Effect | None = field(default=None, repr=False, compare=False)
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
+        """Come back from bytes as the library's own, in its form; a user's own as what it holds."""
+        from tissue_probe.physics.library_form import found_in_library, of_library
+
+        place = found_in_library(self)
+        return super().__reduce_ex__(protocol) if place is None else (of_library, place)
 
     @property
     def plain(self) -> Effect:

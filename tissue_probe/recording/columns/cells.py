@@ -93,21 +93,38 @@ def number(cell: Cell, decimal: str = ".") -> float | int:
 def times(cells: Sequence[Cell]) -> np.ndarray:
     """Return times of the day as ``timedelta64[ns]``, dates as ``datetime64[ns]``; NaT if unknown.
 
+    Dates with a time zone become those of UTC. Those without one keep the clock that they tell.
+
     Raises
     ------
     ValueError
-        If a cell tells no time, or tells it otherwise than the first; the message is the cell.
+        If a cell tells no time, or tells it otherwise than the first, as with a zone where that
+        has none; the message is the cell.
     """
     first = next((cell for cell in cells if kind(cell) is Kind.TIME), "")
     dated = not isinstance(first, datetime.time | datetime.timedelta) and not (
         isinstance(first, str) and _CLOCK.fullmatch(first.strip())
     )
     unknown = np.datetime64("NaT") if dated else np.timedelta64("NaT")
-    values = [
-        unknown if kind(cell) is Kind.UNKNOWN else (_date if dated else _clock)(cell)
-        for cell in cells
-    ]
+    zoned = _has_zone(first)
+
+    def time(cell: Cell) -> np.datetime64 | np.timedelta64:
+        if kind(cell) is Kind.UNKNOWN:
+            return unknown
+        if _has_zone(cell) is not zoned:
+            raise ValueError(str(cell))
+        return _date(cell) if dated else _clock(cell)
+
+    values = [time(cell) for cell in cells]
     return np.array(values, dtype="datetime64[ns]" if dated else "timedelta64[ns]")
+
+
+def _has_zone(cell: Cell) -> bool:
+    """Whether a date tells its time zone."""
+    if isinstance(cell, datetime.datetime):
+        return cell.utcoffset() is not None
+    found = _DATE.fullmatch(cell.strip()) if isinstance(cell, str) else None
+    return found is not None and found["zone"] is not None
 
 
 def _clock(cell: Cell) -> np.timedelta64:
@@ -135,7 +152,9 @@ def _nanoseconds(hours: str, minutes: str, seconds: str) -> int:
 
 def _date(cell: Cell) -> np.datetime64:
     if isinstance(cell, datetime.datetime):
-        return np.datetime64(cell.replace(tzinfo=None), "ns")
+        ahead = cell.utcoffset() or datetime.timedelta()
+        naive = cell.replace(tzinfo=None)
+        return np.datetime64(naive, "ns") - np.timedelta64(ahead, "ns")
     if isinstance(cell, datetime.date):
         return np.datetime64(cell, "ns")
     found = _DATE.fullmatch(str(cell).strip())

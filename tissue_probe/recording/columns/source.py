@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tissue_probe.arguments import LARGEST
 from tissue_probe.recording.errors import RecordingError
 
 Progress = Callable[[float], None]
@@ -36,6 +37,14 @@ class Loaded(NamedTuple):
     told: tuple[str, ...] = ()
     place: Callable[[int], str] = row_place
     blocks: tuple[int, ...] = ()
+
+
+def _is_boundless(column: np.ndarray) -> bool:
+    """Whether a column has numbers too large to be measured; infinite ones count as not known."""
+    if column.dtype.kind != "f" or not column.size:
+        return False
+    farthest = max(np.fmax.reduce(column), -np.fmin.reduce(column))
+    return bool(farthest > LARGEST and np.any(np.abs(column[np.isfinite(column)]) > LARGEST))
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,12 @@ class Columns:
             raise RecordingError(f"{self.path}: columns must have one length, but {lengths} values")
         if not sizes[0]:
             raise RecordingError(f"{self.path} has columns, but no rows")
+        for name, column in zip(names, loaded.columns, strict=True):
+            if _is_boundless(column):
+                raise RecordingError(
+                    f"{self.path}: column {name} has numbers beyond {LARGEST:g}, which are no "
+                    "measurement; take them out"
+                )
         return loaded
 
     def require(self, names: Sequence[str]) -> None:
