@@ -374,6 +374,11 @@ def map_sites(
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
     (part,) = parts
+    if not part.recording.sites:
+        raise ParameterError(
+            f"{part.name} announces no palpation sites: there is nothing to map; give a scan or a "
+            "table of sites"
+        )
     estimators = [estimators] if isinstance(estimators, str) else estimators
     if estimators:
         files = tuple(map(Path, effects))

@@ -100,15 +100,7 @@ def estimate_again(
 
 
 def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:
-    """Gather estimates over the sites of a recording.
-
-    Raises
-    ------
-    ValueError
-        If no site was announced in the recording.
-    """
-    if not recording.sites:
-        raise ValueError("the recording announces no palpation sites: there is nothing to map")
+    """Gather estimates over the sites of a recording."""
     builder = MapBuilder()
     for site in recording.sites:
         builder.announce(site)

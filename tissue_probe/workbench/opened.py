@@ -5,6 +5,7 @@ What belongs here: that alone. What does not: reading (``work``), who asks for i
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,21 +13,23 @@ from typing import Any
 from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
 from tissue_probe.recording.layout import CHOICES
+from tissue_probe.workbench import stated
+from tissue_probe.workbench.declared import shown
 from tissue_probe.workbench.refused import Refused
 
-#: What a page may state of a file, and of which type: parameters of ``tissue_probe.read``.
-LAYOUT: dict[str, type] = {
-    "position": str,
-    "force": str,
-    "time": str,
-    "sample_rate": float,
-    "position_unit": str,
-    "force_unit": str,
-    "time_unit": str,
-    "force_polarity": str,
-    "position_polarity": str,
-    "samples_topic": str,
-    "clock": str,
+#: What a page may state of a file, and of which kind: parameters of ``tissue_probe.read``.
+LAYOUT: dict[str, Callable[[str, Any], Any]] = {
+    "position": stated.text,
+    "force": stated.text,
+    "time": stated.text,
+    "sample_rate": stated.number,
+    "position_unit": stated.text,
+    "force_unit": stated.text,
+    "time_unit": stated.text,
+    "force_polarity": stated.text,
+    "position_polarity": stated.text,
+    "samples_topic": stated.text,
+    "clock": stated.text,
 }
 
 
@@ -67,26 +70,22 @@ class Opened:
     problem: Refused | None = None
 
 
-def checked_layout(given: Any) -> dict[str, Any]:
+def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
     """Return what a page states of a file, as ``tissue_probe.read`` takes it; blanks left out.
 
     Raises
     ------
     Refused
-        If something is no parameter, or no number where one is needed.
+        If something is no parameter, or has no such value.
     """
-    if not isinstance(given, dict):
-        raise Refused("the layout must be an object")
     found: dict[str, Any] = {}
     for name, value in given.items():
         if name not in LAYOUT:
             raise Refused(f"there is no parameter {name} of reading")
-        if value in (None, ""):
+        known = LAYOUT[name](name, value)
+        if known is None:
             continue
-        try:
-            found[name] = LAYOUT[name](value)
-        except (TypeError, ValueError):
-            raise Refused(f"`{name}` is {value!r}; give a number") from None
-        if name in CHOICES and found[name] not in CHOICES[name]:
-            raise Refused(f"`{name}` is {value!r}; give {' or '.join(CHOICES[name])}")
+        if name in CHOICES and known not in CHOICES[name]:
+            raise Refused(f"`{name}` is {shown(value)}; give {' or '.join(CHOICES[name])}")
+        found[name] = known
     return found
