@@ -65,6 +65,12 @@ JSON = st.recursive(
 )
 
 
+OF_TYPE = {
+    int: st.integers(), str: st.text(), bool: st.booleans(),
+    float: st.floats(allow_nan=False, allow_infinity=False),
+}  # fmt: skip
+
+
 def places(held, path=()):
     """Yield where each value of a request stands, and the value."""
     for key, value in held.items() if isinstance(held, dict) else enumerate(held):
@@ -166,6 +172,17 @@ def test_a_value_of_another_type_is_refused_at_its_name(page, data):
     assert any(str(key) in told for key in path)
 
 
+@given(st.data())
+@settings(max_examples=100)
+def test_a_request_that_names_what_there_is_not_is_answered_as_any_other(page, data):
+    """Of its type, and in its bounds or not; the program of an effect is not run on a whim."""
+    sent, path, value = data.draw(st.sampled_from(
+        [each for each in PLACES if type(each[2]) in OF_TYPE and each[0]["do"] != "effects"]
+    ))  # fmt: skip
+    answer = page.ask(put(sent, path, data.draw(OF_TYPE[type(value)])))
+    assert answer.get("ok", ...) is None or refusal(answer)
+
+
 @given(st.sampled_from(NUMBERS), st.sampled_from(["NaN", "Infinity", "-Infinity", "1e999"]))
 @settings(max_examples=100)
 def test_a_number_that_is_not_finite_is_refused(page, place, number):
@@ -179,6 +196,7 @@ def test_what_is_missing_is_named(page, name, key):
     sent = next(each for each in SENT if each["do"] == name)
     told = refusal(page.ask({other: value for other, value in sent.items() if other != key}))
     assert f"`{key}` is missing" in told
+    assert f"`{key}` is None" in refusal(page.ask({**sent, key: None}))
 
 
 @given(st.sampled_from(SENT), st.text(min_size=1), JSON)
