@@ -10,7 +10,9 @@ One file serves both, since each runs it with commands of its own:
   links this file, there is no pyproject.toml: so whatever colcon needs is said here.
 """
 
+import os
 import re
+import shlex
 import sys
 from glob import glob
 from pathlib import Path
@@ -24,9 +26,32 @@ VERSION = re.search(r'__version__ = "(.+)"', Path("tissue_probe/__init__.py").re
 #: Commands by which pip makes a wheel, or tells what will be in it.
 FOR_PIP = {"bdist_wheel", "dist_info", "editable_wheel"}
 
+#: Packages of messages that are needed, and where this project has them. colcon looks no deeper
+#: than this package, and a build that took CRTK's from here would hide the original's other
+#: messages.
+MESSAGES = {"tissue_probe_msgs": "msg_defs", "crtk_msgs": "crtk_msgs"}
+
+
+def build_messages() -> None:
+    """Say at the end of colcon's build how messages are built that are not found."""
+    index = "share/ament_index/resource_index/packages"
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    here = Path(__file__).resolve().parent
+    missing = [
+        str(here / folder)
+        for package, folder in MESSAGES.items()
+        if not any(Path(prefix, index, package).exists() for prefix in filter(None, prefixes))
+    ]
+    if missing:
+        # colcon shows what a build says on this stream.
+        print("The nodes need messages that are not built yet. Build all, in the same folder, by\n"
+              f"colcon build --base-paths . {shlex.join(missing)}", file=sys.stderr)  # fmt: skip
+
+
 executables = ["tissue_probe = tissue_probe.cli:main"]
 data_files = [
     ("share/tissue_probe/config", glob("config/*")),
+    ("share/tissue_probe", ["CITATION.cff"]),
     # One click away in the workbench.
     ("share/tissue_probe/examples", glob("examples/*.csv") + glob("examples/*.mcap")),
 ]
@@ -52,8 +77,9 @@ setup(
     zip_safe=False,
     python_requires=">=3.10",
     maintainer="tissue_probe maintainers",
-    maintainer_email="maintainers@tissue-probe.example",
     description="Stiffness and damping of soft tissue from a vibrating palpation probe",
     license="Apache-2.0",
     entry_points={"console_scripts": executables},
 )
+if not {"install", "develop"}.isdisjoint(sys.argv):
+    build_messages()

@@ -8,5 +8,6 @@ it for anyone else. The package ``tissue_probe`` knows nothing of it.
 from daq_server.board import Board
 from daq_server.models import CDAQ, MODELS, USB_6002, X_SERIES, Model
 from daq_server.server import DaqServer
+from daq_server.stepped import Stepped
 
-__all__ = ["CDAQ", "MODELS", "USB_6002", "X_SERIES", "Board", "DaqServer", "Model"]
+__all__ = ["CDAQ", "MODELS", "USB_6002", "X_SERIES", "Board", "DaqServer", "Model", "Stepped"]

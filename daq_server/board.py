@@ -93,6 +93,8 @@ class Board:
         How many samples the force comes after the position; before it, where negative.
     clock : callable
         The time [s].
+    wait : callable, optional
+        Lets a time pass [s]; by default with the lock released, as long as it takes.
     """
 
     def __init__(
@@ -104,6 +106,7 @@ class Board:
         force_noise: float = 0.005,
         skew: int = 0,
         clock: Callable[[], float] = time.monotonic,
+        wait: Callable[[float], object] | None = None,
     ) -> None:
         self.model = model
         self.faults = Faults()
@@ -115,6 +118,7 @@ class Board:
         self._tissue = stiffness, damping
         self._noise = np.random.default_rng(0), force_noise
         self._clock = clock
+        self.wait = wait or self.lock.wait
         self._count = 0
         self._late_force = deque([0.0] * max(0, skew), maxlen=max(0, skew) + 1)
         self._late_position = deque([0.0] * max(0, -skew), maxlen=max(0, -skew) + 1)
@@ -164,6 +168,12 @@ class Board:
     def feed(self, timeout: float) -> None:
         """Start the watchdog's timer anew."""
         self.expiry = self._clock() + timeout
+
+    def take_time(self, seconds: float) -> None:
+        """Be busy for a time; everything else goes on meanwhile."""
+        end = self._clock() + seconds
+        while (left := end - self._clock()) > 0.0:
+            self.wait(left)
 
     @property
     def count(self) -> int:

@@ -201,7 +201,7 @@ class Service(NiDAQmxServicer):
                 return messages.WriteAnalogF64Response(samps_per_chan_written=written)
             if time.monotonic() > deadline:
                 raise DaqmxError(Code.SAMPLES_CAN_NOT_YET_BE_WRITTEN, written)
-            self.board.lock.wait(0.005)
+            self.board.wait(0.005)
 
     @_answers
     def GetReadAttributeUInt32(self, request, context):
@@ -295,7 +295,10 @@ class Service(NiDAQmxServicer):
             if not context.is_active():
                 context.abort(grpc.StatusCode.CANCELLED, "the client hung up")
             missing = count - len(acquisition)
-            board.lock.wait(max(0.0002, board.time_of(missing)) if flowing else 0.02)
+            if flowing:
+                board.wait(max(0.0002, board.time_of(missing)))
+            else:
+                board.lock.wait(0.02)
         values = acquisition.take(count)
         if len(values) < count:
             response.status = int(Code.SAMPLES_NOT_YET_AVAILABLE)
@@ -305,7 +308,5 @@ class Service(NiDAQmxServicer):
         return response
 
     def _spend_on_digital_lines(self) -> None:
-        """Take the time that a static line takes; the board goes on meanwhile."""
-        end = time.monotonic() + self.board.model.digital_time
-        while (left := end - time.monotonic()) > 0.0:
-            self.board.lock.wait(left)
+        """Take the time that a static line takes."""
+        self.board.take_time(self.board.model.digital_time)

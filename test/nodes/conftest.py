@@ -25,6 +25,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from crtk_msgs.msg import StringStamped
+from domains import domains_of
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
 from tissue_probe_msgs.action import ScanGrid
@@ -39,11 +40,12 @@ PATIENT = {"samples_timeout": 10.0, "poses_timeout": 10.0, "settle_time": 0.3}
 SCAN = NodeProcess("scan", "scan", parameters=PATIENT)
 
 
-#: Which of the three that test side by side this is.
-WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 3
-#: Domains are taken in turn, each worker its own third: what a test leaves behind dies before its
-#: domain comes round again.
-DOMAINS = itertools.cycle(range(1 + 33 * WORKER, 34 + 33 * WORKER))
+#: Which of those that test side by side this is, and how many they are.
+WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+WORKERS = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+#: Domains are taken in turn, each worker its own: what a test leaves behind dies before its domain
+#: comes round again.
+DOMAINS = itertools.cycle(domains_of(WORKER, WORKERS))
 
 
 def own_domain():
@@ -84,7 +86,7 @@ def alone():
 
 @pytest.fixture(autouse=True)
 def turn(request) -> Iterator[None]:
-    """Two tests share two cores; one that starts many processes has them to itself."""
+    """Tests share two cores; one that starts many processes has them to itself."""
     crowded = request.node.get_closest_marker("crowded")
     with alone() if crowded else turn_of(fcntl.LOCK_SH):
         yield

@@ -21,6 +21,7 @@ from tissue_probe.workbench.pages import Page
 from tissue_probe.workbench.pictures import Pictures
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.requested import request
 from tissue_probe.workbench.told import desk as told_of
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
@@ -42,6 +43,10 @@ def run():
         workshop = runner.run(made())
         yield lambda steps: runner.run(steps(Desk(workshop, workshop)))
         runner.run(workshop.close())
+
+
+def asked_for(name, **more):
+    return request({"id": 1, "do": name, **more})[1]
 
 
 async def made():
@@ -138,7 +143,7 @@ def test_what_a_page_is_told_is_json(climbed):
 def test_a_zoom_is_drawn_of_the_samples_in_it(climbed):
     desk, _, _ = climbed
     asked = {"rung": desk.rungs[1].number, "stretch": 0, "from": 1.0, "to": 1.05, "width": 500}
-    told, arrays = Pictures(desk).lines(asked)
+    told, arrays = Pictures(desk).lines(asked_for("lines", **asked))
     period = arrays["time"][1] - arrays["time"][0]
     assert arrays["time"][0] == pytest.approx(1.0, abs=2 * period)
     assert arrays["time"][-1] == pytest.approx(1.05, abs=2 * period)
@@ -152,19 +157,16 @@ def test_a_zoom_is_drawn_of_the_samples_in_it(climbed):
 @pytest.mark.parametrize(
     "asked",
     [
-        {"rung": 10**6}, {"stretch": 7}, {"stretch": "x"}, {"width": 10**9}, {"width": "x"},
-        {"from": "x"}, {"from": float("inf")}, {"values": {"stiffness": "much"}}, {"values": 3},
-        {"values": {"nothing": 1.0}}, {"effect": "backlash"}, {"brush": 3, "axis": "speed"},
+        {"rung": 10**6}, {"stretch": 7}, {"values": {"nothing": 1.0}}, {"effect": "backlash"},
+        {"source": "second", "effect": "backlash"},
     ],
 )  # fmt: skip
 def test_a_picture_that_cannot_be_drawn_is_refused_in_a_sentence(climbed, asked):
     from tissue_probe.errors import TissueProbeError
 
     desk, _, _ = climbed
-    pictures = Pictures(desk)
-    draw = pictures.dots if "axis" in asked else pictures.lines
     with pytest.raises(TissueProbeError):
-        draw({"rung": desk.rungs[0].number, **asked})
+        Pictures(desk).lines(asked_for("lines", **{"rung": desk.rungs[0].number, **asked}))
 
 
 def test_a_search_that_is_cancelled_ends_at_once_and_leaves_a_desk_that_works(run):
@@ -245,7 +247,9 @@ def test_a_recording_is_seen_before_any_model_is_fitted(run):
     async def steps(desk):
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         assert desk.rungs == []
-        return opened.measured, Pictures(desk).recorded({"file": opened.number, "width": 8000})[1]
+        return opened.measured, Pictures(desk).recorded(
+            asked_for("recorded", file=opened.number, width=8000)
+        )[1]
 
     measured, arrays = run(steps)
     np.testing.assert_allclose(arrays["force"], measured.force, rtol=1e-6)
@@ -264,7 +268,10 @@ def test_each_effects_curve_is_there_while_others_are_still_tried(run):
         def look():
             for effect, errors in desk.ranking.told.items() if desk.ranking else ():
                 if effect not in found and desk.ranking.result is None:
-                    found[effect] = pictures.lines({**asked, "effect": effect})[1], errors["rmse"]
+                    found[effect] = (
+                        pictures.lines(asked_for("lines", **asked, effect=effect))[1],
+                        errors["rmse"],
+                    )
 
         desk.briefly = look
         search = asyncio.create_task(desk.rank())
@@ -310,3 +317,12 @@ def test_a_table_of_sites_has_a_map_and_nothing_to_fit(run, tmp_path):
     assert arrays["mean"][middle] > 800.0
     assert arrays["probability"][middle] > 0.5
     assert again.text == found["text"]
+
+
+def test_a_map_of_a_recording_without_sites_is_refused_in_words(run):
+    async def steps(desk):
+        opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
+        await desk.draw_map(opened.number)
+
+    with pytest.raises(Refused, match=r"sweep\.csv announces no palpation sites"):
+        run(steps)

@@ -124,5 +124,6 @@ def test_an_upload_of_the_servers_own_page_is_taken(server):
     told = answer(
         server, "/upload", method="POST", body=(EXAMPLES / "weight_0.csv").read_bytes(),
         Cookie=server.cookie, Origin=f"http://127.0.0.1:{server.port}", x_file_name="weight.csv",
+        content_type="application/octet-stream",
     )  # fmt: skip
     assert told.status == 200, told.text

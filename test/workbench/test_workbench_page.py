@@ -209,8 +209,8 @@ def test_two_pages_show_one_desk(examples, page, open_page):
     rungs(other, 1)
 
 
-def test_a_file_that_does_not_tell_all_is_asked_about(page):
-    page.keyboard.press("1")
+def test_a_file_that_does_not_tell_all_is_asked_about(server, open_page):
+    page = open_page(server.address)  # beside another file it would take what that was told
     page.click("[data-example=machine]")
     page.wait_for_selector(".wrong[data-field=force_polarity]")
     assert "state force polarity" in page.inner_text(".problem >> nth=0")

@@ -390,6 +390,11 @@ def map_sites(
     if len(parts) != 1:
         raise ParameterError(f"{len(parts)} recordings are given: a map is of one scan")
     (part,) = parts
+    if not part.recording.sites:
+        raise ParameterError(
+            f"{part.name} announces no palpation sites: there is nothing to map; give a scan or a "
+            "table of sites"
+        )
     if estimators:
         files, stated = tuple(map(Path, effects)), {"rig": rig} if rig else {}
         estimates = [estimate_again(part.recording, name, files, stated) for name in estimators]

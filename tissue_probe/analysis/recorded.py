@@ -16,7 +16,6 @@ from tissue_probe.estimation.offline import estimate
 from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
-from tissue_probe.recording.errors import RecordingError
 from tissue_probe.settings import SettingsError, build
 from tissue_probe.signals import Recording, TissueEstimates
 
@@ -101,15 +100,7 @@ def estimate_again(
 
 
 def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:
-    """Gather estimates over the sites of a recording.
-
-    Raises
-    ------
-    RecordingError
-        If no site was announced in the recording.
-    """
-    if not recording.sites:
-        raise RecordingError("the recording announces no palpation sites: there is nothing to map")
+    """Gather estimates over the sites of a recording."""
     builder = MapBuilder()
     for site in recording.sites:
         builder.announce(site)

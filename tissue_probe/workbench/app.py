@@ -10,24 +10,61 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 from starlette.applications import Starlette
-from starlette.requests import Request
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.workbench import state, uploads
+from tissue_probe.workbench import state, told, uploads
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import Refused, refused
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.taken import take
 
 PAGE = Path(__file__).parent / "page"
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
          ".svg": "image/svg+xml"}  # fmt: skip
+
+
+#: What an upload is: a file's own bytes.
+BYTES = "application/octet-stream"
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, (TissueProbeError, OSError))
+    desk = request.app.state.requests.desk
+    words = told.without_paths(desk, str(refused(error)))
+    return PlainTextResponse(f"{words}\n", status_code=409)
+
+
+async def _not_here(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    status, headers = error.status_code, error.headers or {}
+    words = {
+        404: "there is nothing at this address; the page is at /",
+        405: f"this address takes {headers.get('Allow')}, and not {request.method}",
+    }
+    return PlainTextResponse(f"{words.get(status, error.detail)}\n", status, headers)
+
+
+async def _left(request: Request, error: Exception) -> Response:
+    """Answer nobody: whoever sent the request went away before its end."""
+    return Response(status_code=400)
+
+
+#: How a request ends that cannot be done.
+REFUSALS: dict[Any, Any] = {
+    TissueProbeError: _refused,
+    OSError: _refused,
+    HTTPException: _not_here,
+    ClientDisconnect: _left,
+}
 
 
 def application(requests: Requests, folder: Path) -> Starlette:
@@ -53,18 +90,14 @@ def application(requests: Requests, folder: Path) -> Starlette:
         return Response(content, media_type=KINDS[path.suffix])
 
     async def socket(websocket: WebSocket) -> None:
-        await requests.pages.serve(websocket, requests.hear)
+        await requests.pages.serve(websocket, requests.greet, requests.hear)
 
     async def upload(request: Request) -> Response:
-        name = unquote(request.headers.get("x-file-name", "recording"))
-        try:
-            path = await uploads.keep(name, request.stream(), folder)
-            if path.suffix == state.ENDING:
-                await requests.change(lambda: _open_state(requests, path, folder))
-                return JSONResponse({"state": True})
-            opened = await requests.change(lambda: _open(requests, path))
-        except TissueProbeError as error:
-            return PlainTextResponse(f"{error}\n", status_code=409)
+        path = await uploads.keep(_file_name(request), request.stream(), folder)
+        if path.suffix == state.ENDING:
+            await requests.change(lambda: _open_state(requests, path))
+            return JSONResponse({"state": True})
+        opened = await requests.change(lambda: _open(requests, path))
         return JSONResponse({"file": opened.number})
 
     app = Starlette(
@@ -73,10 +106,29 @@ def application(requests: Requests, folder: Path) -> Starlette:
             Route("/upload", upload, methods=["POST"]),
             Route("/take/{name}", take),
             WebSocketRoute("/socket", socket),
-        ]
+        ],
+        exception_handlers=REFUSALS,
     )
+    # An address with a slash too many is none of ours.
+    app.router.redirect_slashes = False
     app.state.requests = requests
     return app
+
+
+def _file_name(request: Request) -> str:
+    """Return the name of what is uploaded.
+
+    Raises
+    ------
+    HTTPException
+        If there is none, or the file comes wrapped in a form.
+    """
+    kind, name = request.headers.get("content-type"), request.headers.get("x-file-name")
+    if kind != BYTES:
+        raise HTTPException(415, f"send the file as it is, as Content-Type {BYTES}, not {kind}")
+    if not name:
+        raise HTTPException(400, "give the file's name in the header X-File-Name")
+    return unquote(name)
 
 
 async def _open(requests: Requests, path: Path) -> Opened:
@@ -85,7 +137,7 @@ async def _open(requests: Requests, path: Path) -> Opened:
     return opened
 
 
-async def _open_state(requests: Requests, path: Path, folder: Path) -> None:
+async def _open_state(requests: Requests, path: Path) -> None:
     """Put a kept desk in the place of what lies there."""
     kept = await asyncio.to_thread(state.unpacked_state, path, path.parent / "state")
     for number in list(requests.desk.files):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tissue_probe.workbench.opened import Opened, checked_layout
+from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
 from tissue_probe.workbench.work import READING, Work, predicted_file
@@ -149,7 +149,7 @@ class Desk:
                 return rung
         raise Refused("this model is no more on the ladder")
 
-    def file(self, number: Any) -> Opened:
+    def file(self, number: int) -> Opened:
         """Return a recording by its number.
 
         Raises
@@ -183,10 +183,10 @@ class Desk:
         if opened.measured is not None and self.fitted in (None, opened.number):
             await self.use(opened.number, self.second)
 
-    async def define(self, number: int, layout: Any) -> None:
+    async def define(self, number: int, layout: dict[str, Any]) -> None:
         """Read a recording by what the user states of it."""
         opened = self.file(number)
-        opened.layout = checked_layout(layout)
+        opened.layout = layout
         if number in (self.fitted, self.second):
             self._forget_fits()
         await self._read(opened)
@@ -267,7 +267,7 @@ class Desk:
         )
         return len(sites) > 1
 
-    async def ask(self, changes: Any) -> None:
+    async def ask(self, changes: dict[str, Any]) -> None:
         """Ask about another model, or the same otherwise; the ladder begins anew."""
         self.asked = self.asked.changed(changes)
         self.changed()

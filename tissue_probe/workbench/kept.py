@@ -13,6 +13,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from tissue_probe.workbench.declared import as_object
+from tissue_probe.workbench.refused import Refused
+
 
 class Kept:
     """A server's folder, by its port: nobody else on the machine may read it.
@@ -41,10 +44,9 @@ class Kept:
     def desk(self) -> dict[str, Any] | None:
         """Return the desk of a server that was killed; None if it ended, or left none."""
         try:
-            found: dict[str, Any] = json.loads(self._desk.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+            return as_object(self._desk.read_bytes(), self._desk.name)
+        except (OSError, Refused):
             return None
-        return found
 
     def keep(self, desk: dict[str, Any]) -> None:
         """Keep the desk; a file half written never takes the place of a whole one."""

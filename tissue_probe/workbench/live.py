@@ -68,7 +68,7 @@ class Live:
         for waiting in self._waiting.values():
             waiting.cancel()
 
-    async def command(self, asked: dict[str, Any]) -> Any:
+    async def command(self, command: str, given: dict[str, Any]) -> Any:
         """Ask something of the nodes.
 
         Raises
@@ -79,7 +79,7 @@ class Live:
         if self._process is None or self._process.stdin is None or self.ended:
             raise Refused(self.ended or "nobody listens to ROS yet; wait a moment")
         number = next(self._numbers)
-        line = {"number": number, "command": asked.get("command"), "given": asked.get("given")}
+        line = {"number": number, "command": command, "given": given}
         self._waiting[number] = answer = asyncio.get_running_loop().create_future()
         try:
             self._process.stdin.write(json.dumps(line).encode() + b"\n")

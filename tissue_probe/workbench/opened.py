@@ -13,6 +13,7 @@ from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.previewing import Preview
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.layout import KINDS
+from tissue_probe.workbench import stated
 from tissue_probe.workbench.refused import Refused
 
 #: Statements that a page writes as text, and that are numbers.
@@ -56,27 +57,23 @@ class Opened:
     problem: Refused | None = None
 
 
-def checked_layout(given: Any) -> dict[str, Any]:
+def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
     """Return what a page states of a file, as ``tissue_probe.read`` takes it; blanks left out.
 
     Raises
     ------
     Refused
-        If something is no parameter, or no number where one is needed.
+        If something is no parameter, or has no such value.
     """
-    if not isinstance(given, dict):
-        raise Refused("the layout must be an object")
     found: dict[str, Any] = {}
     for name, value in given.items():
         if name not in KINDS:
             raise Refused(f"there is no parameter {name} of reading")
-        if value in (None, ""):
+        known = (stated.number if name in NUMBERS else stated.text)(name, value)
+        if known is None:
             continue
         try:
-            stated = float(value) if name in NUMBERS else value
-            found[name] = KINDS[name](name, stated)
+            found[name] = KINDS[name](name, known)
         except ParameterError as error:
             raise Refused(str(error)) from None
-        except (TypeError, ValueError):
-            raise Refused(f"`{name}` is {value!r}; give a number") from None
     return found

@@ -7,6 +7,7 @@ not: what is said (``told``, ``pictures``).
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections import deque
 from collections.abc import Callable
 
@@ -45,19 +46,25 @@ class Page:
 
     async def send(self) -> None:
         """Send, for as long as the page is there."""
-        while True:
-            await self._something.wait()
-            self._something.clear()
-            while self._answers or self._newest:
-                if len(self._answers) > WAITING:
-                    await self._socket.close(1008, "the page does not read")
-                    return
-                # What is newest was made to change by what was answered before it, or after: a page
-                # that is told an answer knows the state that it led to.
-                for kind in list(self._newest):
-                    await self._out(self._newest.pop(kind)())
-                if self._answers:
-                    await self._out(self._answers.popleft())
+        with contextlib.suppress(WebSocketDisconnect):
+            while await self._some():
+                pass
+
+    async def _some(self) -> bool:
+        """Send what there is, when there is something; return whether the page reads it."""
+        await self._something.wait()
+        self._something.clear()
+        while self._answers or self._newest:
+            if len(self._answers) > WAITING:
+                await self._socket.close(1008, "the page does not read")
+                return False
+            # What is newest was made to change by what was answered before it, or after: a page
+            # that is told an answer knows the state that it led to.
+            for kind in list(self._newest):
+                await self._out(self._newest.pop(kind)())
+            if self._answers:
+                await self._out(self._answers.popleft())
+        return True
 
     async def _out(self, message: bytes | str) -> None:
         if isinstance(message, str):
@@ -85,18 +92,22 @@ class Pages:
         for page in self._pages:
             page.tell(kind, lambda: message)
 
-    async def serve(self, socket: WebSocket, hear: Callable[[Page, str], None]) -> None:
+    async def serve(
+        self,
+        socket: WebSocket,
+        greet: Callable[[Page], None],
+        hear: Callable[[Page, str | bytes], None],
+    ) -> None:
         """Hear and tell one page until it leaves."""
         await socket.accept()
         page = Page(socket)
         self._pages.add(page)
         sending = asyncio.create_task(page.send())
         try:
-            hear(page, "")
-            while True:
-                hear(page, await socket.receive_text())
-        except (WebSocketDisconnect, RuntimeError, KeyError):
-            pass  # it left, or sent bytes where text was due
+            greet(page)
+            while (message := await socket.receive())["type"] == "websocket.receive":
+                text = message.get("text")
+                hear(page, message["bytes"] if text is None else text)
         finally:
             self._pages.discard(page)
             sending.cancel()

@@ -22,14 +22,13 @@ from tissue_probe.signals import NANOSECONDS, spans_of
 from tissue_probe.workbench.decimation import dots, lines
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.requested import Dots, Lines, Look, Recorded
 
 Arrays = dict[str, NDArray[Any]]
 Picture = tuple[dict[str, Any], Arrays]
 Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
 KEPT = 24
-#: No page is wider, nor any plot on one.
-WIDEST = 8192
 #: Rows of brushed samples that are told: more are narrower than a pixel each.
 SPANS = 2000
 
@@ -42,24 +41,24 @@ class Pictures:
         #: Each view, with the times of the samples that were not fitted.
         self._views: OrderedDict[tuple[int, str, int], tuple[ErrorView, Spans]] = OrderedDict()
 
-    def recorded(self, asked: dict[str, Any]) -> Picture:
+    def recorded(self, asked: Recorded) -> Picture:
         """Return position and force of a recording as they were read, over the whole of it.
 
         Of several that lie in one file, it is the one that is named by ``part``.
         """
-        measured, part = self._desk.file(asked.get("file", -1)).measured, asked.get("part", 0)
+        measured, part = self._desk.file(asked.file).measured, asked.part
         if measured is None:
             raise Refused("this recording is not read yet")
-        if not isinstance(part, int) or not 0 <= part < len(measured.parts):
+        if part >= len(measured.parts):
             raise Refused(f"there are {len(measured.parts)} recordings in it")
         recording = measured.parts[part].recording
         signals = {"position": recording.position, "force": recording.force}
-        numbers, drawn = lines(signals, 0, recording.position.size, _pixels(asked))
+        numbers, drawn = lines(signals, 0, recording.position.size, asked.width)
         since = (recording.stamps - recording.stamps[0]) / NANOSECONDS
         time = np.interp(numbers, np.arange(since.size), since)
         return {}, {"time": time, **{n: each.astype(np.float32) for n, each in drawn.items()}}
 
-    def lines(self, asked: dict[str, Any]) -> Picture:
+    def lines(self, asked: Lines) -> Picture:
         """Return measured, predicted and residual over a span of time.
 
         With ``values``, what the model predicts at those is drawn in place of the fit's; with
@@ -69,17 +68,17 @@ class Pictures:
         signals = {"measured": view.measured, "predicted": view.predicted,
                    "residual": view.residual}  # fmt: skip
         told: dict[str, Any] = {"noise": view.noise}
-        if asked.get("values"):
-            predicted = self._compared(asked).predict(_values(asked["values"]), _stretch(asked))
+        if asked.values:
+            predicted = self._compared(asked).predict(asked.values, asked.stretch)
             if not np.isfinite(predicted).all():
                 raise Refused("`values`: the model diverges there")
             signals |= {"predicted": predicted, "residual": view.measured - predicted}
             used = signals["residual"][view.used]
             told["rmse"] = float(np.sqrt(np.mean(used**2)))
-        if effect := asked.get("effect"):
-            signals["explained"] = self._explained(effect, asked)
+        if asked.effect:
+            signals["explained"] = self._explained(asked.effect, asked)
         first, stop = _span(asked, view)
-        numbers, drawn = lines(signals, first, stop, _pixels(asked))
+        numbers, drawn = lines(signals, first, stop, asked.width)
         found: Arrays = {"time": numbers * view.sample_period}
         found |= {name: each.astype(np.float32) for name, each in drawn.items()}
         told["unused"] = unused
@@ -87,19 +86,19 @@ class Pictures:
         told["end"] = view.measured.size * view.sample_period
         return told, found
 
-    def dots(self, asked: dict[str, Any]) -> Picture:
+    def dots(self, asked: Dots) -> Picture:
         """Return the residual over indentation, speed or phase; apart from it what is brushed."""
-        view, axis = self._view(asked), str(asked.get("axis"))
-        x, y = view.along(axis), view.residual
+        view = self._view(asked)
+        x, y = view.along(asked.axis), view.residual
         limits = (*_limits(x[view.used]), *_limits(y[view.used]))
-        pixels = (_pixels(asked), _pixels(asked, "height"))
+        pixels = (asked.width, asked.height)
         found = dict(zip(("x", "y"), dots(x, y, limits, pixels), strict=True))
         if (chosen := self._brushed(view, asked)) is not None:
             marked = dots(x[chosen], y[chosen], limits, pixels)
             found |= dict(zip(("marked_x", "marked_y"), marked, strict=True))
         return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
 
-    def spectrum(self, asked: dict[str, Any]) -> Picture:
+    def spectrum(self, asked: Look) -> Picture:
         """Return the density of the residual's power, that of noise, and of what is brushed."""
         view = self._view(asked)
         frequencies, density = view.spectrum()
@@ -109,7 +108,7 @@ class Pictures:
         white = 2.0 * view.sample_period * view.noise**2
         return {"white": white}, {n: each.astype(np.float32) for n, each in found.items()}
 
-    def brush(self, asked: dict[str, Any]) -> Picture:
+    def brush(self, asked: Look) -> Picture:
         """Return the times of the samples that a look along an axis means, and their error."""
         view = self._view(asked)
         chosen = self._brushed(view, asked)
@@ -119,7 +118,7 @@ class Pictures:
         spans = _spans(chosen, view.sample_period)
         return {"spans": spans, "count": int(chosen.sum()), "rmse": error}, {}
 
-    def where(self, asked: dict[str, Any]) -> Picture:
+    def where(self, asked: Look) -> Picture:
         """Return where the model fails: a region of each axis, with the sentence on it."""
         found = self._view(asked).where
         regions = [
@@ -134,42 +133,36 @@ class Pictures:
         ]
         return {"regions": regions}, {}
 
-    def _brushed(self, view: ErrorView, asked: dict[str, Any]) -> NDArray[np.bool_] | None:
-        brush = asked.get("brush")
-        if not brush:
-            return None
-        try:
-            low, high = float(brush["low"]), float(brush["high"])
-        except (KeyError, TypeError, ValueError):
-            raise Refused("a brush has an axis, and two numbers") from None
-        return view.between(str(brush.get("axis")), low, high)
+    def _brushed(self, view: ErrorView, asked: Look) -> NDArray[np.bool_] | None:
+        brush = asked.brush
+        return None if brush is None else view.between(brush.axis, brush.low, brush.high)
 
-    def _explained(self, effect: str, asked: dict[str, Any]) -> NDArray[Any]:
+    def _explained(self, effect: str, asked: Look) -> NDArray[Any]:
         if self._desk.ranking is None:
             raise Refused("nothing is ranked yet")
-        if asked.get("source") == "second":
+        if asked.source == "second":
             raise Refused("an effect's curve is of the recording that is fitted")
-        rung = self._desk.rung(asked.get("rung", -1))
-        return self._desk.ranking.explained(rung, effect, _stretch(asked))
+        rung = self._desk.rung(asked.rung)
+        return self._desk.ranking.explained(rung, effect, asked.stretch)
 
-    def _compared(self, asked: dict[str, Any]) -> ComparisonResult:
-        rung = self._desk.rung(asked.get("rung", -1))
-        if asked.get("source") != "second":
+    def _compared(self, asked: Look) -> ComparisonResult:
+        rung = self._desk.rung(asked.rung)
+        if asked.source != "second":
             return rung.compared
         if rung.second is None:
             raise Refused(rung.second_told or "there is no second recording")
         return rung.second
 
-    def _view(self, asked: dict[str, Any]) -> ErrorView:
+    def _view(self, asked: Look) -> ErrorView:
         return self._view_and_unused(asked)[0]
 
-    def _view_and_unused(self, asked: dict[str, Any]) -> tuple[ErrorView, Spans]:
-        key = (asked.get("rung", -1), str(asked.get("source")), _stretch(asked))
+    def _view_and_unused(self, asked: Look) -> tuple[ErrorView, Spans]:
+        key = (asked.rung, asked.source, asked.stretch)
         compared = self._compared(asked)
-        if not 0 <= key[2] < len(compared.sources):
+        if asked.stretch >= len(compared.sources):
             raise Refused(f"there are {len(compared.sources)} stretches")
         if key not in self._views:
-            view = compared.view(key[2])
+            view = compared.view(asked.stretch)
             self._views[key] = view, _spans(~view.used, view.sample_period)
         self._views.move_to_end(key)
         while len(self._views) > KEPT:
@@ -177,37 +170,14 @@ class Pictures:
         return self._views[key]
 
 
-def _stretch(asked: dict[str, Any]) -> int:
-    stretch = asked.get("stretch", 0)
-    if not isinstance(stretch, int):
-        raise Refused("a stretch is told by its number")
-    return stretch
-
-
-def _values(given: Any) -> dict[str, float]:
-    try:
-        return {str(name): float(value) for name, value in given.items()}
-    except (AttributeError, TypeError, ValueError):
-        raise Refused("`values` are numbers by name") from None
-
-
-def _pixels(asked: dict[str, Any], side: str = "width") -> int:
-    given = asked.get(side, 800)
-    if not isinstance(given, (int, float)) or not 1 <= given <= WIDEST:
-        raise Refused(f"a picture is 1 to {WIDEST} pixels wide")
-    return int(given)
-
-
-def _span(asked: dict[str, Any], view: ErrorView) -> tuple[int, int]:
+def _span(asked: Lines, view: ErrorView) -> tuple[int, int]:
     """Return the samples of a span of time, with one more on either side, to draw lines to."""
     size, period = view.measured.size, view.sample_period
-    try:
-        first = int(np.floor(float(asked.get("from", 0.0)) / period)) - 1
-        last = int(np.ceil(float(asked.get("to", size * period)) / period)) + 1
-    except (TypeError, ValueError, OverflowError):
-        raise Refused("a span of time is two numbers") from None
-    first = min(max(first, 0), size - 2)
-    return first, max(min(last + 1, size), first + 2)
+    begin = 0.0 if asked.begin is None else asked.begin / period
+    end = size if asked.end is None else asked.end / period
+    # Whatever a page names, however far away, is some sample or the last.
+    first = int(np.clip(np.floor(begin) - 1, 0, size - 2))
+    return first, int(np.clip(np.ceil(end) + 2, first + 2, size))
 
 
 def _spans(chosen: NDArray[np.bool_], period: float) -> Spans:

@@ -9,6 +9,8 @@ from dataclasses import field, make_dataclass, replace
 from typing import Any
 
 from tissue_probe.analysis.asked import NAMED, Item
+from tissue_probe.workbench import stated
+from tissue_probe.workbench.declared import shown
 from tissue_probe.workbench.refused import Refused
 
 #: What is supposed where a page states nothing; of others' recordings the rig is asked for.
@@ -17,17 +19,20 @@ SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
 ITEMS = tuple(each for each in NAMED.values() if each.kind not in ("file", "files"))
 
 
-def _changed(asked: Any, given: Any) -> Any:
-    """Return it with what a page states.
+def checked_question(given: dict[str, Any]) -> dict[str, Any]:
+    """Return what a page states of the model, as ``tissue_probe.compare`` takes it.
 
     Raises
     ------
     Refused
         If something is no parameter, or has no such value.
     """
-    if not isinstance(given, dict):
-        raise Refused("the question must be an object")
-    return replace(asked, **{name: _checked(name, value) for name, value in given.items()})
+    return {name: _checked(name, value) for name, value in given.items()}
+
+
+def _changed(asked: Any, given: dict[str, Any]) -> Any:
+    """Return it with what a page states, checked."""
+    return replace(asked, **checked_question(given))
 
 
 def _parameters(asked: Any) -> dict[str, Any]:
@@ -64,23 +69,15 @@ def _checked(name: str, value: Any) -> Any:
         if value in (None, "") and name not in SUPPOSED and item.default is None:
             return None
         if value not in item.choices:
-            raise Refused(f"`{name}` is {value!r}; give one of {', '.join(item.choices)}")
+            raise Refused(f"`{name}` is {shown(value)}; give one of {', '.join(item.choices)}")
         return value
-    try:
-        return _READ[item.kind](value)
-    except (TypeError, ValueError, AttributeError):
-        raise Refused(f"`{name}` is {value!r}; give a number") from None
+    return _READ[item.kind](name, value)
 
 
 _READ: dict[str, Any] = {
-    "flag": bool,
-    "whole": lambda value: None if value in (None, "") else int(value),
-    "number": lambda value: None if value in (None, "") else float(value),
-    "constants": lambda value: {str(n): (float(one), float(sd)) for n, (one, sd) in value.items()},
-    "odds": lambda value: {str(name): _odds(stated) for name, stated in value.items()},
+    "flag": stated.flag,
+    "whole": stated.whole,
+    "number": stated.number,
+    "constants": stated.constants,
+    "odds": stated.odds,
 }
-
-
-def _odds(stated: Any) -> float:
-    """Return odds as a form states them, with an error that they have not, or as they are kept."""
-    return float(stated[0] if isinstance(stated, (list, tuple)) else stated)

@@ -1,13 +1,16 @@
 """A request that cannot be done, in one sentence for the page.
 
-What belongs here: that alone. What does not: the sentences, which are those of reader and fit.
+What belongs here: that alone, of any error that tells the user something to mend. What does not:
+the sentences, which are those of reader and fit.
 """
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from tissue_probe.errors import TissueProbeError
+from tissue_probe.one_line import sentence
 
 _NAMED = re.compile(r"`([a-z][a-z_]*)`")
 
@@ -19,3 +22,12 @@ class Refused(TissueProbeError):
     def fields(self) -> list[str]:
         """The parameters that the sentence names: beside their fields it is shown."""
         return list(dict.fromkeys(_NAMED.findall(str(self))))
+
+
+def refused(error: TissueProbeError | OSError) -> Refused:
+    """Return an error as a page is told it: a file of this machine by its name, not its path."""
+    if isinstance(error, Refused):
+        return error
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return Refused(f"{Path(str(error.filename)).name}: {error.strerror}")
+    return Refused(sentence(error))

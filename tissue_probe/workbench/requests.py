@@ -1,6 +1,7 @@
-"""What a page may ask for: changes of the desk, and pictures of it.
+"""The answers to what a page asks for: changes of the desk, and pictures of it.
 
-What belongs here: each request by its name, and how it is answered. What does not: doing it.
+What belongs here: each request by its name, and how it is answered. What does not: what each takes
+(``requested``), doing it.
 
 A request is ``{"id": n, "do": name, ...}``; the answer ``{"id": n, "ok": ...}``, with arrays behind
 it where there are samples, or ``{"id": n, "refused": sentence, "fields": [...]}``.
@@ -9,7 +10,6 @@ it where there are samples, or ``{"id": n, "refused": sentence, "fields": [...]}
 from __future__ import annotations
 
 import asyncio
-import json
 import traceback
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from tissue_probe.errors import TissueProbeError
-from tissue_probe.one_line import sentence
-from tissue_probe.workbench import examples, told
+from tissue_probe.workbench import examples, requested, told, uploads
+from tissue_probe.workbench.declared import shown
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.live import Live
 from tissue_probe.workbench.mapped import raster
@@ -26,13 +26,11 @@ from tissue_probe.workbench.messages import as_json, packed
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
 from tissue_probe.workbench.pictures import Picture, Pictures
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import Refused, refused
+from tissue_probe.workbench.requested import ByName, Command, Effects, OfFile, Request
 from tissue_probe.workbench.workshop import Cancelled
 
-#: Longest request: effects of one's own are typed, and take some hundred lines.
-LONGEST = 2**20
-
-Change = Callable[[dict[str, Any]], Awaitable[Any]]
+Change = Callable[[Any], Awaitable[Any]]
 
 
 class Requests:
@@ -67,20 +65,20 @@ class Requests:
         desk.changed = lambda: self.pages.tell("desk", lambda: told.desk(desk))
         desk.briefly = lambda: self.pages.tell("job", lambda: told.job(desk))
         self._changes: dict[str, Change] = {
-            "define": lambda a: desk.define(a.get("file", -1), a.get("layout")),
+            "define": lambda a: desk.define(a.file, a.layout),
             "forget": self._forget,
-            "use": lambda a: desk.use(a.get("fitted", -1), a.get("second")),
-            "ask": lambda a: desk.ask(a.get("asked")),
+            "use": lambda a: desk.use(a.fitted, a.second),
+            "ask": lambda a: desk.ask(a.asked),
             "compare": lambda a: desk.compare(),
-            "add": lambda a: desk.add(str(a.get("effect")), a.get("after")),
+            "add": lambda a: desk.add(a.effect, a.after),
             "undo": self._undo,
             "rank": self._rank,
-            "map": lambda a: desk.draw_map(a.get("file", -1)),
-            "site": lambda a: desk.open_site(a.get("site", -1)),
+            "map": lambda a: desk.draw_map(a.file),
+            "site": lambda a: desk.open_site(a.site),
             "effects": self._take_effects,
             "example": self._example,
         }
-        self._drawn: dict[str, Callable[[dict[str, Any]], Picture]] = {
+        self._drawn: dict[str, Callable[[Any], Picture]] = {
             "recorded": self._pictures.recorded,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
@@ -97,14 +95,15 @@ class Requests:
             task.cancel()
         self._drawing.shutdown(wait=False, cancel_futures=True)
 
-    def hear(self, page: Page, text: str) -> None:
-        """Answer a request when it is done; a page that has just come is told everything."""
-        if not text:
-            page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
-            page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
-            if self.live is not None and (found := self.live.map) is not None:
-                page.tell("live_map", lambda: found)
-            return
+    def greet(self, page: Page) -> None:
+        """Tell a page that has just come everything."""
+        page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
+        page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
+        if self.live is not None and (found := self.live.map) is not None:
+            page.tell("live_map", lambda: found)
+
+    def hear(self, page: Page, text: str | bytes) -> None:
+        """Answer a request when it is done."""
         task = asyncio.create_task(self._answer(page, text))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -119,29 +118,26 @@ class Requests:
     def _can(self) -> dict[str, Any]:
         return {"live": self.live is not None, "commands": self._commands}
 
-    async def _answer(self, page: Page, text: str) -> None:
+    async def _answer(self, page: Page, text: str | bytes) -> None:
         number = None
         try:
-            asked = _request(text)
-            number = asked.get("id")
-            page.answer(await self._result(number, asked))
-        except TissueProbeError as error:
-            page.answer(self._refusal(number, error))
-        except OSError as error:
-            page.answer(self._refusal(number, Refused(sentence(error))))
+            asked = requested.parsed(text)
+            number = asked["id"] if isinstance(asked.get("id"), int) else None
+            page.answer(await self._result(*requested.request(asked)))
+        except (TissueProbeError, OSError) as error:
+            page.answer(self._refusal(number, refused(error)))
         except Exception as error:  # a page must not wait for ever
             traceback.print_exc()
             told_all = f"an error of the program itself: {type(error).__name__}: {error}"
             page.answer(self._refusal(number, Refused(told_all)))
 
-    def _refusal(self, number: Any, error: TissueProbeError) -> str:
-        refused = error if isinstance(error, Refused) else Refused(str(error))
-        sentence = told.without_paths(self.desk, str(refused))
-        answer = {"id": number, "refused": sentence, "fields": refused.fields}
+    def _refusal(self, number: int | None, error: Refused) -> str:
+        sentence = told.without_paths(self.desk, str(error))
+        answer = {"id": number, "refused": sentence, "fields": error.fields}
         return as_json(answer | {"cancelled": isinstance(error, Cancelled)})
 
-    async def _result(self, number: Any, asked: dict[str, Any]) -> bytes | str:
-        name = str(asked.get("do"))
+    async def _result(self, name: str, asked: Request) -> bytes | str:
+        number = asked.id
         if name == "cancel":
             self.desk.cancel()
             return as_json({"id": number, "ok": None})
@@ -149,38 +145,36 @@ class Requests:
             loop = asyncio.get_running_loop()
             drawn, arrays = await loop.run_in_executor(self._drawing, draw, asked)
             return packed({"id": number, "ok": drawn}, arrays)
-        if change := self._changes.get(name):
-            result = await self.change(lambda: change(asked))
-            return as_json({"id": number, "ok": result})
-        if name == "command":
+        if isinstance(asked, Command):
             return as_json({"id": number, "ok": await self._command(asked)})
-        raise Refused(f"there is nothing called {name} to be done")
+        change = self._changes[name]
+        result = await self.change(lambda: change(asked))
+        return as_json({"id": number, "ok": result})
 
-    async def _command(self, asked: dict[str, Any]) -> Any:
+    async def _command(self, asked: Command) -> Any:
         if self.live is None:
             raise Refused("nobody listens to ROS: start the workbench with `live`")
         if not self._commands:
             raise Refused("pages may only listen: start the workbench with `allow_commands`")
-        return await self.live.command(asked)
+        return await self.live.command(asked.command, asked.given)
 
-    async def _forget(self, asked: dict[str, Any]) -> None:
-        self.desk.forget(asked.get("file", -1))
+    async def _forget(self, asked: OfFile) -> None:
+        self.desk.forget(asked.file)
 
-    async def _undo(self, asked: dict[str, Any]) -> None:
+    async def _undo(self, asked: Request) -> None:
         self.desk.undo()
 
-    async def _rank(self, asked: dict[str, Any]) -> None:
+    async def _rank(self, asked: Request) -> None:
         self._searching = True
         try:
             await self.desk.rank()
         finally:
             self._searching = False
 
-    async def _example(self, asked: dict[str, Any]) -> None:
-        name = asked.get("name")
-        if name not in examples.EXAMPLES:
-            raise Refused(f"there is no example {name}")
-        example = examples.EXAMPLES[str(name)]
+    async def _example(self, asked: ByName) -> None:
+        if asked.name not in examples.EXAMPLES:
+            raise Refused(f"there is no example {shown(asked.name)}")
+        example = examples.EXAMPLES[asked.name]
         opened = [await self.desk.open(path, dict(example.layout)) for path in example.paths]
         if any(each.measured is None for each in opened):
             return  # it asks for what it does not tell
@@ -188,12 +182,12 @@ class Requests:
         numbers = [each.number for each in opened]
         await self.desk.use(numbers[0], numbers[1] if len(numbers) > 1 else None)
 
-    async def _take_effects(self, asked: dict[str, Any]) -> Any:
+    async def _take_effects(self, asked: Effects) -> Any:
         """Run what was typed or chosen, if the user agrees to it."""
-        if asked.get("consent") is not True:
+        if not asked.consent:
             raise Refused("`consent`: a file of effects is a program; say that it may run")
-        text, name = asked.get("text"), Path(str(asked.get("name") or "own.py")).name
-        if not isinstance(text, str) or not text.strip():
+        text, name = asked.text, uploads.plain(asked.name or "own.py")
+        if not text.strip():
             raise Refused("`effects`: type or choose a file of effects")
         if not name.endswith(".py"):
             raise Refused("`effects`: give a file that ends in .py")
@@ -208,15 +202,3 @@ class Requests:
             else:
                 path.write_text(before, encoding="utf-8")
             raise Refused(str(error).replace(str(path), name)) from None
-
-
-def _request(text: str) -> dict[str, Any]:
-    if len(text) > LONGEST:
-        raise Refused(f"a request has {LONGEST} characters at most")
-    try:
-        asked = json.loads(text)
-    except ValueError:
-        raise Refused("a request is JSON") from None
-    if not isinstance(asked, dict):
-        raise Refused("a request is an object")
-    return asked

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import signal
 import socket
 import sys
@@ -24,6 +25,7 @@ from tissue_probe.workbench.app import application
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.guard import Guard
 from tissue_probe.workbench.kept import Kept
+from tissue_probe.workbench.requested import LONGEST
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Workshop
@@ -36,8 +38,8 @@ if TYPE_CHECKING:
 PORT = 8437
 #: How many ports after that are tried where another workbench runs.
 TRIED = 20
-#: Largest message of a page [bytes].
-MESSAGE = 2**20
+#: Largest message of a page [bytes]: any request of the length that is refused in words has less.
+MESSAGE = 2 * 4 * LONGEST
 #: Time that open connections have to end [s].
 ENDING = 1
 
@@ -90,6 +92,7 @@ def serve(
         server_header=False,
         lifespan="on",
     )
+    logging.getLogger("uvicorn.error").addFilter(_without_trace)
     print(f"The workbench is at {address}", flush=True)
     print("It ends by Ctrl-C.", file=sys.stderr, flush=True)
     if browse:
@@ -100,6 +103,13 @@ def serve(
     with contextlib.suppress(KeyboardInterrupt):
         asyncio.run(uvicorn.Server(config).serve(sockets=[listening]))
     kept.clear()
+
+
+def _without_trace(record: logging.LogRecord) -> bool:
+    """Leave uvicorn's sentence on bytes that are no text, without a trace of the program."""
+    if record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError):
+        record.exc_info = None
+    return True
 
 
 def _try_out(compared: ComparisonResult) -> None:

@@ -8,21 +8,51 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from tissue_probe.workbench.declared import Declared, as_object, checked, shown
 from tissue_probe.workbench.desk import Desk
-from tissue_probe.workbench.opened import Opened, checked_layout
+from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.requested import Layout, Stated
 from tissue_probe.workbench.uploads import LARGEST, plain
 
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
 ENDING, MEMBER = ".workbench", "desk.json"
+#: What reading an archive raises of what is damaged, locked or packed in a way that is not known.
+DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile)
 #: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
 LONGEST = 2**20
+
+
+class StateFile(Declared):
+    """A recording: its name, where it lies, what was stated of it, and whose copy it is."""
+
+    name: str
+    path: str
+    layout: Layout
+    owned: bool
+
+
+class State(Declared):
+    """The whole desk; recordings that are chosen, by their places among ``files``.
+
+    ``programs`` holds the text of effects that came with a file, and are not run.
+    """
+
+    version: int
+    files: list[StateFile]
+    fitted: int | None
+    second: int | None
+    asked: Stated
+    effects: list[str]
+    added: list[str]
+    programs: list[str] = []
 
 
 def state(desk: Desk) -> dict[str, Any]:
@@ -53,45 +83,51 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
     Refused
         If it is no state of this version, or something in it cannot be done again.
     """
-    try:
-        if kept["version"] != VERSION:
-            raise Refused(f"this is the state of another version ({kept['version']})")
-        files = [(Path(f["path"]), checked_layout(f["layout"]), str(f["name"]), bool(f["owned"]))
-                 for f in kept["files"]]  # fmt: skip
-        asked = desk.asked.changed(kept["asked"])
-        fitted, second, added = kept["fitted"], kept["second"], list(map(str, kept["added"]))
-        effects = [Path(each) for each in kept["effects"]]
-    except (KeyError, TypeError, AttributeError) as error:
-        raise Refused(f"this is no state of a workbench: {error}") from None
+    whole = _checked(kept)
     opened: list[Opened | None] = []
-    desk.asked = asked
-    for file in effects:
+    desk.asked = desk.asked.changed(whole.asked)
+    for file in map(Path, whole.effects):
         if file.exists():
             await desk.take_effects(file)
-    for path, layout, name, owned in files:
-        opened.append(await desk.open(path, layout, name, owned) if path.exists() else None)
-    for table in [each for each in opened if each and each.table][-1:]:
+    for each in whole.files:
+        path = Path(each.path)
+        there = path.exists()
+        opened.append(await desk.open(path, each.layout, each.name, each.owned) if there else None)
+    for table in [one for one in opened if one and one.table][-1:]:
         await desk.draw_map(table.number)
-    first = _at(opened, fitted)
+    first = _at(opened, whole.fitted)
     if first is None or first.measured is None:
         desk.changed()
         return
-    other = _at(opened, second)
+    other = _at(opened, whole.second)
     await desk.use(first.number, other.number if other and other.measured else None)
-    if asked.site is not None:
+    if desk.asked.site is not None:
         await desk.draw_map(first.number)
-    await desk.add_all(added)
+    await desk.add_all(whole.added)
 
 
-def _at(opened: list[Opened | None], place: Any) -> Opened | None:
-    return opened[place] if isinstance(place, int) and 0 <= place < len(opened) else None
+def _checked(kept: dict[str, Any]) -> State:
+    """Return a state as it is declared, whole: nothing on the desk is touched before.
+
+    Raises
+    ------
+    Refused
+        If it is none, or of another version.
+    """
+    if kept.get("version", VERSION) != VERSION:
+        raise Refused(f"this is the state of another version ({shown(kept['version'])})")
+    return checked(State, kept, "the state of a workbench")
+
+
+def _at(opened: list[Opened | None], place: int | None) -> Opened | None:
+    return opened[place] if place is not None and 0 <= place < len(opened) else None
 
 
 def packed_state(desk: Desk) -> bytes:
     """Return the desk and all its recordings as one file."""
     told = state(desk)
     buffer = BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, strict_timestamps=False) as archive:
         for kind in ("files", "effects"):
             for number, each in enumerate(told[kind]):
                 path = Path(each["path"] if kind == "files" else each)
@@ -120,14 +156,15 @@ def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            told: dict[str, Any] = json.loads(_text(archive, MEMBER))
+            told = as_object(_text(archive, MEMBER), MEMBER)
+            _checked(told)
             for number, each in enumerate(told["files"]):
                 each["path"] = str(_unpacked(archive, each["path"], folder / str(number)))
                 each["owned"] = True
             own = [_text(archive, name) for name in told["effects"]]
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
-        if isinstance(error, Refused):
-            raise
+    except Refused:
+        raise
+    except DAMAGED as error:
         raise Refused(f"{path.name} is no state of a workbench: {error}") from None
     return {**told, "effects": [], "programs": own}
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
-from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench.notebook import notebook
 from tissue_probe.workbench.refused import Refused
 from tissue_probe.workbench.requests import Requests
@@ -33,11 +32,9 @@ async def take(request: Request) -> Response:
     """Answer a request for one of the files."""
     name, requests = request.path_params["name"], request.app.state.requests
     if name not in KINDS:
-        return PlainTextResponse(f"there is no {name} to take away\n", status_code=404)
-    try:
-        content = await _content(name, requests)
-    except TissueProbeError as error:
-        return PlainTextResponse(f"{error}\n", status_code=409)
+        told = f"there is no {name} to take away; there are {', '.join(KINDS)}\n"
+        return PlainTextResponse(told, status_code=404)
+    content = await _content(name, requests)
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
     return Response(content, media_type=KINDS[name], headers=headers)
 

@@ -17,6 +17,8 @@ from tissue_probe.workbench.refused import Refused
 LARGEST = 2**31
 #: What must stay free on the disk [bytes]: a fit and the system need some.
 SPARE = 2**28
+#: Most bytes of a name: file systems take 255, and some more are put before or behind.
+LONGEST_NAME = 120
 _PLAIN = re.compile(r"[^\w .()+,@=-]")
 
 
@@ -50,5 +52,7 @@ async def keep(name: str, parts: AsyncIterator[bytes], folder: Path) -> Path:
 
 def plain(name: str) -> str:
     """Return a file's name that is nothing but a name."""
-    last = name.replace("\\", "/").rpartition("/")[2]
-    return _PLAIN.sub("_", last).strip(". ")[-120:] or "recording"
+    last = _PLAIN.sub("_", name.replace("\\", "/").rpartition("/")[2])
+    # By bytes, as file systems count; the ending tells what it is.
+    kept = last.encode()[-LONGEST_NAME:].decode(errors="ignore")
+    return kept.strip(". ") or "recording"

@@ -127,7 +127,7 @@ def _obeyed(watch: Any, asked: dict[str, Any]) -> dict[str, Any]:
     from tissue_probe.nodes.watch import CommandError
 
     try:
-        said = watch.command(str(asked["command"]), asked.get("given") or {})
+        said = watch.command(asked["command"], asked["given"])
     except CommandError as error:
         return {"number": asked["number"], "refused": str(error)}
     return {"number": asked["number"], "ok": said}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import namedtuple
 from collections.abc import Callable
 from typing import Any
@@ -43,9 +44,19 @@ class Connection:
         Host and port of the gRPC server; empty for this machine.
     timeout : float
         Longest time for the server to answer a request [s].
+    clock : callable
+        The time [s] by which requests are placed.
+
+    Attributes
+    ----------
+    clock : callable
+        That clock.
     """
 
-    def __init__(self, server: str, timeout: float) -> None:
+    def __init__(
+        self, server: str, timeout: float, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.clock = clock
         self._channel: grpc.Channel | None = None
         self._options: GrpcSessionOptions | None = None
         if server:

@@ -8,7 +8,6 @@ readings as there can be, and between them a position that is interpolated.
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from collections.abc import Sequence
 from statistics import median
@@ -55,6 +54,7 @@ class Chip:
         self._control = DigitalSingleChannelWriter(self._control_task.out_stream, auto_start=True)
         self._data = DigitalSingleChannelReader(self._data_task.in_stream)
         self._timeout = settings.timeout
+        self._clock = connection.clock
 
     def latch(self) -> None:
         """Hold the count of this instant until it is read."""
@@ -76,9 +76,9 @@ class Chip:
 
     def time_reading(self) -> float:
         """Read once; return how long it took [s]."""
-        begin = time.perf_counter()
+        begin = self._clock()
         self.count()
-        return time.perf_counter() - begin
+        return self._clock() - begin
 
     def time_readings(self) -> list[float]:
         """Read some times; return how long each took [s], the slowest last."""
@@ -164,6 +164,7 @@ class InterpolatedHctl2032:
         self, connection: Connection, settings: NiDaqmxSettings, sample_period: float
     ) -> None:
         self._chip = Chip(connection, settings)
+        self._now = connection.clock
         self._period = sample_period
         self._reading_time = median(self._chip.time_readings())
 
@@ -181,7 +182,8 @@ class InterpolatedHctl2032:
             raise DeviceError(
                 f"the HCTL-2032 can be read {1.0 / self._reading_time:.0f} times a second over "
                 f"these lines, too seldom for {excitation.highest_frequency:g} Hz: drive the coil "
-                f"at {fastest:.2g} Hz or slower, or use a DAQ with a quadrature counter"
+                f"at {_two_digits_of(fastest):g} Hz or slower, or use a DAQ with a quadrature "
+                "counter"
             )
         self._longest = longest / self._period
         self._zero = self._chip.count()
@@ -212,11 +214,11 @@ class InterpolatedHctl2032:
 
     def _read_decoder(self, load_cell: LoadCell) -> None:
         """Add a reading and the instant of it, in samples since the start."""
-        before = time.monotonic()
+        before = self._now()
         self._chip.latch()
-        after = time.monotonic()
+        after = self._now()
         count = _signed(self._chip.latched() - self._zero)
-        self._clock.see(self._fetched + load_cell.waiting, time.monotonic())
+        self._clock.see(self._fetched + load_cell.waiting, self._now())
         instant = self._clock.samples_at(0.5 * (before + after))
         since = instant - self._knots[-1][0]
         if after - before > LONGEST_LATCH:
@@ -277,3 +279,9 @@ def _signed(count: int) -> int:
 def _rounded_down(rate: float) -> float:
     """Round down to a step that most clocks divide."""
     return max(1.0, rate // 10 * 10)
+
+
+def _two_digits_of(frequency: float) -> float:
+    """Round down to two digits: a frequency above the fastest would be refused again."""
+    step = 10.0 ** (math.floor(math.log10(frequency)) - 1)
+    return math.floor(frequency / step) * step

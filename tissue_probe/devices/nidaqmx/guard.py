@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Callable
 
 from nidaqmx.constants import WatchdogAOExpirState
 from nidaqmx.errors import DaqError
@@ -16,21 +16,22 @@ from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
 class HardwareWatchdog:
     """A watchdog that is fed with every few reads."""
 
-    def __init__(self, task: WatchdogTask, expiry: float) -> None:
+    def __init__(self, task: WatchdogTask, expiry: float, clock: Callable[[], float]) -> None:
         self._task = task
+        self._clock = clock
         self._interval = expiry / 4.0
         self._fed = 0.0
 
     def start(self) -> None:
         """Begin to watch; before other tasks are started, as some chassis demand."""
         self._task.start()
-        self._fed = time.monotonic()
+        self._fed = self._clock()
 
     def feed(self) -> None:
         """Say that the driver lives; sent only as often as it is of use."""
-        if time.monotonic() - self._fed >= self._interval:
+        if self._clock() - self._fed >= self._interval:
             self._task.reset_timer()
-            self._fed = time.monotonic()
+            self._fed = self._clock()
 
     def stop(self) -> None:
         """Cease to watch; unlocks the output if the watchdog expired."""
@@ -59,4 +60,4 @@ def find_watchdog(connection: Connection, settings: NiDaqmxSettings) -> Hardware
     except DaqError:
         task.close()
         return None
-    return HardwareWatchdog(task, settings.expiry)
+    return HardwareWatchdog(task, settings.expiry, connection.clock)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Lock
 from typing import Protocol, TypeVar
@@ -65,6 +67,8 @@ class NiDaqmxProbe:
         Wiring, and where the DAQ is.
     calibration : Calibration
         Volts as newtons, counts as metres.
+    clock : callable
+        The time [s] by which requests to the DAQ are placed.
 
     Raises
     ------
@@ -75,7 +79,13 @@ class NiDaqmxProbe:
     Settings = NiDaqmxSettings
     samples_per_read = 10
 
-    def __init__(self, settings: NiDaqmxSettings, calibration: Calibration) -> None:
+    def __init__(
+        self,
+        settings: NiDaqmxSettings,
+        calibration: Calibration,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._clock = clock
         self.commanded_voltage = 0.0
         self._settings = settings
         self._calibration = calibration
@@ -200,7 +210,7 @@ class NiDaqmxProbe:
         self._let_go()
 
     def _open(self) -> None:
-        self._connection = Connection(self._settings.server, self._settings.timeout)
+        self._connection = Connection(self._settings.server, self._settings.timeout, self._clock)
         try:
             with told("the DAQ cannot be used"):
                 self._look_at_daq()

@@ -108,7 +108,7 @@ async function send(files) {
   for (const file of files) {
     try {
       const answer = await fetch("/upload", {
-        method: "POST", body: file, headers: { "x-file-name": encodeURIComponent(file.name) },
+        method: "POST", body: file, headers: { "content-type": "application/octet-stream", "x-file-name": encodeURIComponent(file.name) },
       });
       if (!answer.ok) refuse(new Refused(await answer.text(), [], false));
     } catch {
