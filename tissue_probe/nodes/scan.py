@@ -120,7 +120,9 @@ class Scan(Node):
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", SCAN_ANNOUNCEMENTS)
         # Emptied by the scan itself at each step.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
+        self._samples = self._inbox.subscribe(
+            msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True
+        )
         for name in self._settings.estimators:
             topic = f"{name}/estimate"
             self._inbox.subscribe(msg.TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
@@ -422,7 +424,8 @@ class Scan(Node):
         if silence > self._settings.samples_timeout:
             return (
                 f"no samples for {self._settings.samples_timeout:g} s on "
-                f"{self.resolve_topic_name('samples')}: is the driver running and active?"
+                f"{self.resolve_topic_name('samples')} ({self._samples.why_silent()}): is the "
+                "driver running and active?"
             )
         return ""
 

@@ -21,6 +21,7 @@ from rclpy.qos import LivelinessPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from tissue_probe.nodes.hearing import node_name
 from tissue_probe.nodes.qos import watched_announcements
 from tissue_probe.nodes.timers import every
 from tissue_probe_msgs.msg import PalpationSite
@@ -110,7 +111,7 @@ class ScanWatch:
 
         def warn() -> None:
             publishers = self._node.get_publishers_info_by_topic(topic)
-            names = sorted({_name(info) for info in publishers if not self._is_promised(info)})
+            names = sorted({node_name(info) for info in publishers if not self._is_promised(info)})
             if "" in names and time.monotonic() < last:
                 return
             timer.cancel()
@@ -128,10 +129,3 @@ class ScanWatch:
         qos = info.qos_profile
         by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
         return by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9
-
-
-def _name(info: TopicEndpointInfo) -> str:
-    """Return the name of a publisher's node with its namespace; empty while it is not known."""
-    if info.node_name.startswith("_NODE_NAME_UNKNOWN"):
-        return ""
-    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
