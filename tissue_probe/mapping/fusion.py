@@ -7,6 +7,10 @@ Of a dwell, the last estimate of each estimator counts, with its status: a filte
 has put every earlier sample into it, and only at the end has every sample of the dwell been held
 against the model. An estimator that ends a dwell with a rejected model or out of contact says
 nothing of that cell, however sure it was before.
+
+A dwell ends when its scan says so, when the next announcement begins, and for each estimator with
+the run of samples in which it began (``signals.begin_anew``): a scan that dies says nothing more,
+and its dwell does not last until somebody has moved the tip.
 """
 
 from __future__ import annotations
@@ -25,10 +29,12 @@ from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
 from tissue_probe.signals import (
     NOT_TOUCHED,
     FloatArray,
+    IntArray,
     Leaving,
     PalpationSite,
     Phase,
     TissueEstimates,
+    begin_anew,
 )
 
 _OPEN_END = int(np.iinfo(np.int64).max)
@@ -121,6 +127,7 @@ class Dwell:
     end: int = _OPEN_END
     leaving: Leaving = Leaving.UNTOLD
     _found: dict[str, deque[Judged]] = field(default_factory=dict)
+    _left: set[str] = field(default_factory=set)
     _kept: int = _HELD_BACK
 
     @property
@@ -135,11 +142,17 @@ class Dwell:
 
     def take(self, estimator: str, judged: Judged) -> bool:
         """Take an estimate made in the dwell; return whether it is the estimator's newest."""
+        if estimator in self._left:
+            return False
         found = self._found.setdefault(estimator, deque(maxlen=self._kept))
         if found and found[-1].estimate.stamp >= judged.estimate.stamp:
             return False
         found.append(judged)
         return True
+
+    def leave(self, estimator: str) -> None:
+        """Take no more of an estimator, whose samples are of another run from now on."""
+        self._left.add(estimator)
 
     def end_at(self, stamp: int) -> None:
         """End the dwell no later than ``stamp``; estimates from then on are no part of it."""
@@ -162,6 +175,23 @@ class Dwell:
         if self.leaving in NOT_TOUCHED:
             return Verdict.CONTACT_NOT_FOUND
         return verdict_of(judged.status for judged in self.last().values())
+
+
+@dataclass(slots=True)
+class _Run:
+    """The newest estimate of an estimator, and the time between it and the one before [ns]."""
+
+    stamp: int
+    sequence: int
+    gap: int | None = None
+
+    def begins_anew(self, stamp: int, sequence: int) -> bool:
+        """Whether the next estimate is of another run of samples; note it as the newest."""
+        gap = stamp - self.stamp
+        usual = gap if self.gap is None else max(self.gap, 0)  # a replay steps back
+        anew = begin_anew(gap, usual, sequence - self.sequence)
+        self.stamp, self.sequence, self.gap = stamp, sequence, gap
+        return bool(anew)
 
 
 class MapBuilder:
@@ -188,6 +218,7 @@ class MapBuilder:
         self._sites = PalpatedSites()
         self._timeline: list[Dwell] = []  # by rising begin
         self._visits: dict[Place, list[Dwell]] = {}
+        self._runs: dict[str, _Run] = {}
 
     def announce(self, site: PalpationSite) -> Dwell | None:
         """Note where the probe is, and return the dwell that begins, if one does.
@@ -224,12 +255,12 @@ class MapBuilder:
 
     def take_up(self, dwell: Dwell) -> None:
         """Take a dwell that has ended with all that was found in it, as if it came now."""
-        self.announce(dwell.site)
+        begun = self.announce(dwell.site)
         self.announce(
             replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED, leaving=dwell.leaving)
         )
-        for estimator, (status, estimate) in dwell.last().items():
-            self.add_one(estimator, status, estimate)
+        for estimator, judged in dwell.last().items():
+            self.revision += begun.take(estimator, judged)
 
     def add(self, estimates: TissueEstimates) -> None:
         """Take estimates of one estimator, in any order.
@@ -237,8 +268,10 @@ class MapBuilder:
         Left out are those that claim a value without a finite number and a positive variance, and
         those that were made outside every dwell.
         """
+        anew = _begins(estimates)
         for dwell in self._timeline:
-            inside = (estimates.stamp >= dwell.begin) & (estimates.stamp < dwell.end)
+            end = min(dwell.end, *anew[anew > dwell.begin][:1].tolist(), _OPEN_END)
+            inside = (estimates.stamp >= dwell.begin) & (estimates.stamp < end)
             rows = np.flatnonzero(inside)
             newest_first = rows[np.argsort(-estimates.stamp[rows], kind="stable")]
             found = (_row(estimates, row) for row in newest_first)
@@ -246,14 +279,24 @@ class MapBuilder:
             if last is not None:
                 self.revision += dwell.take(estimates.estimator, last)
 
-    def add_one(self, estimator: str, status: int, estimate: Estimate) -> Dwell | None:
+    def add_one(
+        self, estimator: str, status: int, estimate: Estimate, sequence: int = 0
+    ) -> Dwell | None:
         """Take one estimate as ``add`` does; cheap enough for every message of a live run.
 
-        Return the dwell in which it is now the estimator's last; None if it changes nothing.
+        Those of an estimator come in their order. ``sequence`` is the number of its sample since
+        activation; always 0 where samples are not counted. Return the dwell in which it is now the
+        estimator's last; None if it changes nothing.
         """
         judged = Judged(status, estimate)
+        run = self._runs.setdefault(estimator, _Run(estimate.stamp, sequence))
+        anew = run.begins_anew(estimate.stamp, sequence)
         dwell = next((d for d in reversed(self._timeline) if d.begin <= estimate.stamp), None)
-        if dwell is None or estimate.stamp >= dwell.end or not judged.is_sound:
+        if dwell is None or estimate.stamp >= dwell.end:
+            return None
+        if anew and estimate.stamp > dwell.begin:
+            dwell.leave(estimator)
+        if not judged.is_sound:
             return None
         if not dwell.take(estimator, judged):
             return None
@@ -338,6 +381,15 @@ def _shown(visits: list[Dwell]) -> Dwell | None:
 def _known_end(dwell: Dwell) -> int:
     """Return a time that the samples of a dwell have reached, where no estimate tells one."""
     return dwell.end if dwell.ended and not dwell.last() else 0
+
+
+def _begins(estimates: TissueEstimates) -> IntArray:
+    """Return the stamps at which another run of samples begins, ascending [ns since the epoch]."""
+    order = np.argsort(estimates.stamp, kind="stable")
+    stamp, step = estimates.stamp[order], np.diff(estimates.sequence[order].astype(np.int64))
+    gap = np.diff(stamp)
+    usual = np.concatenate([gap[:1], gap[:-1]])
+    return stamp[1:][begin_anew(gap, usual, step)]
 
 
 def _row(estimates: TissueEstimates, row: int) -> Judged:

@@ -71,9 +71,9 @@ class KeptMap:
         if begun is not None:
             self._under_way, self._sent[begun] = begun, sent
 
-    def add_one(self, estimator: str, status: int, estimate: Estimate) -> None:
-        """Take one estimate of a live run."""
-        dwell = self._builder.add_one(estimator, status, estimate)
+    def add_one(self, estimator: str, status: int, estimate: Estimate, sequence: int = 0) -> None:
+        """Take one estimate of a live run, as ``MapBuilder.add_one``."""
+        dwell = self._builder.add_one(estimator, status, estimate, sequence)
         if dwell is not None and dwell.ended:
             self._keep(dwell)
 

@@ -182,7 +182,8 @@ class Scan(Node):
         if self._told is None:
             return
         try:
-            self._told.add_estimate(*estimate_from_cdr(message))
+            estimator, status, estimate, _ = estimate_from_cdr(message)
+            self._told.add_estimate(estimator, status, estimate)
         except ValueError as error:
             self._leave_out("an estimate", error)
 
