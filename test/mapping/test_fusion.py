@@ -490,3 +490,43 @@ def test_the_next_scan_counts_at_the_site_of_one_that_died():
                 builder.announce(announcement(stamp, 0, Phase.DWELL))
             builder.add_one("ekf", Status.CONVERGED, estimate(stamp, stiffness), sequence)
     assert builder.map().stiffness[0, 0] == 500.0
+
+
+@pytest.mark.parametrize("lives", [False, True])
+def test_a_scan_that_falls_silent_ends_its_dwell_unless_it_says_when_it_lifted(lives):
+    builder = dwelling()
+    for stamp, sequence, k in series(0, 200, 450.0) + series(SECOND, 200, 1046.0, 2000):
+        builder.add_one("ekf", Status.CONVERGED, estimate(stamp, k), sequence)
+    builder.fall_silent(SECOND)
+    assert builder.map().stiffness[0, 0] == 450.0
+    builder.add_one("ekf", Status.CONVERGED, estimate(2 * SECOND, 1046.0), 4000)
+    if lives:
+        builder.announce(announcement(1900 * MILLISECOND, 0, Phase.LIFTED))
+    else:
+        builder.announce(announcement(90 * SECOND, 0, Phase.APPROACH))
+    assert builder.map().stiffness[0, 0] == (1046.0 if lives else 450.0)
+
+
+def test_silence_between_dwells_changes_nothing():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(1, 450.0))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    revision = builder.revision
+    builder.fall_silent(SECOND)
+    assert builder.revision == revision
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_an_estimate_of_a_sample_that_is_not_known_says_nothing_of_the_site(one_by_one):
+    """A filter that forgets nothing between sites still claims the tissue before."""
+    builder = dwelling()
+    if one_by_one:
+        builder.add_one("ekf", Status.CONVERGED, estimate(5, innovation=math.nan))
+    else:
+        unknown = np.array([math.nan])
+        builder.add(replace(rows("ekf", [5], [450.0]), innovation=unknown))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    found = builder.map()
+    assert not found.measured.any()
+    assert found.verdict[0, 0] == Verdict.NO_ESTIMATE

@@ -10,7 +10,8 @@ nothing of that cell, however sure it was before.
 
 A dwell ends when its scan says so, when the next announcement begins, and for each estimator with
 the run of samples in which it began (``signals.begin_anew``): a scan that dies says nothing more,
-and its dwell does not last until somebody has moved the tip.
+and its dwell does not last until somebody has moved the tip. A live mapper is told of the silence
+of the scan besides (``fall_silent``), should another's driver measure on.
 """
 
 from __future__ import annotations
@@ -44,7 +45,11 @@ _HELD_BACK = 1000
 
 
 class Estimate(NamedTuple):
-    """What one estimator found at one site; units as in ``TissueEstimates``."""
+    """What one estimator found at one site; units as in ``TissueEstimates``.
+
+    An ``innovation`` that is NaN says that force or position of the sample are not known: then the
+    rest is what the filter knew before, of whatever was under the tip then.
+    """
 
     stamp: int
     stiffness: float
@@ -52,6 +57,7 @@ class Estimate(NamedTuple):
     covariance_trace: float
     stiffness_variance: float
     damping_variance: float
+    innovation: float = 0.0
 
     def has_weight(self) -> bool:
         """Whether all is finite and both variances are positive: nothing else has a weight."""
@@ -103,8 +109,12 @@ class Judged(NamedTuple):
 
     @property
     def is_sound(self) -> bool:
-        """Whether it says something: a value that is claimed must be finite and have a weight."""
-        return not self.is_usable or self.estimate.has_weight()
+        """Whether it says something of the tissue under the tip.
+
+        It is made of a sample that is known, and a value that is claimed has a weight.
+        """
+        known = math.isfinite(self.estimate.innovation)
+        return known and (not self.is_usable or self.estimate.has_weight())
 
 
 @dataclass(slots=True, eq=False)
@@ -121,11 +131,14 @@ class Dwell:
         Whether the end is known.
     leaving : Leaving
         Why it ended.
+    silent : int
+        Since when the scan shows no more that it is alive [ns since the epoch].
     """
 
     site: PalpationSite
     end: int = _OPEN_END
     leaving: Leaving = Leaving.UNTOLD
+    silent: int = _OPEN_END
     _found: dict[str, deque[Judged]] = field(default_factory=dict)
     _left: set[str] = field(default_factory=set)
     _kept: int = _HELD_BACK
@@ -138,11 +151,16 @@ class Dwell:
     @property
     def ended(self) -> bool:
         """Whether the end is known."""
-        return self.end < _OPEN_END
+        return self.until < _OPEN_END
+
+    @property
+    def until(self) -> int:
+        """The first time from which nothing counts [ns since the epoch]."""
+        return min(self.end, self.silent)
 
     def take(self, estimator: str, judged: Judged) -> bool:
         """Take an estimate made in the dwell; return whether it is the estimator's newest."""
-        if estimator in self._left:
+        if estimator in self._left or judged.estimate.stamp >= self.silent:
             return False
         found = self._found.setdefault(estimator, deque(maxlen=self._kept))
         if found and found[-1].estimate.stamp >= judged.estimate.stamp:
@@ -168,7 +186,13 @@ class Dwell:
 
     def last(self) -> dict[str, Judged]:
         """Return the last estimate of each estimator that made one, by its name."""
-        return {name: found[-1] for name, found in sorted(self._found.items()) if found}
+        counted = {
+            name: [each for each in found if each.estimate.stamp < self.silent]
+            if self.silent < _OPEN_END
+            else found
+            for name, found in sorted(self._found.items())
+        }
+        return {name: found[-1] for name, found in counted.items() if found}
 
     def verdict(self) -> Verdict:
         """Return why the dwell gives a value, or none."""
@@ -240,8 +264,9 @@ class MapBuilder:
                 self._visits[place_of(dwell.site)].remove(dwell)
         if self._timeline:
             last = self._timeline[-1]
-            if site.phase == Phase.LIFTED and not last.ended:
+            if site.phase == Phase.LIFTED and last.end == _OPEN_END:
                 last.leaving = site.leaving
+                last.silent = _OPEN_END  # it lives: only a scan that has lifted the tip says so
             last.end_at(site.stamp)
         if not site.is_visit:
             return None
@@ -253,11 +278,24 @@ class MapBuilder:
         self._visits.setdefault(place, []).append(dwell)
         return dwell
 
+    def fall_silent(self, lease: int) -> None:
+        """End the dwell under way where its scan was last known to be alive.
+
+        That is ``lease`` [ns] before the newest estimate. Should the scan say after all when it
+        lifted the tip, that holds.
+        """
+        if not self._timeline or self._timeline[-1].ended:
+            return
+        dwell = self._timeline[-1]
+        newest = max((run.stamp for run in self._runs.values()), default=dwell.begin)
+        dwell.silent = max(dwell.begin, newest - lease)
+        self.revision += 1
+
     def take_up(self, dwell: Dwell) -> None:
         """Take a dwell that has ended with all that was found in it, as if it came now."""
         begun = self.announce(dwell.site)
         self.announce(
-            replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED, leaving=dwell.leaving)
+            replace(dwell.site, stamp=dwell.until, phase=Phase.LIFTED, leaving=dwell.leaving)
         )
         for estimator, judged in dwell.last().items():
             self.revision += begun.take(estimator, judged)
@@ -265,8 +303,8 @@ class MapBuilder:
     def add(self, estimates: TissueEstimates) -> None:
         """Take estimates of one estimator, in any order.
 
-        Left out are those that claim a value without a finite number and a positive variance, and
-        those that were made outside every dwell.
+        Left out are those that claim a value without a finite number and a positive variance, those
+        of samples that are not known, and those that were made outside every dwell.
         """
         anew = _begins(estimates)
         for dwell in self._timeline:
@@ -380,7 +418,7 @@ def _shown(visits: list[Dwell]) -> Dwell | None:
 
 def _known_end(dwell: Dwell) -> int:
     """Return a time that the samples of a dwell have reached, where no estimate tells one."""
-    return dwell.end if dwell.ended and not dwell.last() else 0
+    return dwell.until if dwell.ended and not dwell.last() else 0
 
 
 def _begins(estimates: TissueEstimates) -> IntArray:
@@ -399,7 +437,7 @@ def _row(estimates: TissueEstimates, row: int) -> Judged:
 
 def _fuse(estimates: list[Estimate]) -> tuple[float, float, float, float, float]:
     """Return stiffness, damping, covariance trace, stddev of stiffness and of damping."""
-    _, stiffness, damping, trace, stiffness_variance, damping_variance = np.array(estimates).T
+    _, stiffness, damping, trace, stiffness_variance, damping_variance, _ = np.array(estimates).T
     stiffness_weights = inverse_variance_weights(stiffness_variance)
     damping_weights = inverse_variance_weights(damping_variance)
     return (

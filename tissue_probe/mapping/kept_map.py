@@ -77,6 +77,10 @@ class KeptMap:
         if dwell is not None and dwell.ended:
             self._keep(dwell)
 
+    def fall_silent(self, lease: int) -> None:
+        """Note that the scan shows no more that it is alive, as ``MapBuilder.fall_silent``."""
+        self._builder.fall_silent(lease)
+
     def _take_up(self, sent: int) -> None:
         """Begin with the results before a restart, if they are of this scan; else with none."""
         stored = self._results.stored()

@@ -113,8 +113,9 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate, int]:
     name, status, stamp, values = estimate_values_from_cdr(data)
     (length,) = struct.unpack_from("<I", data, 12)
     (sequence,) = struct.unpack_from("<Q", data, _aligned(16 + length))
-    # The message's values begin with those of an Estimate, in the same order.
-    return name, status, Estimate(stamp, *values[: len(Estimate._fields) - 1]), sequence
+    named = dict(zip(ESTIMATE_VALUES, values, strict=True))
+    found = Estimate(stamp, *(named[each] for each in Estimate._fields[1:]))
+    return name, status, found, sequence
 
 
 def estimate_values_from_cdr(data: bytes) -> tuple[str, int, int, list[float]]:

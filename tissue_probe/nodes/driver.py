@@ -410,7 +410,10 @@ class Driver(SturdyLifecycleNode):
 
     def _on_silent_scan(self, reason: str) -> None:
         if self._thread is not None:  # else the coil is at zero already
-            self._trip(reason)
+            self._trip(
+                f"{reason}; the coil is at zero, but the tip may rest in the tissue: lift it at "
+                "the robot before you reset"
+            )
 
     def _refuse_after_fault(self) -> None:
         if self._interlock.tripped:

@@ -35,9 +35,8 @@ from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
-from tissue_probe.nodes.scan_sources import GivenSites, GridSites, Heard, Site, Source
+from tissue_probe.nodes.scan_sources import GivenSites, GridSites, Site, Source
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
-from tissue_probe.nodes.site_verdicts import SiteVerdicts
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving, PalpationSite, Phase
 from tissue_probe_msgs import msg
@@ -127,7 +126,7 @@ class Scan(Node):
             topic = f"{name}/estimate"
             self._inbox.subscribe(msg.TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
         self._robot = Robot(self, self._inbox, self._settings, self._show_alive)
-        self._outcome = Heard(SiteVerdicts(self, self._inbox), SiteOutcomes(self, self._inbox))
+        self._outcomes = SiteOutcomes(self, self._inbox)
         self._servers = [
             ActionServer(
                 self,
@@ -204,7 +203,7 @@ class Scan(Node):
             self.get_logger().error("the scan is refused: another one is under way")
             return GoalResponse.REJECT
         try:
-            kind(goal, self._outcome)
+            kind(goal, self._outcomes)
         except ValueError as error:
             self.get_logger().error(f"the scan is refused: {error}")
             return GoalResponse.REJECT
@@ -217,7 +216,7 @@ class Scan(Node):
             return kind.ACTION.Result(message=told)
         try:
             self._paused.clear()
-            return self._scan(kind(goal_handle.request, self._outcome), goal_handle)
+            return self._scan(kind(goal_handle.request, self._outcomes), goal_handle)
         finally:
             self._busy.release()
 

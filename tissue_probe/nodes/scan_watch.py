@@ -1,4 +1,6 @@
-"""The driver's watch of the scan: who has the tip in the tissue must show that it is alive.
+"""The watch of the scan: who has the tip in the tissue must show that it is alive.
+
+The driver puts the coil at zero where it does not, and the mapper ends the dwell.
 
 A scan node asserts the liveliness of its announcements (DDS: manual by topic) from the loop that
 moves the probe. DDS tells here that it ceased, whether its process died, was stopped, or its loop
@@ -100,8 +102,7 @@ class ScanWatch:
         site, self._announced = self._announced, None
         self._on_silence(
             f"the scan node fell silent {DOING[site.phase]} site {site.site}: it died, hangs (for "
-            f"{self._timeout:g} s), or ended without having lifted the probe; the coil is at zero, "
-            "but the tip may rest in the tissue: lift it at the robot before you reset"
+            f"{self._timeout:g} s), or ended without having lifted the probe"
         )
 
     def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
@@ -119,7 +120,7 @@ class ScanWatch:
             self._node.get_logger().warning(
                 f"{', '.join(filter(None, names)) or 'a node'} announces sites on {topic} without "
                 f"the promise to show within {self._timeout:g} s that it is alive (DDS liveliness, "
-                "manual by topic): if it moves a probe, nothing here stops the coil when it dies"
+                "manual by topic): if it moves a probe, it is not noticed here when it dies"
             )
 
         timer = every(0.1, self._node, warn)
