@@ -29,7 +29,7 @@ from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.emergency_stop import EmergencyStop
-from tissue_probe.nodes.hearing import Hearing
+from tissue_probe.nodes.hearing import DISCOVERY_TIME, Hearing
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
 from tissue_probe.nodes.parameters import declare, follow_changes, read
@@ -48,9 +48,6 @@ if TYPE_CHECKING:
 
 #: Most samples that are read, and checked against the limits, at once.
 LONGEST_READ = 10
-
-#: Within this time of its start a node hears of the others [s].
-DISCOVERY_TIME = 1.0
 
 #: Parameters by which the driver tells what others record.
 TOLD = ("device_description", "calibration")

@@ -29,6 +29,9 @@ from tissue_probe.nodes.timers import every
 #: so late a publisher has lost no more than discovery may take anyway.
 LOOK_INTERVAL = 0.5
 
+#: Within this time of its start a node hears of the others [s].
+DISCOVERY_TIME = 1.0
+
 
 class Hearing:
     """One topic, heard from all who publish it with its type.

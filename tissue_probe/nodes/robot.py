@@ -19,6 +19,8 @@ from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED, STATES
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.other_scans import other_scans
+from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.qos import LATEST, POSES
 from tissue_probe.pacing import Pacer
 from tissue_probe.settings import setting
@@ -61,6 +63,8 @@ class Robot:
         ``robot`` holds for ever, the others until they are replaced.
     on_step : callable
         Called with each setpoint, in the thread that moves.
+    own_time : OwnTime
+        By which the robot's silence is measured.
 
     Attributes
     ----------
@@ -71,9 +75,15 @@ class Robot:
     """
 
     def __init__(
-        self, node: Node, inbox: Inbox, settings: RobotSettings, on_step: Callable[[], None]
+        self,
+        node: Node,
+        inbox: Inbox,
+        settings: RobotSettings,
+        on_step: Callable[[], None],
+        own_time: OwnTime,
     ) -> None:
         self.settings = settings
+        self._own_time = own_time
         self.name = settings.robot.rstrip("/")
         self._node = node
         self._on_step = on_step
@@ -99,6 +109,10 @@ class Robot:
     def hold_orientation(self) -> None:
         """Keep the tool turned as it is now: setpoints move it, and do not turn it."""
         self._held = self._orientation
+
+    def others(self) -> list[str]:
+        """Return the names of other scan nodes that palpate with this robot, if there are any."""
+        return other_scans(self._node, self._setpoints.topic_name)
 
     def missing(self) -> str:
         """Say why the robot cannot be moved; nothing if it can."""
@@ -126,7 +140,7 @@ class Robot:
         )
 
     def _is_long_ago(self, moment: float) -> bool:
-        return time.monotonic() - moment > self.settings.poses_timeout
+        return self._own_time() - moment > self.settings.poses_timeout
 
     def height(self, surface: FloatArray, normal: FloatArray) -> float:
         """Return how far the probe is above a plane [m], by the latest pose.
@@ -221,7 +235,7 @@ class Robot:
         """
         if self._setpoint is None:
             return
-        began = time.monotonic()
+        began = self._own_time()
         lower_by = height - (self._setpoint - surface) @ normal
         above = self._setpoint + max(lower_by, 0.0) * normal
         pacer, step = Pacer(INTERVAL), 0
@@ -285,10 +299,10 @@ class Robot:
             position = np.array(place_from_message(message))
         except ValueError as error:
             self._unusable = f"a pose of the robot {self.name} is left out: {error}"
-            self._unusable_came = time.monotonic()
+            self._unusable_came = self._own_time()
             self._leave_out(self._unusable)
             return
-        self._position, self._heard = position, time.monotonic()
+        self._position, self._heard = position, self._own_time()
         self._orientation = message.pose.orientation
 
     def _on_state(self, message: OperatingState, info: dict) -> None:
