@@ -429,11 +429,11 @@ class Scan(Node):
             return missing
         if self._own_time() - self._samples_heard > self._settings.samples_timeout:
             silence = time.monotonic() - self._heard_samples
-            last = f" (the last came {silence:.2f} s ago)" if math.isfinite(silence) else ""
+            last = f", the last {silence:.2f} s ago" if math.isfinite(silence) else ""
             return (
-                f"no samples for {self._settings.samples_timeout:g} s{last} on "
-                f"{self.resolve_topic_name('samples')} ({self._samples.why_silent()}): is the "
-                "driver running and active?"
+                f"no samples for {self._settings.samples_timeout:g} s on "
+                f"{self.resolve_topic_name('samples')}{last} ({self._samples.why_silent()}): is "
+                "the driver running and active?"
             )
         return ""
 
