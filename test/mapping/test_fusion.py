@@ -258,14 +258,16 @@ def test_a_second_visit_of_which_nothing_is_known_leaves_the_first_value():
 
 
 def test_a_second_visit_replaces_the_first_once_it_converges():
-    builder = dwelling(site=0, begin=0)
+    builder = dwelling(site=0, begin=1)
     builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
     builder.add_one("ukf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
     builder.announce(announcement(10, 0, Phase.LIFTED))
     builder.announce(announcement(20, 0, Phase.DWELL))
     assert builder.map().stiffness[0, 0] == 400.0
+    assert builder.map().dwell_begin.tolist() == [[1, 0, 0], [0, 0, 0]]
     builder.add_one("ekf", Status.CONVERGED, estimate(stamp=21, stiffness=900.0))
     assert builder.map().stiffness[0, 0] == 900.0
+    assert builder.map().dwell_begin.tolist() == [[20, 0, 0], [0, 0, 0]]
     builder.add_one("afekf", Status.CONVERGED, estimate(stamp=5, stiffness=400.0))
     assert builder.map().stiffness[0, 0] == 900.0
 

@@ -119,6 +119,7 @@ def test_converged_estimates_are_fused_into_the_cell_of_the_site(mapped):
     # Two estimators on the same samples are no more certain than one, and these differ by 100.
     assert maps[-1].stiffness_stddev[4] == np.hypot(2.0, 50.0)
     assert maps[-1].verdict[4] == StiffnessMap.MEASURED
+    assert list(maps[-1].dwell_begin) == [0, 0, 0, 0, 1000, 0]
     assert np.isnan(np.delete(maps[-1].stiffness, 4)).all()
     assert (maps[-1].rows, maps[-1].columns, maps[-1].spacing) == (2, 3, 0.01)
 
@@ -327,7 +328,14 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp
     assert set(live.verdict.ravel()) > {Verdict.MEASURED}
-    for name in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
+    for name in (
+        "stiffness",
+        "damping",
+        "covariance_trace",
+        "stiffness_stddev",
+        "verdict",
+        "dwell_begin",
+    ):
         np.testing.assert_array_equal(getattr(live, name), getattr(off_line, name))
 
 

@@ -368,6 +368,7 @@ class MapBuilder:
         grid, cells = self._sites.cells()
         layers = np.full((5, *grid.shape), np.nan)
         verdicts = np.full(grid.shape, Verdict.NOT_PALPATED, dtype=np.uint8)
+        begins = np.zeros(grid.shape, dtype=np.int64)
         stamp = 0
         for place, cell in cells.items():
             dwell = _shown(self._visits.get(place, []))
@@ -375,11 +376,12 @@ class MapBuilder:
                 continue
             last = dwell.last()
             verdicts[cell] = dwell.verdict()
+            begins[cell] = dwell.begin
             stamp = max(stamp, *(each.estimate.stamp for each in last.values()), _known_end(dwell))
             usable = [each.estimate for each in last.values() if each.is_usable]
             if usable:
                 layers[(slice(None), *cell)] = _fuse(usable)
-        return StiffnessMapData(grid, stamp, *layers, verdicts)
+        return StiffnessMapData(grid, stamp, *layers, verdicts, begins)
 
 
 def _result(dwell: Dwell, repeat: int) -> SiteResult:

@@ -188,6 +188,7 @@ class Mapper(Node):
             "covariance_trace": found.covariance_trace,
             "stiffness_stddev": found.stiffness_stddev,
             "verdict": found.verdict,
+            "dwell_begin": found.dwell_begin,
         }
         for name, layer in layers.items():
             setattr(message, name, layer.ravel().tolist())
