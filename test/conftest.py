@@ -100,7 +100,8 @@ class Messages:
         flat = stiffness.ravel()
         verdict = np.arange(flat.size, dtype=np.uint8)
         places = self.header(stamp), origin, 2e-3, rows, columns
-        return self.cdr(self.MAP, *places, flat, flat, flat, flat, verdict)
+        begin = verdict.astype(np.int64)
+        return self.cdr(self.MAP, *places, flat, flat, flat, flat, verdict, begin)
 
 
 @pytest.fixture(scope="session")

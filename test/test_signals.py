@@ -13,6 +13,7 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
 
 from tissue_probe.signals import (
+    NANOSECONDS,
     PalpationSite,
     Phase,
     Recording,
@@ -254,6 +255,29 @@ def test_a_dwell_ends_with_the_next_announcement():
 def test_a_dwell_cut_short_ends_with_the_recording():
     dwell = site(EPOCH + 10, 0, Phase.DWELL)
     assert list(Recording((block(),), (dwell,)).dwells()) == [(dwell, block().end)]
+
+
+@pytest.mark.parametrize(
+    ("pause", "sequence"),
+    [(60.0, 1000), (0.1, 0)],
+    ids=["a silence", "a new activation"],
+)
+def test_a_dwell_that_nothing_ended_ends_with_the_run_of_samples_it_began_in(pause, sequence):
+    first = SampleBlock(EPOCH, 500, 0.0005, *np.zeros((3, 100)))
+    later = first.end + round(pause * NANOSECONDS)
+    second = SampleBlock(later, sequence, 0.0005, *np.zeros((3, 100)))
+    dwells = [site(EPOCH + 10, 0, Phase.DWELL), site(later + 10, 1, Phase.DWELL)]
+    both = Recording((first, second), tuple(dwells))
+    assert list(both.dwells()) == [(dwells[0], first.end), (dwells[1], second.end)]
+    silent = site(first.end + 10, 0, Phase.DWELL)
+    assert list(Recording((first, second), (silent,)).dwells()) == [(silent, silent.stamp)]
+
+
+def test_samples_that_were_lost_end_no_dwell():
+    first = SampleBlock(EPOCH, 0, 0.0005, *np.zeros((3, 100)))
+    second = SampleBlock(first.end + NANOSECONDS // 4, 600, 0.0005, *np.zeros((3, 100)))
+    dwell = site(EPOCH + 10, 0, Phase.DWELL)
+    assert list(Recording((first, second), (dwell,)).dwells()) == [(dwell, second.end)]
 
 
 def test_a_recording_without_sites_has_no_dwells():

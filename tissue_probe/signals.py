@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,30 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 NANOSECONDS = 1_000_000_000
+
+#: Longest silence of the samples within a dwell [ns]. A scan that goes on ends a dwell when it
+#: hears none for so long; a driver stops them when it has heard no sign of the scan for so long.
+LONGEST_SILENCE = NANOSECONDS // 2
+
+
+def begin_anew(gap: IntArray, usual: IntArray, step: IntArray) -> BoolArray:
+    """Whether samples are the first of another run of the probe than those before them.
+
+    They are after a silence, and where their numbers step back, as at a new activation. A dwell is
+    a part of one run. The events that end a dwell without a word (the scan dies or hangs, the
+    driver is in FAULT, is ended or activated anew) end the run too, since the driver stops its
+    samples: so the samples alone tell it, at any later time as well as live.
+
+    Parameters
+    ----------
+    gap : int or array of int
+        From the sample before to this one [ns].
+    usual : int or array of int
+        The same of the sample before: blocks may be long [ns].
+    step : int or array of int
+        From the number of the sample before to that of this one.
+    """
+    return (gap > LONGEST_SILENCE + usual) | (step < 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,12 +387,24 @@ class Recording:
     def dwells(self) -> Iterator[tuple[PalpationSite, int]]:
         """Yield each dwell's announcement and the time it ended [ns since the epoch].
 
-        A dwell ends when the next announcement's phase begins, or with the recording.
+        A dwell ends when the next announcement's phase begins, and with the run of samples in which
+        it began (``begin_anew``).
         """
         last = self.blocks[-1].end if self.blocks else 0
+        breaks = list(self._breaks())
         for site, following in zip_longest(self.sites, self.sites[1:]):
             if site.phase == Phase.DWELL:
-                yield site, following.stamp if following else last
+                announced = following.stamp if following else last
+                run = next((end for end, begin in breaks if begin > site.stamp), announced)
+                yield site, min(announced, max(run, site.stamp))
+
+    def _breaks(self) -> Iterator[tuple[int, int]]:
+        """Yield when each run of samples ended, and when the next one began [ns]."""
+        for before, after in pairwise(self.blocks):
+            period = round(before.sample_period * NANOSECONDS)
+            gap = after.stamp - before.end + period
+            if begin_anew(gap, period, after.sequence - before.sequence):
+                yield before.end, after.stamp
 
 
 class Status(IntEnum):

@@ -58,7 +58,7 @@ def rows(estimator, stamps, stiffness, status=Status.CONVERGED, variance=0.09):
     return TissueEstimates(
         estimator=estimator,
         stamp=np.array(stamps, dtype=np.int64),
-        sequence=np.arange(n),
+        sequence=np.array(stamps, dtype=np.int64),
         stiffness=np.array(stiffness, dtype=float),
         damping=np.full(n, 5.0),
         covariance_trace=np.full(n, 0.1),
@@ -259,14 +259,16 @@ def test_a_second_visit_of_which_nothing_is_known_leaves_the_first_value():
 
 
 def test_a_second_visit_replaces_the_first_once_it_converges():
-    builder = dwelling(site=0, begin=0)
+    builder = dwelling(site=0, begin=1)
     builder.add_one("ekf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
     builder.add_one("ukf", Status.CONVERGED, estimate(stamp=1, stiffness=400.0))
     builder.announce(announcement(10, 0, Phase.LIFTED))
     builder.announce(announcement(20, 0, Phase.DWELL))
     assert builder.map().stiffness[0, 0] == 400.0
+    assert builder.map().dwell_begin.tolist() == [[1, 0, 0], [0, 0, 0]]
     builder.add_one("ekf", Status.CONVERGED, estimate(stamp=21, stiffness=900.0))
     assert builder.map().stiffness[0, 0] == 900.0
+    assert builder.map().dwell_begin.tolist() == [[20, 0, 0], [0, 0, 0]]
     builder.add_one("afekf", Status.CONVERGED, estimate(stamp=5, stiffness=400.0))
     assert builder.map().stiffness[0, 0] == 900.0
 
@@ -446,3 +448,101 @@ def test_a_place_whose_surface_was_not_found_again_keeps_the_value_before():
         Verdict.MEASURED,
         Verdict.CONTACT_NOT_FOUND,
     ]
+
+
+MILLISECOND = SECOND // 1000
+
+
+def series(begin, count, stiffness, first=0, step=5 * MILLISECOND):
+    """Stamps, numbers of samples and stiffnesses of estimates that follow one another."""
+    return [(begin + step * i, first + 10 * i, stiffness) for i in range(count)]
+
+
+def open_dwell(found, one_by_one):
+    """The map of a dwell at site 0 from 0 on that no announcement ends."""
+    builder = dwelling()
+    if one_by_one:
+        for stamp, sequence, k in found:
+            builder.add_one("ekf", Status.CONVERGED, estimate(stamp, k), sequence)
+    else:
+        stamps, sequences, stiffness = zip(*found, strict=True)
+        columns = rows("ekf", stamps, stiffness)
+        builder.add(replace(columns, sequence=np.array(sequences)))
+    return builder.map()
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+@pytest.mark.parametrize(
+    ("later", "first"),
+    [(60 * SECOND, 12_000), (600 * MILLISECOND, 0)],
+    ids=["after a silence", "after a new activation"],
+)
+def test_of_a_scan_that_died_nothing_counts_that_came_of_another_run(one_by_one, later, first):
+    before = series(-200 * MILLISECOND, 60, 450.0, first=10_000)
+    found = open_dwell(before + series(later, 60, 1046.0, first), one_by_one)
+    assert found.stiffness[0, 0] == 450.0
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_samples_that_were_silent_as_the_dwell_began_are_not_of_it(one_by_one):
+    before = series(-200 * MILLISECOND, 30, 450.0)
+    found = open_dwell(before + series(60 * SECOND, 60, 1046.0, 10_000), one_by_one)
+    assert not found.measured.any()
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_lost_messages_and_long_blocks_end_no_dwell(one_by_one):
+    lossy = series(-200 * MILLISECOND, 60, 400.0) + series(400 * MILLISECOND, 9, 450.0, 1000)
+    assert open_dwell(lossy, one_by_one).stiffness[0, 0] == 450.0
+    long_blocks = series(-3 * SECOND, 9, 450.0, step=SECOND)
+    assert open_dwell(long_blocks, one_by_one).stiffness[0, 0] == 450.0
+
+
+def test_the_next_scan_counts_at_the_site_of_one_that_died():
+    builder = dwelling()
+    for begin, k in ((-SECOND, 450.0), (60 * SECOND, 500.0)):
+        for stamp, sequence, stiffness in series(begin, 400, k):
+            if stamp == 61 * SECOND:
+                builder.announce(announcement(stamp, 0, Phase.DWELL))
+            builder.add_one("ekf", Status.CONVERGED, estimate(stamp, stiffness), sequence)
+    assert builder.map().stiffness[0, 0] == 500.0
+
+
+@pytest.mark.parametrize("lives", [False, True])
+def test_a_scan_that_falls_silent_ends_its_dwell_unless_it_says_when_it_lifted(lives):
+    builder = dwelling()
+    for stamp, sequence, k in series(0, 200, 450.0) + series(SECOND, 200, 1046.0, 2000):
+        builder.add_one("ekf", Status.CONVERGED, estimate(stamp, k), sequence)
+    builder.fall_silent(SECOND)
+    assert builder.map().stiffness[0, 0] == 450.0
+    builder.add_one("ekf", Status.CONVERGED, estimate(2 * SECOND, 1046.0), 4000)
+    if lives:
+        builder.announce(announcement(1900 * MILLISECOND, 0, Phase.LIFTED))
+    else:
+        builder.announce(announcement(90 * SECOND, 0, Phase.APPROACH))
+    assert builder.map().stiffness[0, 0] == (1046.0 if lives else 450.0)
+
+
+def test_silence_between_dwells_changes_nothing():
+    builder = dwelling()
+    builder.add_one("ekf", Status.CONVERGED, estimate(1, 450.0))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    revision = builder.revision
+    builder.fall_silent(SECOND)
+    assert builder.revision == revision
+    assert builder.map().stiffness[0, 0] == 450.0
+
+
+@pytest.mark.parametrize("one_by_one", [True, False])
+def test_an_estimate_of_a_sample_that_is_not_known_says_nothing_of_the_site(one_by_one):
+    """A filter that forgets nothing between sites still claims the tissue before."""
+    builder = dwelling()
+    if one_by_one:
+        builder.add_one("ekf", Status.CONVERGED, estimate(5, innovation=math.nan))
+    else:
+        unknown = np.array([math.nan])
+        builder.add(replace(rows("ekf", [5], [450.0]), innovation=unknown))
+    builder.announce(announcement(10, 0, Phase.LIFTED))
+    found = builder.map()
+    assert not found.measured.any()
+    assert found.verdict[0, 0] == Verdict.NO_ESTIMATE

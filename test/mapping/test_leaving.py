@@ -77,6 +77,17 @@ def test_a_filter_that_does_not_know_the_tissue_yet_is_waited_for():
     assert dwell(1.0, status=status) == pytest.approx(0.4, abs=0.01)
 
 
+def test_a_filter_that_remembers_while_no_force_is_known_has_told_nothing():
+    told = Told(BEGIN, TEST)
+    for number in range(200):
+        stamp = BEGIN + 5 * MS * number
+        t = 0.005 * number + 0.0005 * np.arange(10)
+        position = 1e-3 * np.sin(2 * np.pi * 10.0 * t + 1.0)
+        told.add_samples(SampleBlock(stamp, 10 * number, 0.0005, position, np.nan * t, 0 * t))
+        told.add_estimate("ekf", Status.CONVERGED, estimate(stamp)._replace(innovation=np.nan))
+        assert told.enough() is None
+
+
 def test_a_filter_that_fell_silent_is_not_taken_for_one_that_agrees():
     told = Told(BEGIN, 0.0)
     t = 0.0005 * np.arange(2000)

@@ -24,6 +24,8 @@ PERIOD = 0.01  # s
 SPEED = 0.05  # m/s
 #: Along x it comes no farther [m].
 REACH = float(os.environ.get("REACH", "inf"))
+#: Whether its poses are published as sensors' data often are.
+BEST_EFFORT = "BEST_EFFORT" in os.environ
 TURNED = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
@@ -114,7 +116,8 @@ class Robot:
         def topic(name: str, kind: type) -> Topic:
             return Topic(participant, f"rt/dvrk/PSM1/{name}", kind)
 
-        self.poses = DataWriter(participant, topic("measured_cp", PoseStamped), qos=volatile)
+        offered = Qos(Policy.Reliability.BestEffort) if BEST_EFFORT else volatile
+        self.poses = DataWriter(participant, topic("measured_cp", PoseStamped), qos=offered)
         self.states = DataWriter(participant, topic("operating_state", OperatingState), qos=latched)
         self.setpoints = DataReader(participant, topic("servo_cp", PoseStamped), qos=volatile)
         self.commands = DataReader(participant, topic("state_command", StringStamped), qos=volatile)

@@ -112,8 +112,8 @@ def test_the_last_estimate_is_what_rclpy_reads_and_what_we_read(
     assert back.estimator == estimator
     for ours, theirs in zip(back.arrays(), estimates[1:].arrays(), strict=True):
         assert np.array_equal(ours, theirs, equal_nan=True)
-    name, found_status, found = cdr.estimate_from_cdr(serialize_message(message))
-    assert (name, found_status) == (estimator, status)
+    name, found_status, found, number = cdr.estimate_from_cdr(serialize_message(message))
+    assert (name, found_status, number) == (estimator, status, sequence)
     expected = [getattr(back, field)[0] for field in Estimate._fields]
     assert np.array_equal(found, expected, equal_nan=True)
 
@@ -220,5 +220,5 @@ def test_a_message_of_too_many_samples_is_refused():
 @given(data=st.binary(max_size=200))
 def test_any_bytes_are_an_estimate_with_a_stamp_or_refused(data):
     with contextlib.suppress(ValueError):
-        *_, found = cdr.estimate_from_cdr(cdr.LITTLE_ENDIAN + b"\0\0" + data)
+        *_, found, _ = cdr.estimate_from_cdr(cdr.LITTLE_ENDIAN + b"\0\0" + data)
         assert 0 <= found.stamp <= LAST_STAMP

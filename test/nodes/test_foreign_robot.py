@@ -46,6 +46,26 @@ def scan(running) -> ScanGrid.Result:
     return ended.result()
 
 
+@pytest.fixture
+def best_effort(monkeypatch) -> None:
+    """The robot that is started next publishes its poses best effort."""
+    monkeypatch.setenv("BEST_EFFORT", "1")
+
+
+@pytest.mark.crowded
+def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, best_effort, robot):
+    running = session(
+        driver(stage_pose=f"{ROBOT}/measured_cp"),
+        NodeProcess("scan", "scan", parameters={**PATIENT, "robot": ROBOT, "samples_timeout": 3.0}),
+    )
+    activate(running)
+    states = states_of(running, ROBOT)
+    command(running, ROBOT, "enable")
+    running.wait_until(lambda: states and states[-1].state == "ENABLED", "the robot to be enabled")
+    done = scan(running)
+    assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
+
+
 @pytest.mark.crowded
 def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right(session, robot):
     running = session(

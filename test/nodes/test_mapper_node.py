@@ -18,7 +18,7 @@ from tissue_probe.mapping.posterior.results import PosteriorMap
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
-from tissue_probe.nodes.qos import BLOCKS, LATCHED
+from tissue_probe.nodes.qos import BLOCKS, LATCHED, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.recording.reader import read_estimates, read_map, read_recording
 from tissue_probe.signals import PalpationSite, Phase
@@ -29,6 +29,7 @@ from tissue_probe_msgs.msg import (
     StiffnessMap,
     TissueEstimate,
 )
+from tissue_probe_msgs.msg import PalpationSite as PalpationSiteMessage
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, rows=2, columns=3)
 MAPPER = NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf", "ukf"]})
@@ -118,6 +119,7 @@ def test_converged_estimates_are_fused_into_the_cell_of_the_site(mapped):
     # Two estimators on the same samples are no more certain than one, and these differ by 100.
     assert maps[-1].stiffness_stddev[4] == np.hypot(2.0, 50.0)
     assert maps[-1].verdict[4] == StiffnessMap.MEASURED
+    assert list(maps[-1].dwell_begin) == [0, 0, 0, 0, 1000, 0]
     assert np.isnan(np.delete(maps[-1].stiffness, 4)).all()
     assert (maps[-1].rows, maps[-1].columns, maps[-1].spacing) == (2, 3, 0.01)
 
@@ -326,7 +328,14 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp
     assert set(live.verdict.ravel()) > {Verdict.MEASURED}
-    for name in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
+    for name in (
+        "stiffness",
+        "damping",
+        "covariance_trace",
+        "stiffness_stddev",
+        "verdict",
+        "dwell_begin",
+    ):
         np.testing.assert_array_equal(getattr(live, name), getattr(off_line, name))
 
 
@@ -366,3 +375,46 @@ def test_a_mapper_started_again_in_a_scan_takes_up_its_cells(session, tmp_path):
     assert sorted(k for k in maps[0].stiffness if np.isfinite(k)) == before
     palpate(3)
     assert sorted(k for k in maps[-1].stiffness if np.isfinite(k)) == [*before, 400.0]
+
+
+def test_a_scan_that_dies_in_a_dwell_leaves_the_cell_as_it_was_then(mapped):
+    """Where another's driver measures on: nobody tells of the end but the scan's silence."""
+    running, maps, sites, publishers = mapped
+    running.node.destroy_publisher(sites)
+    begin, step, count = 10**9, 5_000_000, 0
+    scan = running.node.create_publisher(
+        PalpationSiteMessage, "/probe/palpation_site", SCAN_ANNOUNCEMENTS
+    )
+    running.wait_until(lambda: scan.get_subscription_count() == 2, "the mapper and its watch")
+    say(scan, begin - 1000, 4, Phase.APPROACH)
+    say(scan, begin, 4, Phase.DWELL)
+
+    def measures(stiffness: float) -> None:
+        nonlocal count
+        message = estimate("ekf", begin + step * count, stiffness, TissueEstimate.CONVERGED)
+        publishers["ekf"].publish(message)
+        count += 1
+
+    def shows(stiffness: float) -> bool:
+        return bool(maps) and maps[-1].stiffness[4] == stiffness
+
+    def in_contact() -> bool:
+        measures(450.0)
+        scan.assert_liveliness()
+        return count > 200 and shows(450.0)
+
+    running.wait_until(in_contact, "the cell")
+
+    def dies() -> bool:
+        measures(1046.0)
+        return "the scan node fell silent in a dwell at site 4" in running.log("mapper")
+
+    running.wait_until(dies, "the mapper to notice")
+    running.wait_until(lambda: shows(450.0), "the cell as it was")
+    for _ in range(200):
+        measures(1046.0)
+    heard = count
+    running.wait_until(
+        lambda: int(running.health["/probe/mapper"]["estimates received"]) >= heard, "all"
+    )
+    assert shows(450.0)

@@ -71,8 +71,8 @@ def recorded(tmp_path_factory) -> Path:
             running.activate(
                 {
                     "/probe/driver": 1 + len(APART) + 2,  # and the scan and the recorder
-                    # And the driver, the mapper and the recorder.
-                    "/probe/scan": 1 + len(APART) + 3,
+                    # And the driver, the mapper twice, and the recorder.
+                    "/probe/scan": 1 + len(APART) + 4,
                     **{f"/probe/{name}": 2 for name in ESTIMATORS},
                 },
                 publishers={

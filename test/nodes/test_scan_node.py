@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import signal
+
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
@@ -121,6 +124,46 @@ def test_the_probe_stays_down_until_late_samples_have_reached_the_end_of_the_dwe
     assert reached_when_lifted[0] >= from_time(sites[-1].header.stamp)
     dwell = from_time(sites[-1].header.stamp) - from_time(sites[1].header.stamp)
     assert dwell == 200_000_000
+
+
+def test_of_samples_that_come_too_late_it_is_said_by_how_much(session):
+    """As above, and who scans is less patient."""
+    patience = {**PATIENT, "samples_timeout": 0.5}
+    running = session(STAGE, NodeProcess("scan", "scan", parameters=patience))
+    publisher = samples_publisher(running.node)
+    began = running.node.get_clock().now().nanoseconds
+    sent = []
+
+    def publish() -> None:
+        number = len(sent)
+        stamp = began + 5_000_000 * number
+        sent.append(SampleBlock(stamp, 10 * number, 0.0005, *np.zeros((3, 10))))
+        publisher.publish(samples_to_message(sent[-1], "probe"))
+
+    running.node.create_timer(0.02, publish)
+    answer = Scanning(running, goal(columns=1, dwell_time=5.0)).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    told = re.search(r"are (\d+\.\d\d) s late, more than 0\.5 s", answer.result.message)
+    assert told, answer.result.message
+    # Of 5 s a quarter has come, and half a second was waited.
+    assert float(told[1]) > 0.75 * 5.0
+
+
+def test_a_pause_of_the_scan_node_itself_is_no_silence_of_robot_and_driver(session):
+    patience = {"poses_timeout": 1.0, "samples_timeout": 1.0, "settle_time": 0.3}
+    running = session(driver(), STAGE, NodeProcess("scan", "scan", parameters=patience))
+    activate(running)
+    poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
+    scanning = Scanning(running, goal(columns=1, dwell_time=4.0))
+    scanning.wait_for(PalpationSite.DWELL)
+    scan, count = running.processes["scan"], len(poses)
+    scan.send_signal(signal.SIGSTOP)
+    try:
+        running.wait_until(lambda: len(poses) > count + 200, "two seconds")
+    finally:
+        scan.send_signal(signal.SIGCONT)
+    answer = scanning.result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
 
 
 def test_a_scan_under_way_keeps_others_out_and_when_cancelled_lifts_the_probe(running):

@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
-from geometry_msgs.msg import Point
 
-from conftest import SCAN, STAGE, Scanning, activate, collect, driver, estimator, goal
-from tissue_probe.mapping.grid import Grid
+from conftest import (
+    SCAN,
+    STAGE,
+    Scanning,
+    activate,
+    collect,
+    driver,
+    estimator,
+    goal,
+    samples_publisher,
+)
+from tissue_probe.nodes.conversions import samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.recording.reader import read_recording
 from tissue_probe_msgs.action import ScanGrid
-from tissue_probe_msgs.msg import PalpationSite, StiffnessMap
+from tissue_probe_msgs.msg import PalpationSite, SiteResult, SiteResults, StiffnessMap
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def goal_of(sites: list[int], rows: int = 2, columns: int = 2) -> ScanGrid.Goal:
@@ -37,7 +53,7 @@ def test_only_the_sites_asked_for_are_palpated_and_without_a_map_nothing_is_know
     assert answer.result.sites_estimated == 0
     assert list(answer.result.sites_without_estimate) == [1, 3]
     assert "all 2 sites are palpated" in answer.result.message
-    assert "unknown: no map was heard on /probe/stiffness_map" in answer.result.message
+    assert "unknown: no result of them was heard on /probe/sites" in answer.result.message
 
 
 @pytest.mark.parametrize(
@@ -53,52 +69,49 @@ def test_sites_that_the_grid_does_not_have_or_that_come_twice_are_refused(sessio
     running.wait_until(lambda: told in running.log("scan"), "the log")
 
 
-class MapperOfTwoRows:
-    """Says of each cell what it is told to, when the last of the sites is lifted.
+class MapperOfFourSites:
+    """Says of each site what it is told to, when it is lifted; it has mapped them all before."""
 
-    Its grid holds more than the scan's, and begins elsewhere: cells are found by their position.
-    """
-
-    ORIGIN = (-0.01, 0.0, 0.0)
-
-    def __init__(self, node, verdicts: dict[tuple[float, float], int], sites: int) -> None:
-        self._grid = Grid(self.ORIGIN, 0.01, 2, 4)
+    def __init__(self, node, verdicts: dict[int, int]) -> None:
         self._verdicts = verdicts
-        self._left = sites
-        self._publisher = node.create_publisher(StiffnessMap, "/probe/stiffness_map", LATCHED)
+        self._begin = None
+        self._publisher = node.create_publisher(SiteResults, "/probe/sites", LATCHED)
         node.create_subscription(
             PalpationSite, "/probe/palpation_site", self._on_site, ANNOUNCEMENTS
         )
-        self._publish(PalpationSite().header.stamp, {})
+        self._results = [
+            SiteResult(site=site, stiffness=450.0, verdict=StiffnessMap.MEASURED, leaving=2)
+            for site in verdicts
+        ]
 
     def _on_site(self, site: PalpationSite) -> None:
-        self._left -= site.phase == PalpationSite.LIFTED
-        if site.phase == PalpationSite.LIFTED and self._left == 0:
-            self._publish(site.header.stamp, self._verdicts)
+        if site.phase == PalpationSite.DWELL:
+            self._begin = site.header
+        if site.phase != PalpationSite.LIFTED:
+            return
+        verdict = self._verdicts[site.site]
+        usable = verdict in (StiffnessMap.MEASURED, StiffnessMap.DISTURBED)
+        found = SiteResult(
+            header=self._begin,
+            site=site.site,
+            stiffness=450.0 if usable else float("nan"),
+            verdict=verdict,
+            leaving=site.leaving,
+        )
+        self._results.append(found)
+        self._publisher.publish(SiteResults(results=self._results))
 
-    def _publish(self, stamp, verdicts) -> None:
-        cells = [0] * len(self._grid)
-        for (x, y), verdict in verdicts.items():
-            row, column = self._grid.nearest((x, y))
-            cells[row * self._grid.columns + column] = verdict
-        x, y, z = self._grid.origin
-        message = StiffnessMap(origin=Point(x=x, y=y, z=z), spacing=0.01, rows=2, columns=4)
-        message.header.stamp = stamp
-        message.verdict = cells
-        self._publisher.publish(message)
 
-
-def test_the_result_tells_which_sites_have_an_estimate(session):
+def test_the_result_tells_which_sites_have_an_estimate_of_this_scan(session):
     running = session(driver(), STAGE, SCAN)
-    MapperOfTwoRows(
+    MapperOfFourSites(
         running.node,
         {
-            (0.0, 0.0): StiffnessMap.MEASURED,
-            (0.01, 0.0): StiffnessMap.MODEL_REJECTED,
-            (0.01, 0.01): StiffnessMap.DISTURBED,
-            (0.0, 0.01): StiffnessMap.NO_ESTIMATE,
+            0: StiffnessMap.MEASURED,
+            1: StiffnessMap.MODEL_REJECTED,
+            2: StiffnessMap.DISTURBED,
+            3: StiffnessMap.NO_ESTIMATE,
         },
-        sites=4,
     )
     activate(running)
     answer = Scanning(running, goal_of([])).result()
@@ -125,3 +138,36 @@ def test_the_mapper_tells_the_scan_what_became_of_its_sites(session):
     assert answer.result.message == "all 2 sites are palpated; 2 of 2 have an estimate"
     assert answer.result.sites_estimated == 2
     assert list(answer.result.sites_without_estimate) == []
+
+
+def test_a_scan_whose_forces_are_not_known_has_no_estimate_whatever_was_there_before(session):
+    """Nor where a filter keeps what it knew over the sites, and calls it converged."""
+    running = session(
+        STAGE,
+        SCAN,
+        estimator("ekf", restart_at_site=False),
+        NodeProcess("mapper", "mapper", parameters={"estimators": ["ekf"]}),
+    )
+    known = read_recording(EXAMPLES / "scan.mcap").blocks[0]
+    publisher = samples_publisher(running.node)
+    began = running.node.get_clock().now().nanoseconds
+    unknown = False
+    sent = []
+
+    def publish() -> None:
+        first = 10 * len(sent)
+        part = known[first % len(known) : first % len(known) + 10]
+        force = np.full(10, np.nan) if unknown else part.force
+        block = replace(part, stamp=began + 500_000 * first, sequence=first, force=force)
+        sent.append(block)
+        publisher.publish(samples_to_message(block, "probe"))
+
+    running.wait_for_publishers({"/probe/mapper": 2})
+    running.node.create_timer(0.005, publish)
+    for unknown, told in ((False, "1 of 1 have an estimate"), (True, "1 of 1 have no estimate: 0")):
+        wanted = goal_of([], rows=1, columns=1)
+        wanted.dwell_time = 0.4
+        answer = Scanning(running, wanted).result()
+        assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+        assert told in answer.result.message
+        assert answer.result.sites_estimated == (not unknown)

@@ -148,6 +148,7 @@ def test_the_last_map_is_read(tmp_path, messages, record):
     for values in (read.stiffness, read.damping, read.covariance_trace, read.stiffness_stddev):
         assert_array_equal(values, last)
     assert_array_equal(read.verdict, [[0, 1, 2], [3, 4, 5]])
+    assert_array_equal(read.dwell_begin, [[0, 1, 2], [3, 4, 5]])
 
 
 def test_without_a_map_there_is_none(run):

@@ -14,6 +14,7 @@ from pyarrow import csv, parquet
 
 from tissue_probe.recording.any_file import read_any
 from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.stretches import dwell_blocks
 from tissue_probe.recording.tables import write_estimates, write_samples
 from tissue_probe.signals import (
     PalpationSite,
@@ -123,6 +124,14 @@ def test_the_dwells_of_a_scan_come_back_from_its_table(ending, gaps, data):
         read, _ = read_any(path, Layout())
     dwells = [[(s.site, s.stamp, end) for s, end in each.dwells()] for each in (recording, read)]
     assert dwells[0] == dwells[1]
+
+
+def test_rows_that_tell_their_site_are_of_it_after_a_silence_too(tmp_path):
+    blocks = [SampleBlock(at * 10**9, 100 * at, 0.01, *np.zeros((3, 200))) for at in (0, 60)]
+    dwells = [PalpationSite(block.stamp, 3, (0.0, 0.0, 0.0), Phase.DWELL) for block in blocks]
+    write_samples(tmp_path / "samples.csv", Recording(tuple(blocks), tuple(dwells)), 0)
+    read, _ = read_any(tmp_path / "samples.csv", Layout())
+    assert sum(map(len, dwell_blocks(read, 3))) == 400
 
 
 def test_samples_written_as_csv_are_read_as_a_measurement(tmp_path):

@@ -96,7 +96,7 @@ def palpate(bag: Path, dwell_time: float, phantom: Path | None, explore: bool) -
     grid = Grid(*SITES)
     subscribers = {
         "/probe/driver": 3,  # the estimators, which share a process, the scan and the recorder
-        "/probe/scan": 4,  # the driver, the estimators, the mapper and the recorder
+        "/probe/scan": 5,  # the driver, the estimators, the mapper twice and the recorder
         **{f"/probe/{name}": 3 for name in ESTIMATORS},  # the mapper, the recorder and the scan
     }
     publishers = {

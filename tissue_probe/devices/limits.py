@@ -25,11 +25,12 @@ from tissue_probe.devices.limit_codes import (
 )
 from tissue_probe.excitation import Excitation
 from tissue_probe.settings import setting
+from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 
 #: Longest silence between two signs of life that a scan node promises while the tip may be in the
 #: tissue [s]: fifty of its steps, and as long as a silent DAQ is borne (``stale_limit``). Whoever
 #: watches it may allow more, not less: nobody can be held to more than was promised.
-PALPATION_LEASE = 0.5
+PALPATION_LEASE = LONGEST_SILENCE / NANOSECONDS
 
 ADVICE = "the coil is at zero; look at the probe before you reset and activate it again"
 

@@ -7,6 +7,11 @@ Of a dwell, the last estimate of each estimator counts, with its status: a filte
 has put every earlier sample into it, and only at the end has every sample of the dwell been held
 against the model. An estimator that ends a dwell with a rejected model or out of contact says
 nothing of that cell, however sure it was before.
+
+A dwell ends when its scan says so, when the next announcement begins, and for each estimator with
+the run of samples in which it began (``signals.begin_anew``): a scan that dies says nothing more,
+and its dwell does not last until somebody has moved the tip. A live mapper is told of the silence
+of the scan besides (``fall_silent``), should another's driver measure on.
 """
 
 from __future__ import annotations
@@ -25,10 +30,12 @@ from tissue_probe.mapping.verdict import USABLE, Verdict, verdict_of
 from tissue_probe.signals import (
     NOT_TOUCHED,
     FloatArray,
+    IntArray,
     Leaving,
     PalpationSite,
     Phase,
     TissueEstimates,
+    begin_anew,
 )
 
 _OPEN_END = int(np.iinfo(np.int64).max)
@@ -38,7 +45,11 @@ _HELD_BACK = 1000
 
 
 class Estimate(NamedTuple):
-    """What one estimator found at one site; units as in ``TissueEstimates``."""
+    """What one estimator found at one site; units as in ``TissueEstimates``.
+
+    An ``innovation`` that is NaN says that force or position of the sample are not known: then the
+    rest is what the filter knew before, of whatever was under the tip then.
+    """
 
     stamp: int
     stiffness: float
@@ -46,6 +57,7 @@ class Estimate(NamedTuple):
     covariance_trace: float
     stiffness_variance: float
     damping_variance: float
+    innovation: float = 0.0
 
     def has_weight(self) -> bool:
         """Whether all is finite and both variances are positive: nothing else has a weight."""
@@ -97,8 +109,12 @@ class Judged(NamedTuple):
 
     @property
     def is_sound(self) -> bool:
-        """Whether it says something: a value that is claimed must be finite and have a weight."""
-        return not self.is_usable or self.estimate.has_weight()
+        """Whether it says something of the tissue under the tip.
+
+        It is made of a sample that is known, and a value that is claimed has a weight.
+        """
+        known = math.isfinite(self.estimate.innovation)
+        return known and (not self.is_usable or self.estimate.has_weight())
 
 
 @dataclass(slots=True, eq=False)
@@ -115,12 +131,16 @@ class Dwell:
         Whether the end is known.
     leaving : Leaving
         Why it ended.
+    silent : int
+        Since when the scan shows no more that it is alive [ns since the epoch].
     """
 
     site: PalpationSite
     end: int = _OPEN_END
     leaving: Leaving = Leaving.UNTOLD
+    silent: int = _OPEN_END
     _found: dict[str, deque[Judged]] = field(default_factory=dict)
+    _left: set[str] = field(default_factory=set)
     _kept: int = _HELD_BACK
 
     @property
@@ -131,15 +151,26 @@ class Dwell:
     @property
     def ended(self) -> bool:
         """Whether the end is known."""
-        return self.end < _OPEN_END
+        return self.until < _OPEN_END
+
+    @property
+    def until(self) -> int:
+        """The first time from which nothing counts [ns since the epoch]."""
+        return min(self.end, self.silent)
 
     def take(self, estimator: str, judged: Judged) -> bool:
         """Take an estimate made in the dwell; return whether it is the estimator's newest."""
+        if estimator in self._left or judged.estimate.stamp >= self.silent:
+            return False
         found = self._found.setdefault(estimator, deque(maxlen=self._kept))
         if found and found[-1].estimate.stamp >= judged.estimate.stamp:
             return False
         found.append(judged)
         return True
+
+    def leave(self, estimator: str) -> None:
+        """Take no more of an estimator, whose samples are of another run from now on."""
+        self._left.add(estimator)
 
     def end_at(self, stamp: int) -> None:
         """End the dwell no later than ``stamp``; estimates from then on are no part of it."""
@@ -155,13 +186,36 @@ class Dwell:
 
     def last(self) -> dict[str, Judged]:
         """Return the last estimate of each estimator that made one, by its name."""
-        return {name: found[-1] for name, found in sorted(self._found.items()) if found}
+        counted = {
+            name: [each for each in found if each.estimate.stamp < self.silent]
+            if self.silent < _OPEN_END
+            else found
+            for name, found in sorted(self._found.items())
+        }
+        return {name: found[-1] for name, found in counted.items() if found}
 
     def verdict(self) -> Verdict:
         """Return why the dwell gives a value, or none."""
         if self.leaving in NOT_TOUCHED:
             return Verdict.CONTACT_NOT_FOUND
         return verdict_of(judged.status for judged in self.last().values())
+
+
+@dataclass(slots=True)
+class _Run:
+    """The newest estimate of an estimator, and the time between it and the one before [ns]."""
+
+    stamp: int
+    sequence: int
+    gap: int | None = None
+
+    def begins_anew(self, stamp: int, sequence: int) -> bool:
+        """Whether the next estimate is of another run of samples; note it as the newest."""
+        gap = stamp - self.stamp
+        usual = gap if self.gap is None else max(self.gap, 0)  # a replay steps back
+        anew = begin_anew(gap, usual, sequence - self.sequence)
+        self.stamp, self.sequence, self.gap = stamp, sequence, gap
+        return bool(anew)
 
 
 class MapBuilder:
@@ -188,6 +242,7 @@ class MapBuilder:
         self._sites = PalpatedSites()
         self._timeline: list[Dwell] = []  # by rising begin
         self._visits: dict[Place, list[Dwell]] = {}
+        self._runs: dict[str, _Run] = {}
 
     def announce(self, site: PalpationSite) -> Dwell | None:
         """Note where the probe is, and return the dwell that begins, if one does.
@@ -209,8 +264,9 @@ class MapBuilder:
                 self._visits[place_of(dwell.site)].remove(dwell)
         if self._timeline:
             last = self._timeline[-1]
-            if site.phase == Phase.LIFTED and not last.ended:
+            if site.phase == Phase.LIFTED and last.end == _OPEN_END:
                 last.leaving = site.leaving
+                last.silent = _OPEN_END  # it lives: only a scan that has lifted the tip says so
             last.end_at(site.stamp)
         if not site.is_visit:
             return None
@@ -222,23 +278,38 @@ class MapBuilder:
         self._visits.setdefault(place, []).append(dwell)
         return dwell
 
+    def fall_silent(self, lease: int) -> None:
+        """End the dwell under way where its scan was last known to be alive.
+
+        That is ``lease`` [ns] before the newest estimate. Should the scan say after all when it
+        lifted the tip, that holds.
+        """
+        if not self._timeline or self._timeline[-1].ended:
+            return
+        dwell = self._timeline[-1]
+        newest = max((run.stamp for run in self._runs.values()), default=dwell.begin)
+        dwell.silent = max(dwell.begin, newest - lease)
+        self.revision += 1
+
     def take_up(self, dwell: Dwell) -> None:
         """Take a dwell that has ended with all that was found in it, as if it came now."""
-        self.announce(dwell.site)
+        begun = self.announce(dwell.site)
         self.announce(
-            replace(dwell.site, stamp=dwell.end, phase=Phase.LIFTED, leaving=dwell.leaving)
+            replace(dwell.site, stamp=dwell.until, phase=Phase.LIFTED, leaving=dwell.leaving)
         )
-        for estimator, (status, estimate) in dwell.last().items():
-            self.add_one(estimator, status, estimate)
+        for estimator, judged in dwell.last().items():
+            self.revision += begun.take(estimator, judged)
 
     def add(self, estimates: TissueEstimates) -> None:
         """Take estimates of one estimator, in any order.
 
-        Left out are those that claim a value without a finite number and a positive variance, and
-        those that were made outside every dwell.
+        Left out are those that claim a value without a finite number and a positive variance, those
+        of samples that are not known, and those that were made outside every dwell.
         """
+        anew = _begins(estimates)
         for dwell in self._timeline:
-            inside = (estimates.stamp >= dwell.begin) & (estimates.stamp < dwell.end)
+            end = min(dwell.end, *anew[anew > dwell.begin][:1].tolist(), _OPEN_END)
+            inside = (estimates.stamp >= dwell.begin) & (estimates.stamp < end)
             rows = np.flatnonzero(inside)
             newest_first = rows[np.argsort(-estimates.stamp[rows], kind="stable")]
             found = (_row(estimates, row) for row in newest_first)
@@ -246,14 +317,24 @@ class MapBuilder:
             if last is not None:
                 self.revision += dwell.take(estimates.estimator, last)
 
-    def add_one(self, estimator: str, status: int, estimate: Estimate) -> Dwell | None:
+    def add_one(
+        self, estimator: str, status: int, estimate: Estimate, sequence: int = 0
+    ) -> Dwell | None:
         """Take one estimate as ``add`` does; cheap enough for every message of a live run.
 
-        Return the dwell in which it is now the estimator's last; None if it changes nothing.
+        Those of an estimator come in their order. ``sequence`` is the number of its sample since
+        activation; always 0 where samples are not counted. Return the dwell in which it is now the
+        estimator's last; None if it changes nothing.
         """
         judged = Judged(status, estimate)
+        run = self._runs.setdefault(estimator, _Run(estimate.stamp, sequence))
+        anew = run.begins_anew(estimate.stamp, sequence)
         dwell = next((d for d in reversed(self._timeline) if d.begin <= estimate.stamp), None)
-        if dwell is None or estimate.stamp >= dwell.end or not judged.is_sound:
+        if dwell is None or estimate.stamp >= dwell.end:
+            return None
+        if anew and estimate.stamp > dwell.begin:
+            dwell.leave(estimator)
+        if not judged.is_sound:
             return None
         if not dwell.take(estimator, judged):
             return None
@@ -287,6 +368,7 @@ class MapBuilder:
         grid, cells = self._sites.cells()
         layers = np.full((5, *grid.shape), np.nan)
         verdicts = np.full(grid.shape, Verdict.NOT_PALPATED, dtype=np.uint8)
+        begins = np.zeros(grid.shape, dtype=np.int64)
         stamp = 0
         for place, cell in cells.items():
             dwell = _shown(self._visits.get(place, []))
@@ -294,11 +376,12 @@ class MapBuilder:
                 continue
             last = dwell.last()
             verdicts[cell] = dwell.verdict()
+            begins[cell] = dwell.begin
             stamp = max(stamp, *(each.estimate.stamp for each in last.values()), _known_end(dwell))
             usable = [each.estimate for each in last.values() if each.is_usable]
             if usable:
                 layers[(slice(None), *cell)] = _fuse(usable)
-        return StiffnessMapData(grid, stamp, *layers, verdicts)
+        return StiffnessMapData(grid, stamp, *layers, verdicts, begins)
 
 
 def _result(dwell: Dwell, repeat: int) -> SiteResult:
@@ -337,7 +420,16 @@ def _shown(visits: list[Dwell]) -> Dwell | None:
 
 def _known_end(dwell: Dwell) -> int:
     """Return a time that the samples of a dwell have reached, where no estimate tells one."""
-    return dwell.end if dwell.ended and not dwell.last() else 0
+    return dwell.until if dwell.ended and not dwell.last() else 0
+
+
+def _begins(estimates: TissueEstimates) -> IntArray:
+    """Return the stamps at which another run of samples begins, ascending [ns since the epoch]."""
+    order = np.argsort(estimates.stamp, kind="stable")
+    stamp, step = estimates.stamp[order], np.diff(estimates.sequence[order].astype(np.int64))
+    gap = np.diff(stamp)
+    usual = np.concatenate([gap[:1], gap[:-1]])
+    return stamp[1:][begin_anew(gap, usual, step)]
 
 
 def _row(estimates: TissueEstimates, row: int) -> Judged:
@@ -347,7 +439,7 @@ def _row(estimates: TissueEstimates, row: int) -> Judged:
 
 def _fuse(estimates: list[Estimate]) -> tuple[float, float, float, float, float]:
     """Return stiffness, damping, covariance trace, stddev of stiffness and of damping."""
-    _, stiffness, damping, trace, stiffness_variance, damping_variance = np.array(estimates).T
+    _, stiffness, damping, trace, stiffness_variance, damping_variance, _ = np.array(estimates).T
     stiffness_weights = inverse_variance_weights(stiffness_variance)
     damping_weights = inverse_variance_weights(damping_variance)
     return (

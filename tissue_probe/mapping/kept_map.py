@@ -71,11 +71,15 @@ class KeptMap:
         if begun is not None:
             self._under_way, self._sent[begun] = begun, sent
 
-    def add_one(self, estimator: str, status: int, estimate: Estimate) -> None:
-        """Take one estimate of a live run."""
-        dwell = self._builder.add_one(estimator, status, estimate)
+    def add_one(self, estimator: str, status: int, estimate: Estimate, sequence: int = 0) -> None:
+        """Take one estimate of a live run, as ``MapBuilder.add_one``."""
+        dwell = self._builder.add_one(estimator, status, estimate, sequence)
         if dwell is not None and dwell.ended:
             self._keep(dwell)
+
+    def fall_silent(self, lease: int) -> None:
+        """Note that the scan shows no more that it is alive, as ``MapBuilder.fall_silent``."""
+        self._builder.fall_silent(lease)
 
     def _take_up(self, sent: int) -> None:
         """Begin with the results before a restart, if they are of this scan; else with none."""

@@ -63,8 +63,8 @@ class Told:
             self._period = None if count is None else round(count * step)
 
     def add_estimate(self, estimator: str, status: int, estimate: Estimate) -> None:
-        """Take an estimate; those from before the dwell are left out."""
-        if estimate.stamp < self._begin:
+        """Take an estimate; left out are those from before the dwell, and of unknown samples."""
+        if estimate.stamp < self._begin or not math.isfinite(estimate.innovation):
             return
         self._doubted |= status in (Status.MODEL_REJECTED, Status.DISTURBED)
         self._found.setdefault(estimator, []).append((status, estimate))

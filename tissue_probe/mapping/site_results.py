@@ -68,7 +68,7 @@ def _line(announced: int, dwell: Dwell) -> str:
     content = {
         "announced": announced,
         "begin": site.stamp,
-        "end": dwell.end,
+        "end": dwell.until,
         "site": site.site,
         "position": site.position,
         "normal": site.normal,

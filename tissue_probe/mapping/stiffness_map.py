@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.signals import FloatArray
+from tissue_probe.signals import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
 class StiffnessMapData:
     """Stiffness and damping over a grid; every array has shape (rows, columns).
 
-    Cells without a value are NaN in every array but ``verdict``, which says why.
+    Cells without a value are NaN in the first five; ``verdict`` says why.
 
     Attributes
     ----------
@@ -35,6 +35,9 @@ class StiffnessMapData:
         Standard deviation of k [N/m] and of beta [N s/m], with the spread between the estimators.
     verdict : array of uint8
         The ``Verdict`` of each cell.
+    dwell_begin : array of int64
+        When the dwell began that the cell tells of [ns since the epoch]; 0 where none is known. An
+        earlier scan's value stays where this one found none: its time tells so.
 
     Raises
     ------
@@ -50,6 +53,7 @@ class StiffnessMapData:
     stiffness_stddev: FloatArray
     damping_stddev: FloatArray
     verdict: NDArray[np.uint8]
+    dwell_begin: IntArray
 
     def __post_init__(self) -> None:
         for entry in fields(self)[2:]:

@@ -102,8 +102,8 @@ def last_estimate_to_cdr(estimates: TissueEstimates, frame_id: str) -> bytes:
     )
 
 
-def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
-    """Return the estimator of a ``TissueEstimate``, its status, and what a map is made of.
+def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate, int]:
+    """Return a ``TissueEstimate``: estimator, status, what a map is made of, number of the sample.
 
     Raises
     ------
@@ -111,8 +111,11 @@ def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate]:
         If the bytes are no little-endian CDR of a ``TissueEstimate``, or its stamp is not sound.
     """
     name, status, stamp, values = estimate_values_from_cdr(data)
-    # The message's values begin with those of an Estimate, in the same order.
-    return name, status, Estimate(stamp, *values[: len(Estimate._fields) - 1])
+    (length,) = struct.unpack_from("<I", data, 12)
+    (sequence,) = struct.unpack_from("<Q", data, _aligned(16 + length))
+    named = dict(zip(ESTIMATE_VALUES, values, strict=True))
+    found = Estimate(stamp, *(named[each] for each in Estimate._fields[1:]))
+    return name, status, found, sequence
 
 
 def estimate_values_from_cdr(data: bytes) -> tuple[str, int, int, list[float]]:

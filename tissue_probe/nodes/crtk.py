@@ -10,6 +10,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 
 from crtk_msgs.msg import OperatingState, StringStamped
+from tissue_probe.nodes.hearing import hear
 from tissue_probe.nodes.qos import LATCHED, POSES
 from tissue_probe.nodes.timers import every
 
@@ -54,7 +55,7 @@ class OperatingStateInterface:
         self._state = state
         self._on_command = on_command
         self._publisher = node.create_publisher(OperatingState, "operating_state", LATCHED)
-        node.create_subscription(StringStamped, "state_command", self._hear, POSES)
+        hear(node, StringStamped, "state_command", self._hear, POSES)
         every(1.0, node, self.publish)
         self.publish()
 

@@ -29,6 +29,7 @@ from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import DISABLED, ENABLED, FAULT, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import ERROR, OK, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.emergency_stop import EmergencyStop
+from tissue_probe.nodes.hearing import DISCOVERY_TIME, Hearing
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.lifecycle import SturdyLifecycleNode
 from tissue_probe.nodes.parameters import declare, follow_changes, read
@@ -47,9 +48,6 @@ if TYPE_CHECKING:
 
 #: Most samples that are read, and checked against the limits, at once.
 LONGEST_READ = 10
-
-#: Within this time of its start a node hears of the others [s].
-DISCOVERY_TIME = 1.0
 
 #: Parameters by which the driver tells what others record.
 TOLD = ("device_description", "calibration")
@@ -141,6 +139,7 @@ class Driver(SturdyLifecycleNode):
         self._device: GuardedDevice | None = None
         self._simulated: SimulatedProbe | None = None
         self._stage: Inbox | None = None
+        self._stage_poses: Hearing | None = None
         self._publisher: SamplePublisher | None = None
         self._thread: threading.Thread | None = None
         self._stopping = threading.Event()
@@ -194,7 +193,9 @@ class Driver(SturdyLifecycleNode):
         if settings.device == "simulated":
             self._simulated = device
             self._stage = Inbox(self)
-            self._stage.subscribe(PoseStamped, settings.stage_pose, POSES, self._on_stage_pose)
+            self._stage_poses = self._stage.subscribe(
+                PoseStamped, settings.stage_pose, POSES, self._on_stage_pose
+            )
         self._tell("device_description", device.description)
         self._tell("calibration", self._tare.calibration.text)
         self._publisher = SamplePublisher(self, settings.frame_id, settings.block_size)
@@ -207,6 +208,7 @@ class Driver(SturdyLifecycleNode):
             self._refuse_after_fault()
             self._refuse_second_driver()
             excitation = read(self, ExcitationSettings, "excitation.").make()
+            self._refuse_deaf_stage()
             self._hear_stage()
             self._device.start(excitation)
         except (SettingsError, DeviceError, LimitExceeded, ValueError) as error:
@@ -337,6 +339,11 @@ class Driver(SturdyLifecycleNode):
         if self._stage is not None:
             self._stage.empty()
 
+    def _refuse_deaf_stage(self) -> None:
+        if self._stage_poses is not None and (mismatch := self._stage_poses.mismatch()):
+            topic = read(self, DriverSettings).stage_pose
+            raise DeviceError(f"where the probe stands is not heard on {topic}: {mismatch}")
+
     def _on_stage_pose(self, pose: PoseStamped, info: dict) -> None:
         try:
             self._simulated.place(*place_from_message(pose))
@@ -363,7 +370,8 @@ class Driver(SturdyLifecycleNode):
         for each in (self._publisher, self._stage):
             if each is not None:
                 each.destroy()
-        self._device = self._simulated = self._publisher = self._stage = None
+        self._device = self._simulated = self._publisher = None
+        self._stage = self._stage_poses = None
 
     def _deactivate_after_fault(self) -> None:
         self._emergency_stop.publish()
@@ -399,7 +407,10 @@ class Driver(SturdyLifecycleNode):
 
     def _on_silent_scan(self, reason: str) -> None:
         if self._thread is not None:  # else the coil is at zero already
-            self._trip(reason)
+            self._trip(
+                f"{reason}; the coil is at zero, but the tip may rest in the tissue: lift it at "
+                "the robot before you reset"
+            )
 
     def _refuse_after_fault(self) -> None:
         if self._interlock.tripped:

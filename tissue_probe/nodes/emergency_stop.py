@@ -9,6 +9,7 @@ from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
 from tissue_probe.devices.interlock import Interlock
+from tissue_probe.nodes.hearing import hear
 from tissue_probe.nodes.qos import LATCHED, POSES
 
 
@@ -44,7 +45,7 @@ class EmergencyStop:
         self._told: str | None = None
         node.create_service(Trigger, "emergency_stop", self._on_service)
         node.create_service(Trigger, "reset", self._on_reset)
-        node.create_subscription(Bool, "emergency_stop", self._on_topic, POSES)
+        hear(node, Bool, "emergency_stop", self._on_topic, POSES)
         self.publish()
 
     def publish(self) -> None:

@@ -24,7 +24,8 @@ from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.nodes.decision_process import DecisionProcess
-from tissue_probe.nodes.scan_sources import Heard, Site, Source, Wait
+from tissue_probe.nodes.scan_sources import Site, Source, Wait
+from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import Explore
 
@@ -46,7 +47,7 @@ class ExploredSites(Source):
 
     ACTION, NAME = Explore, "explore"
 
-    def __init__(self, goal: Explore.Goal, heard: Heard) -> None:
+    def __init__(self, goal: Explore.Goal, outcomes: SiteOutcomes) -> None:
         super().__init__(goal.dwell_time or 1.0)
         # Here, since it takes a second to import, and a scan of a grid needs none of it.
         from tissue_probe.mapping.exploration.answer import Sought
@@ -72,7 +73,7 @@ class ExploredSites(Source):
                 raise ValueError(f"first has ({x}, {y}) m, where no site may be")
         if goal.bag and not Path(goal.bag).exists():
             raise ValueError(f"there is no bag {goal.bag}")
-        self._goal, self._outcomes = goal, heard.outcomes
+        self._goal, self._outcomes = goal, outcomes
         self._earlier: list[SiteResult] = []
         self._began: float | None = None
         self._missed: list[tuple[float, float]] = []

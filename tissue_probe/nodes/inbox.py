@@ -15,7 +15,9 @@ import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
+from tissue_probe.nodes.hearing import Hearing
 from tissue_probe.signals import NANOSECONDS
 
 #: Called with a message (its CDR bytes if raw) and rclpy's message info (a dictionary).
@@ -39,8 +41,8 @@ class Inbox:
             enable_rosout=False,
             start_parameter_services=False,
         )
-        self._subscriptions: dict[str, tuple[Any, Handler]] = {}
-        self._in_use = ExitStack()
+        self._heard: dict[str, tuple[Hearing, Handler]] = {}
+        self._in_use: dict[str, ExitStack] = {}
         self._wait_set: Any = None
 
     def subscribe(
@@ -51,21 +53,25 @@ class Inbox:
         handler: Handler,
         *,
         raw: bool = False,
-    ) -> None:
-        """Keep messages of a topic until ``empty``; at most the depth of ``qos`` of them."""
-        subscription = self._node.create_subscription(
-            message_type, self._owner.resolve_topic_name(topic), lambda message: None, qos, raw=raw
-        )
-        # What rclpy asks of whoever uses a handle; once here, since it takes as long as a message.
-        self._in_use.enter_context(subscription.handle)
-        self._subscriptions[topic] = subscription, handler
+    ) -> Hearing:
+        """Keep messages of a topic until ``empty``; at most the depth of ``qos`` of them.
+
+        Asked for is at most ``qos``, and at most what the publishers offer (``Hearing``).
+        """
+        name = self._owner.resolve_topic_name(topic)
+        hearing = Hearing(self._node, message_type, name, lambda message: None, qos, raw=raw)
+        self._heard[topic] = hearing, handler
+        self._use(topic)
+        return hearing
 
     def publishers(self) -> int:
         """Return how many publishers the subscriptions hear, all together.
 
         Who publishes may count a subscription a while before it hears anything.
         """
-        return sum(each.get_publisher_count() for each, _ in self._subscriptions.values())
+        return sum(
+            hearing.subscription.get_publisher_count() for hearing, _ in self._heard.values()
+        )
 
     def empty(self, topic: str | None = None) -> int:
         """Hand every message that has arrived to its handler, topic by topic; return how many.
@@ -73,32 +79,52 @@ class Inbox:
         With a ``topic``, only what has arrived there: for a handler to which another topic's
         messages matter that may have come while it was busy.
         """
-        count = 0
-        wanted = self._subscriptions.values() if topic is None else [self._subscriptions[topic]]
-        for subscription, handler in wanted:
-            take = subscription.handle.take_message
-            while (taken := take(subscription.msg_type, subscription.raw)) is not None:
-                handler(*taken)
-                count += 1
-        return count
+        wanted = list(self._heard) if topic is None else [topic]
+        return sum(self._empty(each) for each in wanted)
 
     def wait(self, timeout: float) -> None:
         """Wait until a message has arrived, at most ``timeout`` [s].
 
-        All subscriptions must have been made before the first call.
+        All topics must have been subscribed to before the first call.
         """
         if self._wait_set is None:
             # As rclpy.wait_for_message does it, the only public example of a wait without executor.
             self._wait_set = rclpy_implementation.WaitSet(
-                len(self._subscriptions), 0, 0, 0, 0, 0, self._owner.context.handle
+                len(self._heard), 0, 0, 0, 0, 0, self._owner.context.handle
             )
         self._wait_set.clear_entities()
-        for subscription, _ in self._subscriptions.values():
-            self._wait_set.add_subscription(subscription.handle)
+        for hearing, _ in self._heard.values():
+            self._wait_set.add_subscription(hearing.subscription.handle)
         self._wait_set.wait(round(timeout * NANOSECONDS))
 
     def destroy(self) -> None:
         """Let go of the subscriptions."""
-        self._in_use.close()
-        self._subscriptions.clear()
+        for each in self._in_use.values():
+            each.close()
+        self._heard.clear()
         self._node.destroy_node()
+
+    def _empty(self, topic: str) -> int:
+        """Empty one topic, and ask for it anew where its publishers have changed."""
+        hearing, handler = self._heard[topic]
+        count = _taken(hearing.subscription, handler)
+        if hearing.is_due():
+            self._in_use.pop(topic).close()
+            hearing.ask_anew()
+            self._use(topic)
+        return count
+
+    def _use(self, topic: str) -> None:
+        """Do once what rclpy asks of whoever uses a handle: it takes as long as a message."""
+        self._in_use[topic] = ExitStack()
+        self._in_use[topic].enter_context(self._heard[topic][0].subscription.handle)
+
+
+def _taken(subscription: Subscription, handler: Handler) -> int:
+    """Hand on every message that has arrived; return how many."""
+    count = 0
+    take = subscription.handle.take_message
+    while (taken := take(subscription.msg_type, subscription.raw)) is not None:
+        handler(*taken)
+        count += 1
+    return count

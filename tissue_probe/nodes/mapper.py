@@ -12,6 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
+from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.mapping import site_results
 from tissue_probe.mapping.kept_map import KeptMap
 from tissue_probe.mapping.site_result import SiteResult, sites_of
@@ -32,8 +33,10 @@ from tissue_probe.nodes.map_messages import (
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED
+from tissue_probe.nodes.scan_watch import ScanWatch
 from tissue_probe.nodes.timers import every
 from tissue_probe.settings import setting
+from tissue_probe.signals import LONGEST_SILENCE
 from tissue_probe_msgs.msg import (
     Inclusions,
     PalpationSite,
@@ -89,6 +92,8 @@ class Mapper(Node):
         for name in settings.estimators:
             topic = f"{name}/estimate"
             self._inbox.subscribe(TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
+        # As long as a scan may be silent by its own promise; a scan that was only late says so.
+        self._scan_watch = ScanWatch(self, PALPATION_LEASE, self._on_silent_scan)
         every(INTERVAL, self, self._update)
         Diagnostics(self, self._examine)
 
@@ -115,6 +120,11 @@ class Mapper(Node):
             self._map.add_one(*estimate_from_cdr(message))
         except ValueError as error:
             self._leave_out(f"an estimate is left out: {error}")
+
+    def _on_silent_scan(self, reason: str) -> None:
+        self._inbox.empty()  # the estimates so far tell the time
+        self._map.fall_silent(LONGEST_SILENCE)
+        self.get_logger().warning(f"{reason}; nothing that is measured since counts for the site")
 
     def _leave_out(self, reason: str) -> None:
         self._malformed += 1
@@ -178,6 +188,7 @@ class Mapper(Node):
             "covariance_trace": found.covariance_trace,
             "stiffness_stddev": found.stiffness_stddev,
             "verdict": found.verdict,
+            "dwell_begin": found.dwell_begin,
         }
         for name, layer in layers.items():
             setattr(message, name, layer.ravel().tolist())

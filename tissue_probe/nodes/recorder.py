@@ -16,7 +16,6 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from tissue_probe.nodes.diagnostics import OK, STALE, WARN, Diagnostics, Health, Rate
 from tissue_probe.nodes.inbox import Inbox
@@ -36,8 +35,12 @@ from tissue_probe.signals import NANOSECONDS
 INTERVAL = 0.1
 #: Time between two looks for new topics and nodes [s].
 DISCOVERY_INTERVAL = 0.5
-#: Messages kept of each topic between two looks.
-DEPTH = 4000
+#: What is asked for where every publisher offers it; so many messages are kept between two looks.
+STRICTEST = QoSProfile(
+    depth=4000,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
 #: What a topic raises whose type is not installed, or whose name or type is none of ROS's.
 UNUSABLE = (
     *(ImportError, AttributeError, FileNotFoundError, ValueError),
@@ -136,7 +139,7 @@ class Recorder(Node):
             definition = message_definition(types[0], share_folders())
             message_type = _message_type(types[0])
             write = partial(self._write, self._writer.add_topic(topic, types[0], definition, qos))
-            self._inbox.subscribe(message_type, topic, _matching(publishers), write, raw=True)
+            self._inbox.subscribe(message_type, topic, STRICTEST, write, raw=True)
         except UNUSABLE as error:
             self.get_logger().warning(f"{topic} is not recorded: {error}")
 
@@ -179,18 +182,6 @@ class Recorder(Node):
 def _message_type(typename: str) -> type:
     package, _, name = typename.split("/")
     return getattr(importlib.import_module(f"{package}.msg"), name)
-
-
-def _matching(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
-    """Return the strictest qualities that every publisher of a topic offers."""
-    offered = [publisher.qos_profile for publisher in publishers]
-    reliable = all(qos.reliability == ReliabilityPolicy.RELIABLE for qos in offered)
-    latched = all(qos.durability == DurabilityPolicy.TRANSIENT_LOCAL for qos in offered)
-    return QoSProfile(
-        depth=DEPTH,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
 
 
 def _as_written(qos: QoSProfile) -> dict[str, object]:

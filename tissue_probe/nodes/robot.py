@@ -19,6 +19,8 @@ from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED, STATES
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.other_scans import other_scans
+from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.qos import LATEST, POSES
 from tissue_probe.pacing import Pacer
 from tissue_probe.settings import setting
@@ -61,6 +63,8 @@ class Robot:
         ``robot`` holds for ever, the others until they are replaced.
     on_step : callable
         Called with each setpoint, in the thread that moves.
+    own_time : OwnTime
+        By which the robot's silence is measured.
 
     Attributes
     ----------
@@ -71,9 +75,15 @@ class Robot:
     """
 
     def __init__(
-        self, node: Node, inbox: Inbox, settings: RobotSettings, on_step: Callable[[], None]
+        self,
+        node: Node,
+        inbox: Inbox,
+        settings: RobotSettings,
+        on_step: Callable[[], None],
+        own_time: OwnTime,
     ) -> None:
         self.settings = settings
+        self._own_time = own_time
         self.name = settings.robot.rstrip("/")
         self._node = node
         self._on_step = on_step
@@ -81,8 +91,9 @@ class Robot:
         self._setpoints = node.create_publisher(PoseStamped, f"{self.name}/servo_cp", POSES)
         # Only the latest of each counts, and of the poses when it came: a clock of the robot's own
         # may be wrong, and a pose that waits here is new.
-        inbox.subscribe(PoseStamped, f"{self.name}/measured_cp", LATEST, self._on_pose)
-        inbox.subscribe(OperatingState, f"{self.name}/operating_state", LATEST, self._on_state)
+        poses, states = f"{self.name}/measured_cp", f"{self.name}/operating_state"
+        self._poses = inbox.subscribe(PoseStamped, poses, LATEST, self._on_pose)
+        self._states = inbox.subscribe(OperatingState, states, LATEST, self._on_state)
         self._state: OperatingState | None = None
         self.malformed = 0
         self.forget()
@@ -93,20 +104,22 @@ class Robot:
         self._orientation = Quaternion()
         self._heard = -np.inf
         self._setpoint: FloatArray | None = None
+        self._unusable, self._unusable_came = "", -np.inf
 
     def hold_orientation(self) -> None:
         """Keep the tool turned as it is now: setpoints move it, and do not turn it."""
         self._held = self._orientation
 
+    def others(self) -> list[str]:
+        """Return the names of other scan nodes that palpate with this robot, if there are any."""
+        return other_scans(self._node, self._setpoints.topic_name)
+
     def missing(self) -> str:
         """Say why the robot cannot be moved; nothing if it can."""
-        if self._position is None:
-            return f"the robot {self.name} says nothing on {self.name}/measured_cp"
-        if time.monotonic() - self._heard > self.settings.poses_timeout:
-            return (
-                f"the robot {self.name} fell silent: no pose for {self.settings.poses_timeout:g} s "
-                f"on {self.name}/measured_cp"
-            )
+        if self._is_long_ago(self._heard):
+            return self._why_no_pose()
+        if self._state is None and (mismatch := self._states.mismatch()):
+            return f"the robot {self.name} is not heard on {self.name}/operating_state: {mismatch}"
         if self._state is not None and self._state.state != ENABLED:
             return (
                 f"the robot {self.name} is {self._state.state}: it moves only when it is {ENABLED}"
@@ -114,6 +127,20 @@ class Robot:
         if self._state is not None and not self._state.is_homed:
             return f"the robot {self.name} is not homed"
         return ""
+
+    def _why_no_pose(self) -> str:
+        if not self._is_long_ago(self._unusable_came):
+            return self._unusable
+        topic, why = f"{self.name}/measured_cp", self._poses.why_silent()
+        if self._position is None:
+            return f"the robot {self.name} is not heard on {topic}: {why}"
+        return (
+            f"the robot {self.name} fell silent: no pose for {self.settings.poses_timeout:g} s "
+            f"on {topic}: {why}"
+        )
+
+    def _is_long_ago(self, moment: float) -> bool:
+        return self._own_time() - moment > self.settings.poses_timeout
 
     def height(self, surface: FloatArray, normal: FloatArray) -> float:
         """Return how far the probe is above a plane [m], by the latest pose.
@@ -208,7 +235,7 @@ class Robot:
         """
         if self._setpoint is None:
             return
-        began = time.monotonic()
+        began = self._own_time()
         lower_by = height - (self._setpoint - surface) @ normal
         above = self._setpoint + max(lower_by, 0.0) * normal
         pacer, step = Pacer(INTERVAL), 0
@@ -271,9 +298,11 @@ class Robot:
         try:
             position = np.array(place_from_message(message))
         except ValueError as error:
-            self._leave_out(f"a pose of the robot {self.name} is left out: {error}")
+            self._unusable = f"a pose of the robot {self.name} is left out: {error}"
+            self._unusable_came = self._own_time()
+            self._leave_out(self._unusable)
             return
-        self._position, self._heard = position, time.monotonic()
+        self._position, self._heard = position, self._own_time()
         self._orientation = message.pose.orientation
 
     def _on_state(self, message: OperatingState, info: dict) -> None:

@@ -30,14 +30,15 @@ from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
 from tissue_probe.nodes.exploration import ExploredSites
 from tissue_probe.nodes.fused_estimators import FusedEstimators
+from tissue_probe.nodes.hearing import DISCOVERY_TIME
 from tissue_probe.nodes.inbox import Inbox
+from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
-from tissue_probe.nodes.scan_sources import GivenSites, GridSites, Heard, Site, Source
+from tissue_probe.nodes.scan_sources import GivenSites, GridSites, Site, Source
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
-from tissue_probe.nodes.site_verdicts import SiteVerdicts
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving, PalpationSite, Phase
 from tissue_probe_msgs import msg
@@ -108,7 +109,9 @@ class Scan(Node):
         self._settings = read(self, ScanSettings)
         # A scan goes on as it began: it takes new values when the next one begins.
         follow_changes(self, {"": ScanSettings}, on_change=lambda: None)
-        self._heard_samples = -np.inf
+        self._created = time.monotonic()
+        self._own_time = OwnTime()
+        self._forget_samples()
         self._sample_time = 0
         self._paused = threading.Event()
         self._told: Told | None = None
@@ -120,12 +123,14 @@ class Scan(Node):
         self._sites = self.create_publisher(msg.PalpationSite, "palpation_site", SCAN_ANNOUNCEMENTS)
         # Emptied by the scan itself at each step.
         self._inbox = Inbox(self)
-        self._inbox.subscribe(msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True)
+        self._samples = self._inbox.subscribe(
+            msg.ProbeSamples, "samples", BLOCKS, self._on_samples, raw=True
+        )
         for name in self._settings.estimators:
             topic = f"{name}/estimate"
             self._inbox.subscribe(msg.TissueEstimate, topic, BLOCKS, self._on_estimate, raw=True)
-        self._robot = Robot(self, self._inbox, self._settings, self._show_alive)
-        self._outcome = Heard(SiteVerdicts(self, self._inbox), SiteOutcomes(self, self._inbox))
+        self._robot = Robot(self, self._inbox, self._settings, self._show_alive, self._own_time)
+        self._outcomes = SiteOutcomes(self, self._inbox)
         self._servers = [
             ActionServer(
                 self,
@@ -169,7 +174,7 @@ class Scan(Node):
         except ValueError as error:
             self._leave_out("a block", error)
             return
-        self._heard_samples = time.monotonic()
+        self._heard_samples, self._samples_heard = time.monotonic(), self._own_time()
         self._sample_time = block.end
         if self._told is not None:
             self._told.add_samples(block)
@@ -180,7 +185,8 @@ class Scan(Node):
         if self._told is None:
             return
         try:
-            self._told.add_estimate(*estimate_from_cdr(message))
+            estimator, status, estimate, _ = estimate_from_cdr(message)
+            self._told.add_estimate(estimator, status, estimate)
         except ValueError as error:
             self._leave_out("an estimate", error)
 
@@ -201,7 +207,7 @@ class Scan(Node):
             self.get_logger().error("the scan is refused: another one is under way")
             return GoalResponse.REJECT
         try:
-            kind(goal, self._outcome)
+            kind(goal, self._outcomes)
         except ValueError as error:
             self.get_logger().error(f"the scan is refused: {error}")
             return GoalResponse.REJECT
@@ -214,7 +220,7 @@ class Scan(Node):
             return kind.ACTION.Result(message=told)
         try:
             self._paused.clear()
-            return self._scan(kind(goal_handle.request, self._outcome), goal_handle)
+            return self._scan(kind(goal_handle.request, self._outcomes), goal_handle)
         finally:
             self._busy.release()
 
@@ -223,6 +229,7 @@ class Scan(Node):
         self._settings = self._robot.settings = read(self, ScanSettings)
         wait = partial(self._wait, partial(self._check, goal_handle))
         try:
+            self._refuse_second_scan()
             source.prepare(partial(self._wait, partial(self._check_wanted, goal_handle)))
             self._wait_for_robot_and_driver(goal_handle)
             while (site := source.next(wait)) is not None:
@@ -272,7 +279,7 @@ class Scan(Node):
         """Give those who have only just been found the time to be heard."""
         self._inbox.empty()  # what came before the scan is old
         self._robot.forget()
-        self._heard_samples = -np.inf
+        self._forget_samples()
         patience = max(self._settings.motion_timeout, self._settings.samples_timeout)
         deadline = time.monotonic() + patience
         while self._missing() and time.monotonic() < deadline:
@@ -355,7 +362,8 @@ class Scan(Node):
             If the samples fall behind by ``samples_timeout``.
         """
         patience = self._settings.samples_timeout
-        latest = time.monotonic() + (end - self._now()) / NANOSECONDS + patience
+        left = (end - self._now()) / NANOSECONDS
+        due, latest = time.monotonic() + left, self._own_time() + left + patience
         enough: int | None = None
 
         def is_over() -> bool:
@@ -363,10 +371,11 @@ class Scan(Node):
             enough = self._told.enough()
             if enough is not None and enough < end:
                 return True
-            if self._sample_time < end and time.monotonic() > latest:
+            if self._sample_time < end and self._own_time() > latest:
+                late = time.monotonic() - due + (end - self._sample_time) / NANOSECONDS
                 raise ScanStopped(
-                    f"the samples on {self.resolve_topic_name('samples')} are more than "
-                    f"{patience:g} s late: is the driver's machine too busy?"
+                    f"the samples on {self.resolve_topic_name('samples')} are {late:.2f} s late, "
+                    f"more than {patience:g} s: is the driver's machine too busy?"
                 )
             return self._sample_time >= end
 
@@ -418,13 +427,28 @@ class Scan(Node):
         self._inbox.empty()
         if missing := self._robot.missing():
             return missing
-        silence = time.monotonic() - self._heard_samples
-        if silence > self._settings.samples_timeout:
+        if self._own_time() - self._samples_heard > self._settings.samples_timeout:
+            silence = time.monotonic() - self._heard_samples
+            last = f", the last {silence:.2f} s ago" if math.isfinite(silence) else ""
             return (
                 f"no samples for {self._settings.samples_timeout:g} s on "
-                f"{self.resolve_topic_name('samples')}: is the driver running and active?"
+                f"{self.resolve_topic_name('samples')}{last} ({self._samples.why_silent()}): is "
+                "the driver running and active?"
             )
         return ""
+
+    def _forget_samples(self) -> None:
+        """Count the driver as silent until samples come."""
+        self._heard_samples = self._samples_heard = -np.inf
+
+    def _refuse_second_scan(self) -> None:
+        # A node that has only just started has not heard of all the others.
+        time.sleep(max(0.0, self._created + DISCOVERY_TIME - time.monotonic()))
+        if others := self._robot.others():
+            raise ScanStopped(
+                f"{', '.join(others)} could palpate with the robot {self._robot.name} too: two "
+                "scan nodes would draw one probe to and fro; stop the other"
+            )
 
     def _examine(self) -> Health:
         doing = "scanning" if self._busy.locked() else "waiting for a goal"

@@ -13,7 +13,6 @@ from typing import Any, ClassVar, NamedTuple
 
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
-from tissue_probe.nodes.site_verdicts import SiteVerdicts
 from tissue_probe.signals import UP, sound_normal, sound_position
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import ScanGrid, ScanSites
@@ -36,13 +35,6 @@ class Site(NamedTuple):
     number: int
     position: tuple[float, float, float]
     normal: tuple[float, float, float] = UP
-
-
-class Heard(NamedTuple):
-    """What the scan node hears of the sites that were palpated, by cell and by visit."""
-
-    verdicts: SiteVerdicts
-    outcomes: SiteOutcomes
 
 
 class Source(ABC):
@@ -118,11 +110,12 @@ class Source(ABC):
 
 
 class ListedSites(Source):
-    """Sites that are known when the scan begins."""
+    """Sites that are known when the scan begins; judged by their visits in this scan."""
 
-    def __init__(self, sites: Sequence[Site], dwell_time: float) -> None:
+    def __init__(self, sites: Sequence[Site], dwell_time: float, outcomes: SiteOutcomes) -> None:
         super().__init__(dwell_time)
         self._left, self._total = list(sites), len(sites)
+        self._outcomes = outcomes
 
     def prepare(self, wait: Wait) -> None:
         """Do nothing: all is known."""
@@ -152,15 +145,16 @@ class ListedSites(Source):
         )
 
     def result(self, how: str) -> Any:
-        """Say which sites have an estimate, as far as the mapper tells.
+        """Say which sites have an estimate of this scan, as far as the mapper tells.
 
         A site of which nothing is known counts as one without: to palpate it again does no harm.
+        What an earlier scan found there does not count: this one may have felt nothing.
         """
         without = self._without_estimate()
         count = len(self.visited)
         if not count:
             told = ""
-        elif unknown := self._unknown():
+        elif unknown := self._outcomes.unknown(self.begins):
             told = f"; whether there are estimates is unknown: {unknown}"
         elif without:
             told = f"; {len(without)} of {count} have no estimate: {listed(without)}"
@@ -173,45 +167,37 @@ class ListedSites(Source):
             message=how + told,
         )
 
-    @abstractmethod
+    def is_judged(self) -> bool:
+        """Whether each visit has a value, or nobody maps.
+
+        One without may get its value yet: estimators may be late.
+        """
+        return self._outcomes.nobody_maps() or not self._without_estimate()
+
     def _without_estimate(self) -> list[int]:
         """Return the numbers of the palpated sites without a value."""
-
-    @abstractmethod
-    def _unknown(self) -> str:
-        """Say why nothing is known of any site; nothing if the mapper tells."""
+        known = {one.site for one in self._outcomes.of(self.begins) if one.has_value}
+        return [site.number for site in self.visited if site.number not in known]
 
 
 class GridSites(ListedSites):
-    """The sites of a grid, row by row, in serpentine order; judged by the cells of the map."""
+    """The sites of a grid, row by row, in serpentine order."""
 
     ACTION, NAME = ScanGrid, "scan_grid"
 
-    def __init__(self, goal: ScanGrid.Goal, heard: Heard) -> None:
+    def __init__(self, goal: ScanGrid.Goal, outcomes: SiteOutcomes) -> None:
         origin = (goal.origin.x, goal.origin.y, goal.origin.z)
         grid = Grid(origin, goal.spacing, goal.rows, goal.columns)
         numbers = _numbers_of(goal, len(grid))
-        super().__init__([Site(n, grid.position(n)) for n in numbers], goal.dwell_time)
-        self._verdicts = heard.verdicts
-
-    def is_judged(self) -> bool:
-        """Whether the map has judged the last site, or nobody maps."""
-        positions = [site.position for site in self.visited]
-        return self._verdicts.nobody_maps() or self._verdicts.is_final(positions, self.begins[-1])
-
-    def _without_estimate(self) -> list[int]:
-        return [s.number for s in self.visited if not self._verdicts.estimated(s.position)]
-
-    def _unknown(self) -> str:
-        return self._verdicts.unknown()
+        super().__init__([Site(n, grid.position(n)) for n in numbers], goal.dwell_time, outcomes)
 
 
 class GivenSites(ListedSites):
-    """Sites that the user gives, in their order; judged by their visits."""
+    """Sites that the user gives, in their order."""
 
     ACTION, NAME = ScanSites, "scan_sites"
 
-    def __init__(self, goal: ScanSites.Goal, heard: Heard) -> None:
+    def __init__(self, goal: ScanSites.Goal, outcomes: SiteOutcomes) -> None:
         if not 1 <= len(goal.sites) <= MOST_SITES:
             raise ValueError(f"{len(goal.sites)} sites are given; give 1 to {MOST_SITES}")
         if len(goal.normals) not in (0, len(goal.sites)):
@@ -227,19 +213,7 @@ class GivenSites(ListedSites):
                 "through the tissue"
             )
         sites = [Site(i, *each) for i, each in enumerate(zip(places, normals, strict=True))]
-        super().__init__(sites, goal.dwell_time)
-        self._outcomes = heard.outcomes
-
-    def is_judged(self) -> bool:
-        """Whether the mapper has told of each visit, or nobody maps."""
-        return self._outcomes.have_all(self.begins)
-
-    def _without_estimate(self) -> list[int]:
-        known = {one.site for one in self._outcomes.of(self.begins) if one.has_value}
-        return [site.number for site in self.visited if site.number not in known]
-
-    def _unknown(self) -> str:
-        return self._outcomes.unknown(self.begins)
+        super().__init__(sites, goal.dwell_time, outcomes)
 
 
 def _numbers_of(goal: ScanGrid.Goal, count: int) -> list[int]:

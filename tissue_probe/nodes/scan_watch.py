@@ -1,4 +1,6 @@
-"""The driver's watch of the scan: who has the tip in the tissue must show that it is alive.
+"""The watch of the scan: who has the tip in the tissue must show that it is alive.
+
+The driver puts the coil at zero where it does not, and the mapper ends the dwell.
 
 A scan node asserts the liveliness of its announcements (DDS: manual by topic) from the loop that
 moves the probe. DDS tells here that it ceased, whether its process died, was stopped, or its loop
@@ -21,6 +23,7 @@ from rclpy.qos import LivelinessPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from tissue_probe.nodes.hearing import node_name
 from tissue_probe.nodes.qos import watched_announcements
 from tissue_probe.nodes.timers import every
 from tissue_probe_msgs.msg import PalpationSite
@@ -99,8 +102,7 @@ class ScanWatch:
         site, self._announced = self._announced, None
         self._on_silence(
             f"the scan node fell silent {DOING[site.phase]} site {site.site}: it died, hangs (for "
-            f"{self._timeout:g} s), or ended without having lifted the probe; the coil is at zero, "
-            "but the tip may rest in the tissue: lift it at the robot before you reset"
+            f"{self._timeout:g} s), or ended without having lifted the probe"
         )
 
     def _on_no_promise(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
@@ -110,7 +112,7 @@ class ScanWatch:
 
         def warn() -> None:
             publishers = self._node.get_publishers_info_by_topic(topic)
-            names = sorted({_name(info) for info in publishers if not self._is_promised(info)})
+            names = sorted({node_name(info) for info in publishers if not self._is_promised(info)})
             if "" in names and time.monotonic() < last:
                 return
             timer.cancel()
@@ -118,7 +120,7 @@ class ScanWatch:
             self._node.get_logger().warning(
                 f"{', '.join(filter(None, names)) or 'a node'} announces sites on {topic} without "
                 f"the promise to show within {self._timeout:g} s that it is alive (DDS liveliness, "
-                "manual by topic): if it moves a probe, nothing here stops the coil when it dies"
+                "manual by topic): if it moves a probe, it is not noticed here when it dies"
             )
 
         timer = every(0.1, self._node, warn)
@@ -128,10 +130,3 @@ class ScanWatch:
         qos = info.qos_profile
         by_itself = qos.liveliness == LivelinessPolicy.MANUAL_BY_TOPIC
         return by_itself and qos.liveliness_lease_duration.nanoseconds <= self._timeout * 1e9
-
-
-def _name(info: TopicEndpointInfo) -> str:
-    """Return the name of a publisher's node with its namespace; empty while it is not known."""
-    if info.node_name.startswith("_NODE_NAME_UNKNOWN"):
-        return ""
-    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED, TRANSITIONS, OperatingStateInterface
 from tissue_probe.nodes.diagnostics import OK, WARN, Diagnostics, Health
+from tissue_probe.nodes.hearing import hear
 from tissue_probe.nodes.parameters import declare, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import POSES
@@ -69,7 +70,7 @@ class Stage(Node):
             self, lambda: (self._state, self._is_moving()), self._on_command
         )
         self._publisher = self.create_publisher(PoseStamped, "measured_cp", POSES)
-        self.create_subscription(PoseStamped, "servo_cp", self._on_setpoint, POSES)
+        hear(self, PoseStamped, "servo_cp", self._on_setpoint, POSES)
         every(1.0 / settings.rate, self, self._move)
         Diagnostics(self, self._examine)
 

@@ -26,6 +26,7 @@ from tissue_probe.signals import (
     NANOSECONDS,
     UP,
     FloatArray,
+    IntArray,
     Leaving,
     PalpationSite,
     Phase,
@@ -54,8 +55,9 @@ class RecordedMap:
     ``stamp`` [ns since the epoch] is that of the newest estimate in it. The cell in row r and
     column c lies at ``origin`` (x, y, z) [m] plus (c, r, 0) times ``spacing`` [m]. ``stiffness``
     [N/m], ``damping`` [N s/m], ``covariance_trace`` and ``stiffness_stddev`` [N/m] are NaN
-    where nothing was measured. ``verdict`` holds the numbers of ``StiffnessMap.msg``; None in
-    recordings of versions that had none.
+    where nothing was measured. ``verdict`` holds the numbers of ``StiffnessMap.msg``, and
+    ``dwell_begin`` when each cell was measured [ns since the epoch]; None in recordings of versions
+    that had none.
     """
 
     stamp: int
@@ -66,6 +68,7 @@ class RecordedMap:
     covariance_trace: FloatArray
     stiffness_stddev: FloatArray
     verdict: NDArray[np.uint8] | None
+    dwell_begin: IntArray | None
 
 
 class Decoder:
@@ -242,6 +245,7 @@ def stiffness_map(message: Any) -> RecordedMap:
         covariance_trace=message.covariance_trace.reshape(shape),
         stiffness_stddev=message.stiffness_stddev.reshape(shape),
         verdict=message.verdict.reshape(shape) if hasattr(message, "verdict") else None,
+        dwell_begin=message.dwell_begin.reshape(shape) if hasattr(message, "dwell_begin") else None,
     )
 
 

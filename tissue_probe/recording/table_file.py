@@ -36,6 +36,7 @@ from tissue_probe.signals import (
     PalpationSite,
     Phase,
     Recording,
+    begin_anew,
 )
 
 EXPORTED = ("sequence", "site")
@@ -284,7 +285,12 @@ def _sites(source: Columns, time: Times) -> Iterator[PalpationSite]:
     sites, *places = (column.astype(np.float64) for column in source.read(["site", *told]).columns)
     dwells = np.isfinite(sites)
     numbers = np.where(dwells, sites, -1.0).astype(int)
-    for row in np.flatnonzero(np.diff(numbers, prepend=-1)):
+    # The column tells each row's site, after a silence too, which would end an announced dwell.
+    gap = np.rint(np.diff(time.seconds) * NANOSECONDS).astype(np.int64)
+    usual = np.concatenate([gap[:1], gap[:-1]])
+    told = np.diff(numbers, prepend=-1) != 0
+    told[1:] |= begin_anew(gap, usual, np.zeros_like(gap)) & dwells[1:]
+    for row in np.flatnonzero(told):
         phase = Phase.DWELL if dwells[row] else Phase.LIFTED
         stamp = time.origin + round(time.seconds[row] * NANOSECONDS)
         place = tuple(float(column[row]) for column in places) if places else (np.nan,) * 3

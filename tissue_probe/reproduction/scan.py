@@ -72,7 +72,9 @@ def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
 
     deviations = [np.sqrt(cells(f"{name}_variance")) for name in ("stiffness", "damping")]
     verdicts = np.full(GRID.shape, Verdict.MEASURED, dtype=np.uint8)
-    return StiffnessMapData(GRID, 0, *(cells(name) for name in LABELS), *deviations, verdicts)
+    values = (cells(name) for name in LABELS)
+    never = np.zeros(GRID.shape, dtype=np.int64)
+    return StiffnessMapData(GRID, 0, *values, *deviations, verdicts, never)
 
 
 def _nodules(found: StiffnessMapData, phantom: Phantom) -> str:

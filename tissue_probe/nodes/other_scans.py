@@ -1,0 +1,39 @@
+"""Other scan nodes on the same robot: two would draw one probe to and fro."""
+
+from __future__ import annotations
+
+from rclpy.node import Node, NodeNameNonExistentError
+
+SITES = "tissue_probe_msgs/msg/PalpationSite"
+
+
+def other_scans(node: Node, setpoints: str) -> list[str]:
+    """Return the names of the other nodes that could move the robot and announce sites.
+
+    A console that only could move it, as every client of CRTK, is none; nor is a replay.
+
+    Parameters
+    ----------
+    node : Node
+        The scan node that asks.
+    setpoints : str
+        Full name of the topic of the robot's setpoints.
+    """
+    infos = node.get_publishers_info_by_topic(setpoints)
+    names = [(info.node_name, info.node_namespace) for info in infos]
+    me = (node.get_name(), node.get_namespace())
+    if me in names:
+        names.remove(me)
+    elif len(names) == 1:
+        return []  # ourselves, even where the graph has not learnt our name yet
+    return sorted(
+        f"{where.rstrip('/')}/{name}" for name, where in names if _announces(node, name, where)
+    )
+
+
+def _announces(node: Node, name: str, namespace: str) -> bool:
+    try:
+        topics = node.get_publisher_names_and_types_by_node(name, namespace)
+    except NodeNameNonExistentError:  # it has gone, or no ROS node made the publisher
+        return False
+    return any(SITES in types for _, types in topics)
