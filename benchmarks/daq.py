@@ -25,7 +25,7 @@ from tissue_probe.devices.nidaqmx.decoder import Chip
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
 from tissue_probe.estimation import Estimator, EstimatorSettings
 from tissue_probe.nodes.session import NodeProcess, Session
-from tissue_probe.recording.reader import iterate_raw, read_recording
+from tissue_probe.recording.bags.reader import iterate_raw, read_recording
 from tissue_probe.signals import NANOSECONDS
 
 SAMPLES_TOPIC = "/probe/samples"

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.suite import ESTIMATORS
 from tissue_probe.analysis.recorded import estimate_again
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 
 #: How often each time is taken; the median counts.
 REPETITIONS = 3

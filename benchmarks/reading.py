@@ -17,8 +17,8 @@ from rich.table import Table
 from benchmarks.memory import memory_to_read
 from benchmarks.written_tables import FORCE, KINDS, PERIOD, POLARITY, POSITION, SI, TIME
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.samples_bag import write_samples_bag
 from tissue_probe.signals import Recording, SampleBlock
 
 ROWS = 10_000_000

@@ -23,8 +23,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from benchmarks.mcap_variants import Variant, variants, write
 from benchmarks.memory import memory_to_read
+from tissue_probe.recording.bags.mcap_bag import McapBag
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.mcap_bag import McapBag
 
 CORRUPTIONS = 400
 MESSAGES = 400_000

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.suite import ESTIMATORS
-from tissue_probe.recording.decoding import Decoder
-from tissue_probe.recording.decoding import samples as samples_of
-from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.reader import iterate_raw, read_recording
+from tissue_probe.recording.bags.decoding import Decoder
+from tissue_probe.recording.bags.decoding import samples as samples_of
+from tissue_probe.recording.bags.open_bag import open_bag
+from tissue_probe.recording.bags.reader import iterate_raw, read_recording
 from tissue_probe.signals import NANOSECONDS
 
 MEDIAN = "median lateness in the last second [ms]"

@@ -14,7 +14,7 @@ import numpy as np
 
 from tissue_probe.challenge.record import follow
 from tissue_probe.challenge.simulator import Measurement, make_challenge
-from tissue_probe.recording.samples_bag import write_samples_bag
+from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.signals import NANOSECONDS, PalpationSite, Phase, SampleBlock
 
 RATE = 2000.0

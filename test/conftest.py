@@ -8,8 +8,8 @@ import pytest
 from hypothesis import settings
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording.definitions import message_definition
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.definitions import message_definition
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS
 
 # No test asserts a time, and a first example may load a library or compile a kernel.

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from benchmarks import live, machine, offline, report
 from benchmarks.suite import ESTIMATORS
-from tissue_probe.recording.summary import summarize
+from tissue_probe.recording.bags.summary import summarize
 
 NODES = ("driver", "mapper", "recorder")
 

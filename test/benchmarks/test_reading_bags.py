@@ -14,5 +14,5 @@ def test_every_combination_is_read_and_no_corruption_is_silent(tmp_path, monkeyp
 
 def test_a_reader_that_tells_nothing_is_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(reading_bags, "CORRUPTIONS", 30)
-    monkeypatch.setattr("tissue_probe.recording.mcap_bag._log.warning", lambda *_: None)
+    monkeypatch.setattr("tissue_probe.recording.bags.mcap_bag._log.warning", lambda *_: None)
     assert reading_bags._corruption(tmp_path)["silently_missing"] > 0

@@ -16,8 +16,8 @@ from tissue_probe.physics import effects as library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.model_file import save
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.reader import read_recording
 
 SERIES = ("--count", 4, "--seed", 3, "--excitation", "sine10")
 

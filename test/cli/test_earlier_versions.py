@@ -21,10 +21,10 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.physics.model_file import load
 from tissue_probe.physics.phantom import Phantom
-from tissue_probe.recording.definitions import message_definition
-from tissue_probe.recording.reader import read_estimates, read_map, read_recording
-from tissue_probe.recording.summary import summarize
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.definitions import message_definition
+from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
+from tissue_probe.recording.bags.summary import summarize
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS, Status
 
 REPOSITORY = Path(__file__).parents[2]

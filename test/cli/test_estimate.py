@@ -19,7 +19,7 @@ from tissue_probe.estimation.offline import estimate
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.model_file import save
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 
 COLUMNS = [
     "time",

@@ -13,7 +13,7 @@ from numpy.testing import assert_array_equal
 from pyarrow import csv as arrow_csv
 from pyarrow import parquet
 
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 
 PHANTOM = {
     "background_stiffness": 450.0,

@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.rigs import RIGID_PROBE
-from tissue_probe.recording.lowpass import lowpassed
+from tissue_probe.recording.clocks.lowpass import lowpassed
 from tissue_probe.signals import SampleBlock
 
 RIG = Composition("rigid_probe")

@@ -29,8 +29,8 @@ from tissue_probe.nodes.recorder import Recorder
 from tissue_probe.nodes.replay import Replay
 from tissue_probe.nodes.scan import Scan
 from tissue_probe.nodes.stage import Stage
-from tissue_probe.recording.definitions import message_definition
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.definitions import message_definition
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
 POLICY = ROOT / "config" / "sros2_policy.xml"

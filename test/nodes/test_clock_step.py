@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from conftest import SCAN, STAGE, Scanning, collect, driver, estimator, goal
 from tissue_probe.nodes.conversions import from_time
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.recording.reader import read_estimates, read_recording
+from tissue_probe.recording.bags.reader import read_estimates, read_recording
 from tissue_probe.signals import NANOSECONDS, join
 from tissue_probe_msgs.msg import PalpationSite
 

@@ -15,9 +15,9 @@ from numpy.testing import assert_array_equal
 from conftest import PATIENCE
 from tissue_probe.analysis.recorded import palpated
 from tissue_probe.estimation import ESTIMATORS
+from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
+from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.reader import read_estimates, read_map, read_recording
-from tissue_probe.recording.summary import summarize
 
 PNG = b"\x89PNG\r\n\x1a\n"
 EXECUTABLES = Path(sys.prefix, "lib", "tissue_probe")

@@ -23,8 +23,8 @@ from conftest import (
 )
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
+from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.reader import read_recording
 from tissue_probe.signals import Phase
 from tissue_probe_msgs.action import Explore, ScanSites
 from tissue_probe_msgs.msg import PalpationSite, SiteResults

@@ -24,8 +24,8 @@ from conftest import (
 from tissue_probe.nodes.conversions import samples_to_message
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.recording.definitions import message_definition
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.definitions import message_definition
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 

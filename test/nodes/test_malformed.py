@@ -28,7 +28,7 @@ from conftest import (
 from crtk_msgs.msg import OperatingState, StringStamped
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.signals import MOST_SAMPLES
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples, StiffnessMap, TissueEstimate
 

@@ -20,7 +20,7 @@ from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.conversions import site_to_message, to_time
 from tissue_probe.nodes.qos import BLOCKS, LATCHED, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.recording.reader import read_estimates, read_map, read_recording
+from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
 from tissue_probe.signals import PalpationSite, Phase
 from tissue_probe_msgs.msg import (
     Inclusions,

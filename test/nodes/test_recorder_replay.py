@@ -37,8 +37,8 @@ from tissue_probe.analysis.recorded import estimate_again, node_parameters, reco
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes.conversions import estimate_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
-from tissue_probe.recording.reader import read_estimates, read_map, read_recording
-from tissue_probe.recording.summary import summarize
+from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
+from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.signals import Phase, TissueEstimates
 from tissue_probe_msgs.msg import ProbeSamples, TissueEstimate
 

@@ -23,7 +23,7 @@ from conftest import (
 from tissue_probe.nodes.conversions import samples_to_message
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, LATCHED
 from tissue_probe.nodes.session import NodeProcess
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, SiteResult, SiteResults, StiffnessMap
 

@@ -13,7 +13,7 @@ from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.nodes.session import NodeProcess, Session
-from tissue_probe.recording.reader import read_recording
+from tissue_probe.recording.bags.reader import read_recording
 from tissue_probe.signals import join
 from tissue_probe_msgs.msg import ProbeSamples
 

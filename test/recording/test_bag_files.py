@@ -18,12 +18,12 @@ from rosbags.rosbag1 import Writer as Rosbag1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording import unpacking
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.bags import unpacking
+from tissue_probe.recording.bags.open_bag import is_bag, open_bag
+from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import is_bag, open_bag
-from tissue_probe.recording.summary import summarize
 
 LAYOUT = Layout(position="/pose", force="/ft", force_polarity="compression")
 

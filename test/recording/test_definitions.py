@@ -3,7 +3,7 @@
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording.definitions import message_definition
+from tissue_probe.recording.bags.definitions import message_definition
 
 LINE = "=" * 80
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tissue_probe.recording.clocks.even_grid import even_grid, interpolate
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import even_grid, interpolate
 
 
 def sine(time, frequency=10.0):

@@ -11,8 +11,8 @@ from rosbags.typesys import Stores, get_typestore
 
 import tissue_probe as tp
 from tissue_probe.recording.any_file import read_any
-from tissue_probe.recording.bag import Topic
-from tissue_probe.recording.decoding import Decoder
+from tissue_probe.recording.bags.bag import Topic
+from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
 

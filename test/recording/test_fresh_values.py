@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from tissue_probe.recording.fresh_values import drives, fresh_values
+from tissue_probe.recording.clocks.fresh_values import drives, fresh_values
 
 
 def sine(count=2000, noise=1e-3):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tissue_probe.recording.lowpass import lowpassed
+from tissue_probe.recording.clocks.lowpass import lowpassed
 from tissue_probe.signals import SampleBlock
 
 PERIOD = 1e-3

@@ -13,13 +13,13 @@ from mcap.records import Chunk, DataEnd, Footer, Header, Message, MessageIndex, 
 from mcap.writer import MCAP0_MAGIC
 
 from benchmarks.mcap_variants import CHANNEL, SCHEMA, encoded, variants, write
-from tissue_probe.recording import unpacking
+from tissue_probe.recording.bags import unpacking
+from tissue_probe.recording.bags.mcap_bag import McapBag
+from tissue_probe.recording.bags.open_bag import open_bag
+from tissue_probe.recording.bags.reader import read_recording
+from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.mcap_bag import McapBag
-from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.reader import read_recording
-from tissue_probe.recording.summary import summarize
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import join
 
 

@@ -12,9 +12,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.typesys import Stores, get_typestore
 
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.bags.open_bag import open_bag
+from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.samples_bag import write_samples_bag
 from tissue_probe.signals import SampleBlock
 
 ROWS = 400_000

@@ -18,9 +18,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from tissue_probe.recording.bags.reader import iterate_raw, read_estimates, read_map, read_recording
+from tissue_probe.recording.bags.summary import SamplesSummary, TopicSummary, summarize
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.reader import iterate_raw, read_estimates, read_map, read_recording
-from tissue_probe.recording.summary import SamplesSummary, TopicSummary, summarize
 from tissue_probe.signals import LAST_STAMP, PalpationSite, Phase, SampleBlock, join
 
 any_float = st.floats(width=64)

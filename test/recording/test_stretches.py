@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from tissue_probe.recording.clocks.stretches import dwell_blocks, known_stretches, unknown_runs
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.stretches import dwell_blocks, known_stretches, unknown_runs
 from tissue_probe.signals import PalpationSite, Phase, Recording, SampleBlock
 
 PERIOD = 1e-3

@@ -13,9 +13,9 @@ from numpy.testing import assert_array_equal
 from pyarrow import csv, parquet
 
 from tissue_probe.recording.any_file import read_any
+from tissue_probe.recording.clocks.stretches import dwell_blocks
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.stretches import dwell_blocks
-from tissue_probe.recording.tables import write_estimates, write_samples
+from tissue_probe.recording.writing.tables import write_estimates, write_samples
 from tissue_probe.signals import (
     PalpationSite,
     Phase,

@@ -17,9 +17,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosReliability
 from rosbags.rosbag2 import Reader
 
-from tissue_probe.recording.reader import iterate_raw, read_recording
-from tissue_probe.recording.summary import summarize
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.reader import iterate_raw, read_recording
+from tissue_probe.recording.bags.summary import summarize
+from tissue_probe.recording.writing.writer import McapWriter
 
 QOS = """- history: keep_last
   depth: 10
@@ -170,7 +170,7 @@ def test_a_lone_message_reaches_the_disk_by_itself(file, messages):
 
 RECORDER = """
 import sys, time
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.writing.writer import McapWriter
 path, definition, data = sys.argv[1], open(sys.argv[2]).read(), open(sys.argv[3], "rb").read()
 writer = McapWriter(path, {"parameters": {"rate": "2000 Hz"}})
 channel = writer.add_topic("/a", "std_msgs/msg/Float64", definition, "")
@@ -205,7 +205,7 @@ def test_a_killed_recorder_loses_at_most_the_last_second(file, tmp_path, message
 # The limit on a file's size stands for a full disk: it fails the same system call, for real.
 FULL_DISK = """
 import json, random, resource, sys, time
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.writing.writer import McapWriter
 path, limit, definition = sys.argv[1], int(sys.argv[2]), open(sys.argv[3]).read()
 flushing = sys.argv[4] == "flushing"
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))

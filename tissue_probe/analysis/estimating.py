@@ -19,8 +19,8 @@ from tissue_probe.errors import MeasurementError, ParameterError
 from tissue_probe.estimation import EstimatorSettings
 from tissue_probe.estimation.offline import estimate as run_estimator
 from tissue_probe.physics.rigs import RIGS
-from tissue_probe.recording.stretches import dwell_blocks
-from tissue_probe.recording.tables import estimate_columns, write_estimates
+from tissue_probe.recording.clocks.stretches import dwell_blocks
+from tissue_probe.recording.writing.tables import estimate_columns, write_estimates
 from tissue_probe.signals import Status, TissueEstimates
 
 if TYPE_CHECKING:

@@ -34,16 +34,16 @@ from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.felt_table import FeltTable
 from tissue_probe.physics.phantom import Phantom
+from tissue_probe.recording.bags.open_bag import is_bag
+from tissue_probe.recording.bags.reader import read_estimates
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns
-from tissue_probe.recording.corners import read_corners
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.open_bag import is_bag
-from tissue_probe.recording.ply import write_ply
-from tissue_probe.recording.point_pairs import read_pairs
-from tissue_probe.recording.reader import read_estimates
-from tissue_probe.recording.site_table import is_site_table, read_sites, refuse_misnamed
+from tissue_probe.recording.tables.corners import read_corners
+from tissue_probe.recording.tables.ply import write_ply
+from tissue_probe.recording.tables.point_pairs import read_pairs
+from tissue_probe.recording.tables.site_table import is_site_table, read_sites, refuse_misnamed
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -20,12 +20,12 @@ from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
 from tissue_probe.recording.any_file import read_file
+from tissue_probe.recording.bags.open_bag import is_bag
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Clock, ForcePolarity, Layout, PositionPolarity
-from tissue_probe.recording.open_bag import is_bag
-from tissue_probe.recording.table_file import read_columns
+from tissue_probe.recording.tables.table_file import read_columns
 from tissue_probe.signals import NANOSECONDS, FloatArray, Recording
 
 if TYPE_CHECKING:

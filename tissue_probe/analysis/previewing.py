@@ -14,10 +14,10 @@ from typing import Any, Literal
 import numpy as np
 
 from tissue_probe import arguments as take
+from tissue_probe.recording.bags.open_bag import is_bag
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.open_bag import is_bag
 from tissue_probe.recording.units import bare_unit_in
 from tissue_probe.signals import FloatArray
 
@@ -111,9 +111,9 @@ def _sketch(values: FloatArray) -> Sequence[float]:
 
 
 def _of_bag(path: Path) -> Preview:
-    from tissue_probe.recording.open_bag import open_bag
-    from tissue_probe.recording.reader import has_samples
-    from tissue_probe.recording.topic_field import FORCE_FIELDS, POSITION_FIELDS, candidates
+    from tissue_probe.recording.bags.open_bag import open_bag
+    from tissue_probe.recording.bags.reader import has_samples
+    from tissue_probe.recording.bags.topic_field import FORCE_FIELDS, POSITION_FIELDS, candidates
 
     bag = open_bag(path)
     if has_samples(bag):

@@ -19,9 +19,14 @@ from tissue_probe.diagnosis.observation.noise import FAINT, UNKNOWN
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE, Quantity
+from tissue_probe.recording.clocks.lowpass import lowpassed
+from tissue_probe.recording.clocks.stretches import (
+    Stretch,
+    dwell_blocks,
+    known_stretches,
+    unknown_runs,
+)
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.lowpass import lowpassed
-from tissue_probe.recording.stretches import Stretch, dwell_blocks, known_stretches, unknown_runs
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, OwnTimes, SampleBlock
 
 

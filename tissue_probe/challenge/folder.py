@@ -16,7 +16,7 @@ import numpy as np
 
 from tissue_probe.challenge.simulator import Answer, Challenge, Measurement
 from tissue_probe.errors import ParameterError
-from tissue_probe.recording.samples_bag import write_samples_bag
+from tissue_probe.recording.bags.samples_bag import write_samples_bag
 from tissue_probe.signals import SampleBlock
 
 Format = Literal["csv", "mcap"]

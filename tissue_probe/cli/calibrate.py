@@ -255,7 +255,7 @@ def _read(path: Path, raw: str | None = None) -> Recording:
 
 
 def _is_table(path: Path) -> bool:
-    from tissue_probe.recording.open_bag import is_bag
+    from tissue_probe.recording.bags.open_bag import is_bag
 
     return not is_bag(path)
 

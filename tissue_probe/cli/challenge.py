@@ -133,9 +133,9 @@ def read_motion(path: Path, starts: Starts, site: int | None) -> Measured:
     import numpy as np
 
     from tissue_probe.challenge.record import follow
+    from tissue_probe.recording.bags.open_bag import is_bag
+    from tissue_probe.recording.clocks.stretches import dwell_blocks
     from tissue_probe.recording.layout import Layout
-    from tissue_probe.recording.open_bag import is_bag
-    from tissue_probe.recording.stretches import dwell_blocks
     from tissue_probe.signals import NANOSECONDS
 
     # Of a table's force nothing is asked.

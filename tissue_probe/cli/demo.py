@@ -147,7 +147,7 @@ def evaluate(bag: Path, folder: Path, explored: bool) -> None:
     from tissue_probe.analysis.mapping import map_sites
     from tissue_probe.analysis.recorded import estimate_again
     from tissue_probe.cli.map import summarize
-    from tissue_probe.recording.reader import read_recording
+    from tissue_probe.recording.bags.reader import read_recording
 
     recording = read_recording(bag)
     result = map_sites(bag, within=_corners() if explored else None)

@@ -32,8 +32,8 @@ def export(
     Columns: time [s] since the first sample (of a table since its own zero), position [m], force
     [N], command [V], sequence, site and its place. Every command reads what is written.
     """
-    from tissue_probe.recording.stretches import dwell_blocks
-    from tissue_probe.recording.tables import write_samples
+    from tissue_probe.recording.clocks.stretches import dwell_blocks
+    from tissue_probe.recording.writing.tables import write_samples
 
     if output.exists() and output.samefile(samples):
         raise ValueError(f"{output} holds the samples and would be replaced: give another --output")

@@ -29,8 +29,8 @@ def info(
     units, how many values they have, and how it is read. Where options say which signals are meant,
     also how these are read, or why not.
     """
+    from tissue_probe.recording.bags.open_bag import is_bag
     from tissue_probe.recording.layout import Layout
-    from tissue_probe.recording.open_bag import is_bag
 
     layout = signals.layout()
     if is_bag(samples):
@@ -58,7 +58,7 @@ def _tell_bag(samples: Path, parameters: bool) -> None:
     from rich.console import Console
     from rich.table import Column, Table
 
-    from tissue_probe.recording.summary import summarize
+    from tissue_probe.recording.bags.summary import summarize
     from tissue_probe.signals import NANOSECONDS
 
     summary = summarize(samples)

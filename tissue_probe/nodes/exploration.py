@@ -240,7 +240,7 @@ def _polygon(area: Any) -> Polygon:
 
 def _results_of(bag: str) -> list[SiteResult]:
     """Return what a recording's dwells found, from its announcements and estimates."""
-    from tissue_probe.recording.reader import read_estimates, read_recording
+    from tissue_probe.recording.bags.reader import read_estimates, read_recording
 
     builder = MapBuilder()
     for site in read_recording(Path(bag)).sites:

@@ -25,8 +25,8 @@ from tissue_probe.nodes.process import run
 from tissue_probe.nodes.remote_parameters import RemoteParameters
 from tissue_probe.nodes.repeats import repeats
 from tissue_probe.nodes.timers import every
-from tissue_probe.recording.definitions import message_definition, share_folders
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.definitions import message_definition, share_folders
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS
 

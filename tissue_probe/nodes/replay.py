@@ -15,9 +15,9 @@ from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import Finished, run
 from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS
 from tissue_probe.nodes.timers import every
+from tissue_probe.recording.bags.reader import iterate_raw
+from tissue_probe.recording.bags.summary import summarize
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.reader import iterate_raw
-from tissue_probe.recording.summary import summarize
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import NANOSECONDS
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples

@@ -10,12 +10,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from tissue_probe.recording.bag import Bag
+from tissue_probe.recording.bags.bag import Bag
+from tissue_probe.recording.bags.open_bag import is_bag, open_bag
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.open_bag import is_bag, open_bag
-from tissue_probe.recording.table_file import read_table
+from tissue_probe.recording.tables.table_file import read_table
 from tissue_probe.signals import Recording
 
 
@@ -63,8 +63,8 @@ def read_file(
     path = Path(path)
     if not is_bag(path):
         return ReadFile(*read_table(path, layout, progress), is_own=False)
-    from tissue_probe.recording.foreign_bag import read_foreign_bag
-    from tissue_probe.recording.reader import recording_of
+    from tissue_probe.recording.bags.foreign_bag import read_foreign_bag
+    from tissue_probe.recording.bags.reader import recording_of
 
     bag = open_bag(path)
     if _is_own(bag, layout):
@@ -76,7 +76,7 @@ def read_file(
 
 def _is_own(bag: Bag, layout: Layout) -> bool:
     """Whether a bag is a recording of this suite, and is to be read as such."""
-    from tissue_probe.recording.reader import has_samples
+    from tissue_probe.recording.bags.reader import has_samples
 
     return layout.position is None and layout.force is None and has_samples(bag)
 

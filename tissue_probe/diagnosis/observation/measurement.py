@@ -31,7 +31,7 @@ from tissue_probe.physics.rigs import Rig
 from tissue_probe.physics.scale import USUAL, Scale
 from tissue_probe.physics.smooth_course import at_times
 from tissue_probe.quantities import FORCE, Quantity, other
-from tissue_probe.recording.even_grid import interpolate
+from tissue_probe.recording.clocks.even_grid import interpolate
 from tissue_probe.signals import BoolArray, FloatArray
 
 #: Finer steps of the position are digits of its text, not an encoder's [m].

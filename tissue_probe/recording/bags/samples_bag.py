@@ -12,9 +12,9 @@ from typing import Any
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from tissue_probe.recording.decoding import SAMPLES, SITE
-from tissue_probe.recording.definitions import message_definition, share_folders
-from tissue_probe.recording.writer import McapWriter
+from tissue_probe.recording.bags.decoding import SAMPLES, SITE
+from tissue_probe.recording.bags.definitions import message_definition, share_folders
+from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.signals import NANOSECONDS, PalpationSite, SampleBlock
 
 TOPIC, SITES_TOPIC = "/probe/samples", "/probe/palpation_site"

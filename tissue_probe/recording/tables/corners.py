@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_probe.recording.columns.source import Columns
-from tissue_probe.recording.quantity_columns import read_quantities
+from tissue_probe.recording.tables.quantity_columns import read_quantities
 from tissue_probe.recording.units import POSITION_UNITS
 from tissue_probe.signals import FloatArray
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.recording.counters import unwrapped
+from tissue_probe.recording.clocks.counters import unwrapped
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.units import TIME_UNITS
 from tissue_probe.signals import NANOSECONDS, FloatArray

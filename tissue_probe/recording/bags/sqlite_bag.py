@@ -17,9 +17,9 @@ from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tissue_probe.recording.bag import RawMessage, Topic
+from tissue_probe.recording.bags.bag import RawMessage, Topic
+from tissue_probe.recording.bags.unpacking import Budget, unpack_message
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.unpacking import Budget, unpack_message
 
 _log = logging.getLogger(__name__)
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tissue_probe.errors import check_file
-from tissue_probe.recording.bag import Bag
+from tissue_probe.recording.bags.bag import Bag
+from tissue_probe.recording.bags.folder_bag import FolderBag, files_of
+from tissue_probe.recording.bags.unpacking import is_packed, unpack_file
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.folder_bag import FolderBag, files_of
-from tissue_probe.recording.unpacking import is_packed, unpack_file
 
 _CALLED = (".mcap", ".db3", ".bag", ".zstd")
 _MCAP, _SQLITE, _ROS1 = _MAGICS = (b"\x89MCAP0\r\n", b"SQLite format 3\0", b"#ROSBAG V")
@@ -57,15 +57,15 @@ def is_bag(path: str | Path) -> bool:
 def _opened(path: Path, name: Path) -> Bag:
     head = _head(path)
     if head.startswith(_MCAP):
-        from tissue_probe.recording.mcap_bag import McapBag
+        from tissue_probe.recording.bags.mcap_bag import McapBag
 
         return McapBag(path, name)
     if head.startswith(_SQLITE):
-        from tissue_probe.recording.sqlite_bag import SqliteBag
+        from tissue_probe.recording.bags.sqlite_bag import SqliteBag
 
         return SqliteBag(path, name)
     if head.startswith(_ROS1):
-        from tissue_probe.recording.ros1_bag import Ros1Bag
+        from tissue_probe.recording.bags.ros1_bag import Ros1Bag
 
         return Ros1Bag(path, name)
     raise RecordingError(f"{name} {_what_is_wrong(head)}")

@@ -10,12 +10,12 @@ from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from tissue_probe.recording import decoding
-from tissue_probe.recording.bag import Bag, RawMessage, Topic, by_log_time
+from tissue_probe.recording.bags import decoding
+from tissue_probe.recording.bags.bag import Bag, RawMessage, Topic, by_log_time
+from tissue_probe.recording.bags.decoding import Decoder, RecordedMap
+from tissue_probe.recording.bags.open_bag import open_bag
 from tissue_probe.recording.columns.source import Progress
-from tissue_probe.recording.decoding import Decoder, RecordedMap
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.open_bag import open_bag
 from tissue_probe.signals import PalpationSite, Recording, TissueEstimates, join
 
 

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from tissue_probe.recording.bag import Bag, Topic, watched
+from tissue_probe.recording.bags.bag import Bag, Topic, watched
+from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.columns.source import Progress
-from tissue_probe.recording.decoding import Decoder
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 

@@ -12,23 +12,23 @@ from pathlib import Path
 
 import numpy as np
 
-from tissue_probe.recording.columns.open_columns import open_columns
-from tissue_probe.recording.columns.source import Columns, Progress
-from tissue_probe.recording.columns.stamps import with_stamps
-from tissue_probe.recording.counters import unwrapped
-from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import (
+from tissue_probe.recording.clocks.counters import unwrapped
+from tissue_probe.recording.clocks.even_grid import (
     BRIDGED,
     EvenGrid,
     consecutive,
     even_grid,
     sample_blocks,
 )
-from tissue_probe.recording.fresh_values import REPEATED, drives, fresh_values
+from tissue_probe.recording.clocks.fresh_values import REPEATED, drives, fresh_values
+from tissue_probe.recording.clocks.own_clocks import BROUGHT, apart, at_times, rows_of_their_own
+from tissue_probe.recording.clocks.times import Times, following_on, times
+from tissue_probe.recording.columns.open_columns import open_columns
+from tissue_probe.recording.columns.source import Columns, Progress
+from tissue_probe.recording.columns.stamps import with_stamps
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.own_clocks import BROUGHT, apart, at_times, rows_of_their_own
-from tissue_probe.recording.roles import Roles, roles
-from tissue_probe.recording.times import Times, following_on, times
+from tissue_probe.recording.tables.roles import Roles, roles
 from tissue_probe.signals import (
     NANOSECONDS,
     FloatArray,

@@ -15,7 +15,7 @@ from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path, PurePath
 
 from tissue_probe import bounded_yaml
-from tissue_probe.recording.bag import Bag, RawMessage
+from tissue_probe.recording.bags.bag import Bag, RawMessage
 from tissue_probe.recording.errors import RecordingError
 
 _log = logging.getLogger(__name__)

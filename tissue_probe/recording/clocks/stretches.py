@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from tissue_probe.recording.clocks.even_grid import BRIDGED, interpolate
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import BRIDGED, interpolate
 from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, Recording, SampleBlock
 
 ROUNDED = 1e-3

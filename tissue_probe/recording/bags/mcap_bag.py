@@ -26,9 +26,8 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC
 
-from tissue_probe.recording.bag import RawMessage, Topic
-from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.unpacking import (
+from tissue_probe.recording.bags.bag import RawMessage, Topic
+from tissue_probe.recording.bags.unpacking import (
     DAMAGED,
     LARGEST,
     Budget,
@@ -36,6 +35,7 @@ from tissue_probe.recording.unpacking import (
     unpack_beginning,
     unpack_message,
 )
+from tissue_probe.recording.errors import RecordingError
 
 _log = logging.getLogger(__name__)
 

@@ -13,6 +13,7 @@ from itertools import combinations
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Layout
+from tissue_probe.recording.tables.usual_names import OWN, ROTARY, SWEEP, USUAL
 from tissue_probe.recording.units import (
     FORCE_UNITS,
     POSITION_UNITS,
@@ -22,7 +23,6 @@ from tissue_probe.recording.units import (
     split_unit,
     unit_size,
 )
-from tissue_probe.recording.usual_names import OWN, ROTARY, SWEEP, USUAL
 
 _UNITS = {
     "time": TIME_UNITS,

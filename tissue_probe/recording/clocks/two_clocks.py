@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.recording.clocks import (
+from tissue_probe.recording.bags.topic_field import FieldValues
+from tissue_probe.recording.clocks.clocks import (
     CERTAIN,
     WORTH_TELLING,
     ClockedTimes,
@@ -19,10 +20,9 @@ from tissue_probe.recording.clocks import (
     onto_recorder,
     usual_step,
 )
+from tissue_probe.recording.clocks.even_grid import GAP
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import GAP
 from tissue_probe.recording.layout import Clock
-from tissue_probe.recording.topic_field import FieldValues
 from tissue_probe.signals import NANOSECONDS, IntArray
 
 POSSIBLE_DELAY = 1.0

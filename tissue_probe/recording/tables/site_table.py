@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from tissue_probe.recording.columns.source import Columns
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.quantity_columns import find_quantities, read_quantities
+from tissue_probe.recording.tables.quantity_columns import find_quantities, read_quantities
 from tissue_probe.recording.units import POSITION_UNITS, STIFFNESS_UNITS, TIME_UNITS
 from tissue_probe.signals import FloatArray
 

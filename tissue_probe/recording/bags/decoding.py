@@ -19,7 +19,7 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from tissue_probe.recording.bag import RawMessage, Topic
+from tissue_probe.recording.bags.bag import RawMessage, Topic
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import (
     LAST_SEQUENCE,

@@ -15,9 +15,9 @@ from pathlib import Path
 from rosbags.rosbag1 import Reader, ReaderError
 from rosbags.rosbag1.reader import Header, IndexData, RecordType, decompressors
 
-from tissue_probe.recording.bag import RawMessage, Topic
+from tissue_probe.recording.bags.bag import RawMessage, Topic
+from tissue_probe.recording.bags.unpacking import DAMAGED, Budget, unpack
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.unpacking import DAMAGED, Budget, unpack
 
 # What rosbags raises of nonsense.
 _NONSENSE = (ReaderError, struct.error, AssertionError, LookupError, OverflowError, *DAMAGED)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
-from tissue_probe.recording import decoding
-from tissue_probe.recording.bag import Bag, by_log_time
-from tissue_probe.recording.decoding import Decoder
-from tissue_probe.recording.open_bag import open_bag
-from tissue_probe.recording.reader import topics_of_type
+from tissue_probe.recording.bags import decoding
+from tissue_probe.recording.bags.bag import Bag, by_log_time
+from tissue_probe.recording.bags.decoding import Decoder
+from tissue_probe.recording.bags.open_bag import open_bag
+from tissue_probe.recording.bags.reader import topics_of_type
 from tissue_probe.signals import NANOSECONDS, Phase, SampleBlock, join
 
 

@@ -14,22 +14,22 @@ from pathlib import Path
 
 import numpy as np
 
-from tissue_probe.recording.bag import Bag
-from tissue_probe.recording.clocks import ClockedTimes
-from tissue_probe.recording.columns.source import Progress
-from tissue_probe.recording.errors import RecordingError
-from tissue_probe.recording.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
-from tissue_probe.recording.fresh_values import fresh_values
-from tissue_probe.recording.layout import Layout
-from tissue_probe.recording.position_rate import tell_slow_position
-from tissue_probe.recording.topic_field import (
+from tissue_probe.recording.bags.bag import Bag
+from tissue_probe.recording.bags.topic_field import (
     FORCE_FIELDS,
     POSITION_FIELDS,
     FieldValues,
     candidates,
     read_field,
 )
-from tissue_probe.recording.two_clocks import by_one_clock
+from tissue_probe.recording.clocks.clocks import ClockedTimes
+from tissue_probe.recording.clocks.even_grid import BRIDGED, even_grid, interpolate, sample_blocks
+from tissue_probe.recording.clocks.fresh_values import fresh_values
+from tissue_probe.recording.clocks.position_rate import tell_slow_position
+from tissue_probe.recording.clocks.two_clocks import by_one_clock
+from tissue_probe.recording.columns.source import Progress
+from tissue_probe.recording.errors import RecordingError
+from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
 from tissue_probe.signals import (
     NANOSECONDS,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.recording.even_grid import BRIDGED, interpolate
+from tissue_probe.recording.clocks.even_grid import BRIDGED, interpolate
 from tissue_probe.signals import BoolArray, FloatArray
 
 OWN_ROWS = 0.5

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tissue_probe.recording.even_grid import interpolate
+from tissue_probe.recording.clocks.even_grid import interpolate
 from tissue_probe.signals import FloatArray
 
 TOLERATED = 0.01

@@ -1,0 +1,1 @@
+"""Recordings of ROS: bags of any storage, and topics of others in them."""

@@ -1,0 +1,1 @@
+"""Times: those that files and topics tell, made even or kept."""

@@ -1,0 +1,1 @@
+"""Writing recordings, and tables of samples and estimates."""
