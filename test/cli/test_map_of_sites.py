@@ -140,7 +140,7 @@ def test_a_higher_contrast_leaves_less_room(run, tmp_path):
         ({"k_sd": None, **{n: v[:5] for n, v in table().items() if n != "k_sd"}}, (), "too few"),
         ({"k_sd": np.full(49, -1.0)}, (), "k_sd of site 0 is -1.0"),
         ({"k": np.full(49, -1.0)}, (), "none of 49 sites has a stiffness above 0"),
-        ({}, ("--raster", "0"), "raster is 0.0 m"),
+        ({}, ("--raster", "0"), "--raster is 0.0; give a number above 0 [m]"),
         ({}, ("--contrast", "0.5"), "contrast is 0.5"),
         ({}, ("--estimator", "ekf"), "a table of sites, which has no samples"),
         ({}, ("--topic", "/samples"), "leave out the options on position, force, time, topic"),
