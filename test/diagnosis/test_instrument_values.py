@@ -87,7 +87,7 @@ def test_a_bias_that_is_asked_for_is_fitted():
     assert found.found.ladder.final.named()["force_bias"] == pytest.approx(0.1, abs=2e-3)
 
 
-@pytest.mark.parametrize("zero", [-1.0, 0.05])
+@pytest.mark.parametrize("zero", [-1.0, pytest.param(0.05, marks=pytest.mark.battery)])
 def test_a_zero_that_is_set_anew_after_a_gap_is_no_relaxation(zero):
     time = np.concatenate([even(), 6.3 + even()])
     force = 320.0 * motion(time) + 6.0 * speed(time) + np.where(time > 6.2, zero, 0.0)

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import assume, given, reject
+from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 from llvmlite import ir
 
@@ -131,8 +131,14 @@ def parts(expression):
     return [jump.args[0] for jump in jumps if jump.free_symbols]
 
 
-@given(expression=EXPRESSIONS, numbers=NUMBERS)
-def test_code_of_an_expression_gives_what_sympy_gives(expression, numbers):
+@pytest.mark.parametrize(
+    "count", [25, pytest.param(200, marks=[pytest.mark.battery, pytest.mark.timeout(900)])]
+)
+def test_code_of_an_expression_gives_what_sympy_gives(count):
+    settings(max_examples=count)(given(expression=EXPRESSIONS, numbers=NUMBERS)(check_code))()
+
+
+def check_code(expression, numbers):
     assume(expression.is_extended_real is not False and not expression.has(sp.nan, sp.zoo))
     try:
         due, near = (
