@@ -7,8 +7,9 @@ What belongs here: making the files, reading them, counting. What does not: writ
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,10 @@ from tissue_probe.recording.layout import Layout
 from tissue_probe.signals import Recording, SampleBlock
 
 ROWS = 10_000_000
+#: Rows of the texts whose reading is timed beside pyarrow's own reader.
+TIMED = (4_000, 100_000)
+#: So often each is read, by turns; the median counts.
+TURNS = 7
 #: How long files are written: text, columns, a recording of this suite.
 LONG = (".csv", ".parquet", ".mcap")
 #: Three columns of float64, three times [MB].
@@ -50,11 +55,13 @@ class Text(NamedTuple):
 
 
 def measure() -> dict[str, object]:
-    """Read a file of each kind, and long ones; returns outcomes and memory [MB]."""
+    """Read a file of each kind, and long ones; returns outcomes, memory [MB], and times [s]."""
     with tempfile.TemporaryDirectory() as folder:
         outcomes = [*_containers(Path(folder)), *_texts(Path(folder))]
         memory = {ending: _memory(Path(folder, f"long{ending}")) for ending in LONG}
-    return {"kinds": [each._asdict() for each in outcomes], "memory": memory}
+        speed = {str(rows): _speed(Path(folder, "timed.csv"), rows) for rows in TIMED}
+    kinds = [each._asdict() for each in outcomes]
+    return {"kinds": kinds, "memory": memory, "speed": speed}
 
 
 def tables(results: dict[str, object]) -> Iterator[Table]:
@@ -72,6 +79,11 @@ def tables(results: dict[str, object]) -> Iterator[Table]:
     )
     for ending, megabytes in results["memory"].items():
         table.add_row(ending, f"{megabytes:.0f}", f"{MEMORY:.0f}")
+    yield table
+    titles = ("rows of text", "read [s of processor]", "by pyarrow [s]", "ratio")
+    table = Table(*titles, title="Speed, medians of readings by turns", title_justify="left")
+    for rows, (own, peer) in results["speed"].items():
+        table.add_row(rows, f"{own:.3f}", f"{peer:.4f}", f"{own / peer:.1f}")
     yield table
 
 
@@ -186,6 +198,30 @@ def _memory(path: Path) -> float:
     megabytes = memory_to_read(path, {})
     path.unlink()
     return megabytes
+
+
+def _speed(path: Path, rows: int) -> tuple[float, float]:
+    """Return the processor time to read a text here, and by pyarrow's reader in one thread [s]."""
+    from pyarrow import csv
+
+    time = np.arange(rows) * 5e-4
+    position = 1e-3 * (1.0 + np.sin(60.0 * time))
+    force = 450.0 * position + 2e-3 * np.random.default_rng(0).standard_normal(rows)
+    columns = np.column_stack([time, position, force])
+    np.savetxt(path, columns, delimiter=",", header="t,u,F", comments="", fmt="%.9g")
+    readers = (
+        lambda: read_any(path, Layout()),
+        lambda: csv.read_csv(path, csv.ReadOptions(use_threads=False)),
+    )
+    taken = np.array([[_processor(read) for read in readers] for _ in range(TURNS + 1)])
+    own, peer = np.median(taken[1:], axis=0)  # the first imports
+    return float(own), float(peer)
+
+
+def _processor(read: Callable[[], object]) -> float:
+    begun = process_time()
+    read()
+    return process_time() - begun
 
 
 def _write_long(path: Path) -> None:
