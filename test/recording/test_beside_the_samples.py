@@ -43,10 +43,8 @@ def lvm(path, *, x_columns, tags, names, rows):
     head = ["LabVIEW Measurement", "Separator\tTab", f"X_Columns\t{x_columns}", "Date\t2026/03/02"]
     told = [f"{tag}\t{one}\t{other}" for tag, (one, other) in tags.items()]
     above = [*head, "***End_of_Header***", "", "Channels\t2", *told, "***End_of_Header***"]
-    if x_columns == "No":
-        path.write_text("\n".join([*above, names, *("\t".join(["", *row]) for row in rows), ""]))
-    else:
-        path.write_text("\n".join([*above, names, *("\t".join(row) for row in rows), ""]))
+    blank = [""] if x_columns == "No" else []  # the header names X_Value all the same
+    path.write_text("\n".join([*above, names, *("\t".join([*blank, *row]) for row in rows), ""]))
     return path
 
 
@@ -90,8 +88,45 @@ def start_lvm_header(path):
     step, clock = f"{1 / RATE:.6f}", ("09:15:20.5", f"09:15:{20.5 + LATE:.6f}")
     tags = {"Y_Unit_Label": ("mm", "N"), "Date": ("2026/03/02",) * 2, "Time": clock,
             "X0": ("0.0", "0.0"), "Delta_X": (step, step)}  # fmt: skip
-    lvm(path, x_columns="No", tags=tags, names="\tStroke\tLoad\tComment",
+    lvm(path, x_columns="No", tags=tags, names="X_Value\tStroke\tLoad\tComment",
         rows=spelt(1e3 * motion(TIME), force(TIME + LATE)))  # fmt: skip
+
+
+def start_lvm_of_one_column(path):
+    """Its only column of times belongs to the first channel."""
+    step = f"{1 / RATE:.6f}"
+    tags = {"Y_Unit_Label": ("mm", "N"), "Date": ("2026/03/02",) * 2, "Delta_X": (step, step),
+            "Time": ("09:15:20.5",) * 2, "X0": ("0.0", f"{LATE}")}  # fmt: skip
+    lvm(path, x_columns="One", tags=tags, names="X_Value\tStroke\tLoad\tComment",
+        rows=spelt(TIME, 1e3 * motion(TIME), force(TIME + LATE)))  # fmt: skip
+
+
+def start_lvm_relative_columns(path):
+    """Each column of times counts from when its channel began."""
+    tags = {"Y_Unit_Label": ("mm", "N"), "Date": ("2026/03/02",) * 2,
+            "Time": ("09:15:20.5", f"09:15:{20.5 + LATE:.6f}")}  # fmt: skip
+    columns = TIME, 1e3 * motion(TIME), TIME, force(TIME + LATE)
+    lvm(path, x_columns="Multi", tags=tags, names="X_Value\tStroke\tX_Value\tLoad\tComment",
+        rows=spelt(*columns))  # fmt: skip
+
+
+def _start_tdms(path, of_position, of_force, *others):
+    step = {"wf_increment": 1 / RATE}
+    tdms(path, [("Stroke", motion(TIME), {**step, **of_position, "unit_string": "m"}),
+                ("Load", force(TIME + LATE), {**step, **of_force, "unit_string": "N"}),
+                *others])  # fmt: skip
+
+
+def start_tdms_of_one_offset(path):
+    _start_tdms(path, {}, {"wf_start_offset": LATE})
+
+
+def start_tdms_of_one_date(path):
+    _start_tdms(path, {}, {"wf_start_time": BEGIN})
+
+
+def start_tdms_beside_times(path):
+    _start_tdms(path, {}, {"wf_start_offset": LATE}, ("Time", TIME, {"unit_string": "s"}))
 
 
 def start_tdms(path):
@@ -127,7 +162,7 @@ def rate_csv(path):
 def rate_lvm(path):
     tags = {"Y_Unit_Label": ("mm", "N"), "Delta_X": (f"{2 / RATE:.6f}", f"{1 / RATE:.6f}")}
     moved = [f"{1e3 * u:.9g}" for u in motion(TIME[::2])] + [""] * (COUNT // 2)
-    lvm(path, x_columns="No", tags=tags, names="\tStroke\tLoad\tComment",
+    lvm(path, x_columns="No", tags=tags, names="X_Value\tStroke\tLoad\tComment",
         rows=list(zip(moved, (f"{f:.9g}" for f in force(TIME)), strict=True)))  # fmt: skip
 
 
@@ -203,6 +238,18 @@ def _unit_parquet(path, unit):
     parquet.write_table(Table.from_arrays(arrays, schema=schema(columns)), path)
 
 
+def unit_hdf5_array(path):
+    _unit_hdf5(path, "mm")
+    with File(path, "a") as file:
+        del file["u"].attrs["units"]
+        file["u"].attrs["Units"] = np.array([b"mm"])
+
+
+def unit_named_otherwise(path):
+    text(path, zip(TIME, 1e6 * motion(TIME), force(TIME), strict=True),
+         ["t,Position_um,F", "s,mm,N"])  # fmt: skip
+
+
 def unit_parquet(path):
     _unit_parquet(path, "mm")
 
@@ -243,6 +290,51 @@ def block_csv_of_another_kind(path):
     rows = [",".join(row) for row in spelt(TIME, motion(TIME), force(TIME))]
     below = ["", "cycle,peak", "1,0.5", "2,0.6", ""]
     path.write_text("\n".join(["t,u,F", *rows, *below]))
+
+
+def block_csv_without_text(path):
+    """The header comes again by itself, in capitals."""
+    rows = [",".join(row) for row in spelt(TIME, motion(TIME), force(TIME))]
+    anew = [",".join(row) for row in spelt(TIME[:800], motion(TIME[200:]), force(TIME[200:]))]
+    path.write_text("\n".join(["Time [s],Position [m],Force [N]", *rows[:200],
+                               "TIME [S],POSITION [M],FORCE [N]", *anew, ""]))  # fmt: skip
+
+
+def block_csv_with_numbered_text(path):
+    """Between the blocks stand words with as many numbers as a row has cells."""
+    block_csv_without_text(path)
+    path.write_text(path.read_text().replace("TIME [S]", "Step,2,3\nDuration,5\nTIME [S]"))
+
+
+def _block_lvm_of(path, second, clock):
+    tags = {"Date": ("2026/03/02",) * 2, "Time": ("09:15:20.5",) * 2, "Y_Unit_Label": ("mm", "N"),
+            "Delta_X": ("0.004", "0.004")}  # fmt: skip
+    names = "X_Value\tStroke\tLoad\tComment"
+    rows = spelt(TIME, 1e3 * motion(TIME), force(TIME))
+    lvm(path, x_columns="One", tags=tags, names=names, rows=rows[:200])
+    tags |= {"Y_Unit_Label": second, "Time": (clock,) * 2}
+    told = [f"{tag}\t{one}\t{other}" for tag, (one, other) in tags.items()]
+    more = ["", "Channels\t2", *told, "***End_of_Header***", names]
+    anew = [
+        ("\t".join(row)) for row in spelt(TIME[:800], 1e3 * motion(TIME[200:]), force(TIME[200:]))
+    ]
+    with path.open("a") as file:
+        file.write("\n".join([*more, *anew, ""]))
+
+
+def block_lvm_of_other_units(path):
+    _block_lvm_of(path, ("um", "N"), "09:15:21.3")
+
+
+def block_lvm_by_its_clock(path):
+    _block_lvm_of(path, ("mm", "N"), "09:15:21.3")
+
+
+def block_lvm_with_comments(path):
+    unit_lvm(path)
+    lines = path.read_text().split("\n")
+    lines[-300] += "\ta remark"
+    path.write_text("\n".join(lines))
 
 
 def block_lvm(path):
@@ -339,7 +431,12 @@ GRID = [
     (start_csv, "csv", USUAL, "several columns that may be the time|columns called Time"),
     (start_lvm_columns, "lvm", NAMED, None),
     (start_lvm_header, "lvm", NAMED, None),
+    (start_lvm_of_one_column, "lvm", NAMED, "X_Value tells one time for all; write the file with"),
+    (start_lvm_relative_columns, "lvm", NAMED, None),
     (start_tdms, "tdms", NAMED, None),
+    (start_tdms_of_one_offset, "tdms", NAMED, None),
+    (start_tdms_of_one_date, "tdms", NAMED, "and not when the other does"),
+    (start_tdms_beside_times, "tdms", NAMED, "begins 37 ms after Run/Stroke, and the column"),
     (start_hdf5, "h5", {**USUAL, "position": "position/value", "force": "force/value",
                         "position_unit": "m", "force_unit": "N"}, "several columns that may be"),
     (start_mat, "mat", USUAL, "does not say which column is the time"),
@@ -355,6 +452,8 @@ GRID = [
     (unit_tdms, "tdms", NAMED, None),
     (unit_tdms_unknown, "tdms", NAMED, "Load, the force, is in 'V' as the file says"),
     (unit_hdf5, "h5", USUAL, None),
+    (unit_hdf5_array, "h5", USUAL, None),
+    (unit_named_otherwise, "csv", USUAL, "is in um by its name, and in mm by the unit beside it"),
     (unit_hdf5_unknown, "h5", USUAL, "u, the position, is in 'furlong' as the file says"),
     (unit_parquet, "parquet", USUAL, None),
     (unit_parquet_unknown, "parquet", USUAL, "u, the position, is in 'furlong' as the file says"),
@@ -362,7 +461,12 @@ GRID = [
     (block_csv, "txt", USUAL, None),
     (block_csv_going_on, "txt", USUAL, None),
     (block_csv_of_another_kind, "csv", USUAL, "no row of the table, and rows follow"),
+    (block_csv_without_text, "csv", USUAL, None),
+    (block_csv_with_numbered_text, "csv", USUAL, None),
     (block_lvm, "lvm", NAMED, None),
+    (block_lvm_by_its_clock, "lvm", NAMED, None),
+    (block_lvm_of_other_units, "lvm", NAMED, "has the Y_Unit_Label um, N, and the first mm, N"),
+    (block_lvm_with_comments, "lvm", NAMED, None),
     (block_xlsx, "xlsx", USUAL, None),
     (block_xlsx_sheets, "xlsx", USUAL, "several columns that may be the"),
     (block_tdms, "tdms", NAMED, "several columns Stroke"),
@@ -440,6 +544,33 @@ def test_a_column_may_be_told_by_its_number_though_it_has_a_name(tmp_path):
     units = {"position_unit": "m", "force_unit": "N"}
     read = tp.read(tmp_path / "x.csv", time="1", position="2", force="3", **units, **USUAL)
     np.testing.assert_allclose(read.position, motion(TIME), atol=1e-9)
+
+
+def test_numbers_count_all_columns_of_a_file_also_those_without_a_name(tmp_path):
+    text(tmp_path / "x.csv", [(n, *row) for n, row in enumerate(rows_of())], [",a,b,c"])
+    units = {"position_unit": "m", "force_unit": "N"}
+    read = tp.read(tmp_path / "x.csv", time="a", position="3", force="4", **units, **USUAL)
+    np.testing.assert_allclose(read.position, motion(TIME), atol=1e-9)
+    assert any("position is b" in note for note in read.notes)
+
+
+@pytest.mark.parametrize("sec", [lambda t: t + 0.5, lambda t: 1e10 + 1e9 * t, lambda t: -1e19 + t])
+def test_seconds_that_are_none_are_refused(sec):
+    whole, rest = np.floor(TIME), np.round(1e9 * (TIME % 1)).astype(np.int64)
+    table = {"sec": sec(whole), "nanosec": rest, "u": motion(TIME), "F": force(TIME)}
+    with pytest.raises(tp.TissueProbeError, match="no seconds and the nanoseconds beside them"):
+        tp.read(table, **USUAL)
+
+
+def test_a_line_longer_than_the_head_of_a_file_ends_nothing(tmp_path):
+    text(tmp_path / "x.csv", rows_of(), ["t,u,F"], above=["# " + "x" * 50_000])
+    assert tp.read(tmp_path / "x.csv", **USUAL).time.size == COUNT
+
+
+def test_a_last_line_without_an_end_is_told(tmp_path):
+    text(tmp_path / "x.csv", rows_of(), ["t,u,F"], end="")
+    read = tp.read(tmp_path / "x.csv", **USUAL)
+    assert any("the last, has no end; its last number may be cut" in n for n in read.notes)
 
 
 def test_a_torque_and_an_angle_are_no_force_and_no_way(tmp_path):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.node import Node, NodeNameNonExistentError
 
-SITES = "tissue_probe_msgs/msg/PalpationSite"
+ACTIONS = "tissue_probe_msgs/action/"
 
 
 def other_scans(node: Node, setpoints: str) -> list[str]:
-    """Return the names of the other nodes that could move the robot and announce sites.
+    """Return the names of the other nodes that could move the robot, and take goals of a scan.
 
     A console that only could move it, as every client of CRTK, is none; nor is a replay.
 
@@ -27,13 +28,13 @@ def other_scans(node: Node, setpoints: str) -> list[str]:
     elif len(names) == 1:
         return []  # ourselves, even where the graph has not learnt our name yet
     return sorted(
-        f"{where.rstrip('/')}/{name}" for name, where in names if _announces(node, name, where)
+        f"{where.rstrip('/')}/{name}" for name, where in names if _takes_goals(node, name, where)
     )
 
 
-def _announces(node: Node, name: str, namespace: str) -> bool:
+def _takes_goals(node: Node, name: str, namespace: str) -> bool:
     try:
-        topics = node.get_publisher_names_and_types_by_node(name, namespace)
+        actions = get_action_server_names_and_types_by_node(node, name, namespace)
     except NodeNameNonExistentError:  # it has gone, or no ROS node made the publisher
         return False
-    return any(SITES in types for _, types in topics)
+    return any(each.startswith(ACTIONS) for _, types in actions for each in types)

@@ -66,6 +66,9 @@ def apart(position: FloatArray, force: FloatArray) -> str | None:
     if position.size == force.size and bool(np.all(position == force)):
         return None
     late = 1e3 * float(force[0] - position[0])
+    if late == 0.0 and position.size != force.size:
+        sizes = f"{position.size} samples, the force {force.size}"
+        return f"the position has {sizes}, so the file may be cut; {BROUGHT}"
     said = f"the force begins {abs(late):.4g} ms {'after' if late > 0 else 'before'} the position"
     rates = [1.0 / float(np.median(np.diff(times))) for times in (position, force)]
     if abs(rates[0] - rates[1]) > 1e-6 * rates[1]:

@@ -94,11 +94,13 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
     return _since(column, size, tuple(told))
 
 
-def following_on(times: Times, blocks: Sequence[int]) -> Times:
+def following_on(times: Times, blocks: Sequence[int], begins: Sequence[float] = ()) -> Times:
     """Return times of which those of each block follow on those of the block before.
 
-    Where a block's times begin anew, nothing tells how long the pause before it was: it is taken
-    to begin one step of time after the block before, as machines run the steps of a protocol.
+    A block begins when the file says. Where its times begin anew and nothing tells how long the
+    pause before it was, it is taken to begin one step of time after the block before, as machines
+    run the steps of a protocol. A first row that repeats the last time of the block before has no
+    time of its own.
 
     Parameters
     ----------
@@ -106,19 +108,45 @@ def following_on(times: Times, blocks: Sequence[int]) -> Times:
         Of all blocks.
     blocks : sequence of int
         First rows of the second block and of those after it.
+    begins : sequence of float
+        When these began after the first, where the file tells it [s].
     """
-    seconds, anew = times.seconds, 0
-    for first in blocks:
-        before, after = (part[np.isfinite(part)] for part in np.split(seconds, [first]))
-        if before.size > 1 and after.size and after[0] <= before[-1]:
-            if not anew:
-                seconds = seconds.copy()
-            seconds[first:] += before[-1] + (before[-1] - before[-2]) - after[0]
-            anew += 1
-    if not anew:
+    seconds, anew, twice, paused = times.seconds.copy(), 0, 0, 0
+    if not blocks:
         return times
-    told = f"the times of {anew} block{'s' if anew > 1 else ''} begin anew, and are taken to go on"
-    return Times(times.origin, seconds, (*times.told, told))
+    for number, first in enumerate(blocks):
+        known = np.isfinite(seconds)
+        before, after = seconds[:first][known[:first]], seconds[first:][known[first:]]
+        if not (before.size and after.size):
+            continue
+        begin = begins[number] if number < len(begins) else 0.0
+        if np.isfinite(begin) and begin > 0.0 and after[0] + begin > before[-1]:
+            stop = blocks[number + 1] if number + 1 < len(blocks) else seconds.size
+            seconds[first:stop] += begin
+            paused += 1
+        elif after[0] == before[-1]:
+            seconds[first:][np.argmax(known[first:])] = np.nan
+            twice += 1
+        elif after[0] < before[-1]:
+            seconds[first:] += before[-1] + _step(before, after) - after[0]
+            anew += 1
+    told = [
+        f"the times of {count} block{'s' if count > 1 else ''} {said}"
+        for count, said in (
+            (anew, "begin anew, and are taken to go on"),
+            (paused, "count from when it began, as the file says"),
+            (twice, "begin with the last one before, which is left out"),
+        )
+        if count
+    ]
+    return Times(times.origin, seconds, (*times.told, *told))
+
+
+def _step(before: FloatArray, after: FloatArray) -> float:
+    """Return the step of time at the end of a block, or where that has none, after it [s]."""
+    if before.size > 1:
+        return float(before[-1] - before[-2])
+    return float(after[1] - after[0]) if after.size > 1 else 0.0
 
 
 def _refuse_standing(column: np.ndarray, name: str, where: str) -> None:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from tissue_probe.recording.columns.cells import Kind
+from tissue_probe.recording.columns.cells import Kind, kind
 from tissue_probe.recording.columns.find_table import Found, Row, fitted
 from tissue_probe.recording.errors import RecordingError
 
@@ -35,6 +35,8 @@ class Blocks:
     ----------
     starts : list of int
         Of each block, how many rows lie before it; the first has none.
+    between : list of list of Row
+        Lines of text before the second and each further block.
     pending : list of int
         Lines since the last row of a block that are no rows: its end, or a fault in it.
     """
@@ -44,8 +46,12 @@ class Blocks:
         self._found = found
         self._decimal = decimal
         self._line = line
+        self._headers = {_folded(each) for each in found.headers}
         self._left_out: list[int] = []
+        self._labelled: bool | None = None  # whether rows begin with a word
+        self._text: list[Row] = []
         self.starts = [0]
+        self.between: list[list[Row]] = []
         self.pending: list[int] = []
 
     def takes(self, row: Row, before: int) -> bool:
@@ -58,48 +64,81 @@ class Blocks:
         """
         if row.blank:
             return False
+        if self._is_header(row):
+            self._left_out += [*self.pending, row.line]
+            if before > self.starts[-1]:
+                self.starts.append(before)
+                self.between.append(self._text)
+            self.pending, self._text = [], []
+            return False
         if row.comment:
             self._left_out.append(row.line)
             return False
-        if fitted(row, self._found.width) in self._found.headers:
-            self._left_out += [*self.pending, row.line]
-            if self.pending:
-                self.starts.append(before)
-            self.pending = []
-            return False
         if not self._has_numbers(row):
             self.pending.append(row.line)
+            self._text.append(row)
             return False
         if self.pending:
             raise RecordingError(
                 f"{self._path}, {self._line} {self.pending[0]}: no row of the table, and rows "
                 "follow; take it out, or what comes after it"
             )
-        if len(row.cells) != self._found.width:
+        if len(row.cells) != self._found.width and not self._is_commented(row):
             raise RecordingError(
                 f"{self._path}, {self._line} {row.line}: {len(row.cells)} cells, but the table has "
                 f"{self._found.width} columns"
             )
         return True
 
+    def begins(self, count: int) -> tuple[int, ...]:
+        """Return the rows, of ``count``, at which the second and further blocks begin."""
+        return tuple(start for start in self.starts[1:] if start < count)
+
     def told(self, count: int) -> Iterator[str]:
         """Say of ``count`` rows in how many blocks they are, and which lines are none."""
-        if len(self.starts) > 1:
-            stops = (*self.starts[1:], count)
-            sizes = [stop - start for start, stop in zip(self.starts, stops, strict=True)]
+        starts = (0, *self.begins(count))
+        if len(starts) > 1:
+            stops = (*starts[1:], count)
+            sizes = [stop - start for start, stop in zip(starts, stops, strict=True)]
             yield f"{len(sizes)} blocks, of {', '.join(map(str, sizes[:-1]))} and {sizes[-1]} rows"
         for lines, place in ((self._left_out, "left out"), (self.pending, "below the table")):
             if lines:
                 rows = f"{len(lines)} row{'s' if len(lines) > 1 else ''} {place}"
-                yield f"{rows}: {spans(lines, self._line)}"
+                yield f"{rows}: {spans(sorted(lines), self._line)}"
+
+    def _is_header(self, row: Row) -> bool:
+        """Whether a line names the columns again, be it as a comment."""
+        if row.comment:
+            bare = row.text.strip().lstrip("#%/*! ")
+            row = Row(row.line, tuple(bare.split(self._found.separator)))
+        cells = fitted(row, self._found.width)
+        return cells is not None and _folded(cells) in self._headers
+
+    def _is_commented(self, row: Row) -> bool:
+        """Whether a row has one cell more, of text, where the header ends in a comment's name."""
+        more = row.cells[self._found.width :]
+        return self._found.commented and len(more) == 1 and kind(more[0]) is Kind.TEXT
 
     def _has_numbers(self, row: Row) -> bool:
-        """Whether a line may be a row; with text in it only within a block, as a fault of it."""
+        """Whether a line may be a row.
+
+        A line that begins with a word is text, unless rows of this table do; where rows are
+        expected, a word elsewhere in one is a fault of it.
+        """
         kinds = row.kinds(self._decimal)
         numbers = sum(each in (Kind.NUMBER, Kind.TIME) for each in kinds)
-        if Kind.TEXT in kinds:
+        words = kinds[0] is Kind.TEXT
+        if self._labelled is None and numbers:
+            self._labelled = words
+        if words and not self._labelled:
+            return False
+        if Kind.TEXT in kinds[: self._found.width]:
             return numbers > 1 and not self.pending
         return bool(numbers) or len(row.cells) == self._found.width
+
+
+def _folded(cells: Sequence[str]) -> tuple[str, ...]:
+    return tuple(cell.casefold() for cell in cells)
 
 
 def spans(lines: Sequence[int], line: str) -> str:

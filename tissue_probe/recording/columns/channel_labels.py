@@ -1,4 +1,4 @@
-"""What a LabVIEW measurement file (.lvm) tells of each channel above its table.
+"""What a LabVIEW measurement file (.lvm) tells of its channels and segments beside its rows.
 
 What belongs here: units, starts and steps of time by channel, in rows that begin with a tag.
 What does not: the table itself, which is found as in any text (``find_table``).
@@ -9,82 +9,191 @@ Source: National Instruments (2010), Specification for the LabVIEW Measurement F
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.find_table import Found, Row
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
 MARK = "LabVIEW Measurement"
 TIMES, COMMENTS = "X_Value", "Comment"
 
-
-class ChannelLabels(NamedTuple):
-    """Names of a table's columns, and what is told of them, as ``source.Columns`` has it."""
-
-    names: tuple[str, ...]
-    units: Mapping[str, str]
-    periods: Mapping[str, float]
-    starts: Mapping[str, float]
-    clocks: Mapping[str, str]
+Tags = Mapping[str, Sequence[str]]
+"""Cells behind each tag of a header."""
 
 
-def channel_labels(rows: Sequence[Row], found: Found, decimal: str) -> ChannelLabels:
+@dataclass(frozen=True)
+class ChannelLabels:
+    """Labels above a table, by channel.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    found : Found
+        Its table, of which the names may be told otherwise (``names``).
+    tags : mapping
+        Of the header; none where it is no .lvm file.
+    decimal : {".", ","}
+        The decimal mark.
+    """
+
+    path: Path
+    found: Found
+    tags: Tags
+    decimal: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the table's columns; a column of times has its channel's, where each has one."""
+        names = self.found.names
+        if not self.tags:
+            return names
+        if self._x_columns == "No":
+            return tuple("" if name == TIMES else name for name in names)
+        if names.count(TIMES) < 2:
+            return names
+        return tuple(
+            f"{TIMES} ({names[place + 1]})" if name == TIMES and place + 1 < len(names) else name
+            for place, name in enumerate(names)
+        )
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels, in the order of their labels."""
+        return tuple(n for n in self.found.names if n and n not in (TIMES, COMMENTS))
+
+    @property
+    def clocks(self) -> dict[str, str]:
+        """The column of times of each channel, where each has its own."""
+        own = {name: f"{TIMES} ({name})" for name in self.channels}
+        return {name: clock for name, clock in own.items() if clock in self.names}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each channel."""
+        return _of(self.tags, "Y_Unit_Label", self.channels)
+
+    @property
+    def periods(self) -> dict[str, float]:
+        """The time between two samples of each channel, where no column tells times [s]."""
+        if TIMES in self.names or self.clocks:
+            return {}
+        return self._numbers(self.tags, "Delta_X")
+
+    @property
+    def starts(self) -> dict[str, float]:
+        """When each channel begins after the first, beside what columns of times tell [s]."""
+        starts = self._relative(self.tags)
+        if not starts or self.clocks:
+            return starts
+        offsets = self._numbers(self.tags, "X0")
+        starts = {name: start + offsets.get(name, 0.0) for name, start in starts.items()}
+        if TIMES not in self.names:
+            return starts
+        if (
+            len(set(starts.values())) > 1
+            or len(set(self._numbers(self.tags, "Delta_X").values())) > 1
+        ):
+            raise RecordingError(
+                f"{self.path}: its header says that channels begin or are sampled at other times "
+                f"than each other, and {TIMES} tells one time for all; write the file with "
+                "X_Columns Multi"
+            )
+        return {}
+
+    def begins(self, segments: Sequence[Sequence[Row]]) -> tuple[float, ...]:
+        """Return when further segments begin after the first [s]; nothing where none tells it.
+
+        Parameters
+        ----------
+        segments : sequence of sequence of Row
+            The lines before each.
+
+        Raises
+        ------
+        RecordingError
+            If one has other units or steps of time than the first.
+        """
+        if not self.tags:
+            return ()
+        first = _instants(self.tags, self.channels)
+        begins = []
+        for lines in segments:
+            tags = _tags(lines)
+            self._refuse_others(tags, lines)
+            own = _instants(tags, self.channels)
+            both = [name for name in self.channels if name in first and name in own]
+            begins.append((own[both[0]] - first[both[0]]) / NANOSECONDS if both else np.nan)
+        return tuple(begins)
+
+    def _refuse_others(self, tags: Tags, lines: Sequence[Row]) -> None:
+        """Refuse a segment that is of another kind than the first."""
+        compared = ["Y_Unit_Label", "Delta_X"] + (["X0"] if self.periods else [])
+        for tag in compared:
+            here, first = _of(tags, tag, self.channels), _of(self.tags, tag, self.channels)
+            if here and here != first:
+                raise RecordingError(
+                    f"{self.path}, line {lines[0].line}: the segment that begins here has the "
+                    f"{tag} {', '.join(here.values())}, and the first {', '.join(first.values())}; "
+                    "write segments of one kind to a file"
+                )
+
+    @property
+    def _x_columns(self) -> str:
+        return next(iter(self.tags.get("X_Columns", ())), "")
+
+    def _numbers(self, tags: Tags, tag: str) -> dict[str, float]:
+        told = _of(tags, tag, self.channels)
+        return {name: float(cells.number(each, self.decimal)) for name, each in told.items()}
+
+    def _relative(self, tags: Tags) -> dict[str, float]:
+        instants = _instants(tags, self.channels)
+        first = min(instants.values(), default=0)
+        return {name: (each - first) / NANOSECONDS for name, each in instants.items()}
+
+
+def channel_labels(path: Path, rows: Sequence[Row], found: Found, decimal: str) -> ChannelLabels:
     """Return what the rows above a table tell of its channels; nothing where it is no .lvm file.
 
     Parameters
     ----------
+    path : Path
+        The file.
     rows : sequence of Row
-        The file's first.
+        Its first.
     found : Found
         Its table.
     decimal : {".", ","}
         The decimal mark.
     """
-    names, clocks = _with_clocks(found.names)
-    if not rows or rows[0].text.strip() != MARK:
-        return ChannelLabels(found.names, {}, {}, {}, {})
-    channels = [name for name in names if name not in ("", COMMENTS, *clocks.values(), TIMES)]
-    tags = {
+    marked = bool(rows) and bool(rows[0].cells) and str(rows[0].cells[0]).strip() == MARK
+    return ChannelLabels(path, found, _tags(rows[: found.first]) if marked else {}, decimal)
+
+
+def _tags(rows: Sequence[Row]) -> dict[str, list[str]]:
+    """Return the cells behind each tag; the last counts, which is that of the segment."""
+    return {
         str(row.cells[0]).strip(): [str(cell).strip() for cell in row.cells[1:]]
-        for row in rows[: found.first]
+        for row in rows
         if row.cells
     }
 
-    def of(tag: str) -> dict[str, str]:
-        told = [cell for cell in tags.get(tag, ()) if cell]
-        return dict(zip(channels, told, strict=True)) if len(told) == len(channels) else {}
 
-    units = of("Y_Unit_Label")
-    if TIMES in names or clocks:
-        return ChannelLabels(names, units, {}, {}, clocks)
-    periods = {name: float(cells.number(told, decimal)) for name, told in of("Delta_X").items()}
-    dates, offsets = _dates(of("Date"), of("Time")), of("X0")
-    starts = {
-        name: (dates[name] - min(dates.values())) / NANOSECONDS
-        + float(cells.number(offsets.get(name, "0"), decimal))
-        for name in dates
-    }
-    return ChannelLabels(names, units, periods, starts, clocks)
+def _of(tags: Tags, tag: str, channels: Sequence[str]) -> dict[str, str]:
+    """Return a tag's cells by channel; nothing where it has another number of them."""
+    told = [cell for cell in tags.get(tag, ()) if cell]
+    return dict(zip(channels, told, strict=True)) if len(told) == len(channels) else {}
 
 
-def _with_clocks(names: Sequence[str]) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Return names of which each column of times has its channel's, and which is whose."""
-    if names.count(TIMES) < 2:
-        return tuple(names), {}
-    own, clocks = list(names), {}
-    for place, name in enumerate(names[:-1]):
-        if name == TIMES:
-            own[place] = f"{TIMES} ({names[place + 1]})"
-            clocks[names[place + 1]] = own[place]
-    return tuple(own), clocks
-
-
-def _dates(days: Mapping[str, str], clocks: Mapping[str, str]) -> dict[str, int]:
-    """Return when each channel begins [ns]; nothing where the file tells no such times."""
-    told = {name: f"{day.replace('/', '-')} {clocks.get(name, '')}" for name, day in days.items()}
+def _instants(tags: Tags, channels: Sequence[str]) -> dict[str, int]:
+    """Return when each channel begins [ns]; nothing where no such times are told."""
+    days, clocks = _of(tags, "Date", channels), _of(tags, "Time", channels)
+    told = {n: f"{day.replace('/', '-')} {clocks[n]}" for n, day in days.items() if n in clocks}
     try:
         return {name: int(cells.times([each])[0].astype(np.int64)) for name, each in told.items()}
     except ValueError:

@@ -21,6 +21,7 @@ from tissue_probe.recording.units import bare_unit
 COMMENTS = ("#", "%", "//", "*", "!")
 """What lines begin with that are for people."""
 
+COMMENT = "comment"  # in lower case: the name of a column that rows need not have
 HEADERS = 6  # rows that may stand above a table and name it
 
 
@@ -79,6 +80,10 @@ class Found:
         Whether the names are the file's own.
     told : tuple of str
         How it was found, in phrases.
+    commented : bool
+        Whether the header has one name more, of comments that rows may have.
+    separator : str
+        What stands between cells, where the file is a text.
     """
 
     first: int
@@ -88,6 +93,8 @@ class Found:
     headers: tuple[tuple[str, ...], ...]
     named: bool
     told: tuple[str, ...]
+    commented: bool = False
+    separator: str = ","
 
 
 @dataclass(frozen=True)
@@ -169,7 +176,9 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
     if unit_row is not None:
         units = tuple(bare_unit(cell) or "" for cell in texts[unit_row])
         told.append("units from the row below the names")
-    return Found(best.first, best.width, names, units, texts, True, tuple(told))
+    last = [str(cell).strip() for cell in _row(rows, above[at].line).cells]
+    commented = len(last) > best.width and last[best.width].casefold() == COMMENT
+    return Found(best.first, best.width, names, units, texts, True, tuple(told), commented)
 
 
 def _row(rows: Sequence[Row], line: int) -> Row:
@@ -197,12 +206,16 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
             if run.stop - run.first > 1:
                 break
             continue
-        header = {row.cells for row in _above(rows, run, decimal, splits)}
-        names = [row for row in _above(rows, best, decimal, splits) if row.cells not in header]
+        header = {_folded(row) for row in _above(rows, run, decimal, splits)}
+        names = [row for row in _above(rows, best, decimal, splits) if _folded(row) not in header]
         if not all(_row(rows, row.line).comment for row in names):
             break  # a table of its own
         best = Run(run.first, best.stop, best.width, best.explained)
     return best
+
+
+def _folded(row: Row) -> tuple[str, ...]:
+    return tuple(str(cell).casefold() for cell in row.cells)
 
 
 def _labelled(row: Row, decimal: str) -> bool:
@@ -239,7 +252,7 @@ def fitted(row: Row, width: int, splits=()) -> tuple[str, ...] | None:
     """Return a row's texts if it has a cell for each column, in one of the ways to cut it."""
     for cells in (row.cells, *(split(row.text) for split in splits if row.text)):
         texts = [str(cell).strip() for cell in cells]
-        while len(texts) > width and (not texts[-1] or texts[-1].casefold() == "comment"):
+        while len(texts) > width and (not texts[-1] or texts[-1].casefold() == COMMENT):
             texts.pop()  # LabVIEW names a column of comments, and leaves it out where there is none
         if len(texts) == width:
             return tuple(texts)

@@ -42,9 +42,8 @@ def open_hdf5(path: Path, matlab: bool = False) -> Columns:
         shape = found.shape[::-1] if matlab else found.shape
         for column in array_columns(name, shape, found.dtype):
             places[column] = place
-            unit = next((found.attrs[k] for k in ("units", "unit") if k in found.attrs), None)
-            if isinstance(unit, bytes | str):
-                units[column] = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
+            if unit := _unit(found.attrs):
+                units[column] = unit
 
     try:
         with File(path) as file:
@@ -62,6 +61,14 @@ def open_hdf5(path: Path, matlab: bool = False) -> Columns:
             raise RecordingError(f"{path} is not {_called(matlab)}: {error}") from error
 
     return Columns(path, tuple(places), load, units)
+
+
+def _unit(attributes) -> str:
+    """Return the unit that a dataset's attributes tell; nothing where they tell none."""
+    told = next((attributes[k] for k in attributes if k.casefold() in ("units", "unit")), "")
+    if isinstance(told, np.ndarray) and told.size == 1:
+        told = told.ravel()[0]
+    return told.decode(errors="replace") if isinstance(told, bytes) else str(told)
 
 
 def _called(matlab: bool) -> str:

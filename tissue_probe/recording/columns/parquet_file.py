@@ -44,7 +44,10 @@ def open_parquet(path: Path) -> Columns:
 
 def _units(schema) -> dict[str, str]:
     """Return the units that the metadata of fields tell, as ``unit`` or ``units``."""
-    told = {field.name: field.metadata or {} for field in schema}
+    told = {
+        field.name: {key.lower(): value for key, value in (field.metadata or {}).items()}
+        for field in schema
+    }
     units = {name: each.get(b"units", each.get(b"unit", b"")) for name, each in told.items()}
     return {name: unit.decode(errors="replace") for name, unit in units.items() if unit}
 

@@ -20,6 +20,10 @@ Progress = Callable[[float], None]
 """Told the share of a file that is read, from 0 to 1."""
 
 
+MOST_TOLD = 40
+"""Names of columns that a sentence tells: more are no sentence."""
+
+
 def row_place(row: int) -> str:
     """Say where a row is, in a file that has nothing but rows."""
     return f"row {row + 1}"
@@ -30,13 +34,15 @@ class Loaded(NamedTuple):
 
     A column is of floats, of whole numbers, of ``datetime64[ns]``, or of texts that tell times.
     ``place`` says where in the file a row (from 0) is, as its user finds it. ``blocks`` are the
-    rows (from 0) at which the second and further blocks of a table begin.
+    rows (from 0) at which the second and further blocks of a table begin; ``begins`` is when each
+    of these began after the first, where the file tells it [s].
     """
 
     columns: list[np.ndarray]
     told: tuple[str, ...] = ()
     place: Callable[[int], str] = row_place
     blocks: tuple[int, ...] = ()
+    begins: tuple[float, ...] = ()
 
 
 def _is_boundless(column: np.ndarray) -> bool:
@@ -71,6 +77,8 @@ class Columns:
         The column of times that a column goes by, where each has its own.
     named : bool
         Whether the names are the file's own.
+    numbered : tuple of str
+        Names in the order of the file's columns, empty where one has none; ``names`` if not given.
     """
 
     path: Path
@@ -82,6 +90,7 @@ class Columns:
     starts: Mapping[str, float] = field(default_factory=dict)
     clocks: Mapping[str, str] = field(default_factory=dict)
     named: bool = True
+    numbered: tuple[str, ...] = ()
 
     def read(self, names: Sequence[str], progress: Progress = lambda share: None) -> Loaded:
         """Read columns by their names, at least two rows of one length each.
@@ -126,4 +135,6 @@ class Columns:
 
     def has(self) -> str:
         """Say which columns there are."""
-        return f"its columns are {', '.join(self.names) or 'none: it is empty'}"
+        more = f" and {len(self.names) - MOST_TOLD} more" if len(self.names) > MOST_TOLD else ""
+        told = ", ".join(self.names[:MOST_TOLD]) or "none: it is empty"
+        return f"its columns are {told}{more}"

@@ -121,7 +121,7 @@ def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int
             kept.append(row)
     columns = [_column(path, name, place, kept) for name, place in places.items()]
     told = tuple(blocks.told(len(kept)))
-    return Loaded(columns, told, lambda row: f"row {kept[row].line}", tuple(blocks.starts[1:]))
+    return Loaded(columns, told, lambda row: f"row {kept[row].line}", blocks.begins(len(kept)))
 
 
 def _column(path: Path, name: str, place: int, rows: Sequence[Row]) -> np.ndarray:

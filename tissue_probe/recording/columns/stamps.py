@@ -10,7 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from tissue_probe.recording.clocks.times import EPOCH
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
+from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
 #: Endings of names, in lower case: of whole seconds, and of the nanoseconds beside them.
@@ -36,12 +38,39 @@ def with_stamps(source: Columns) -> Columns:
         others = [name for name in wanted if name != TIME]
         found = load(list(dict.fromkeys([*others, seconds, nanos])), progress)
         named = dict(zip(dict.fromkeys([*others, seconds, nanos]), found.columns, strict=True))
-        whole = named[seconds].astype(np.int64) * NANOSECONDS + named[nanos].astype(np.int64)
-        named[TIME] = whole.view("datetime64[ns]")
+        named[TIME] = _together(source, seconds, named[seconds], nanos, named[nanos])
         return found._replace(columns=[named[name] for name in wanted])
 
     told = f"time is {seconds} and {nanos} together"
     return replace(source, names=(*source.names, TIME), load=joined, told=(*source.told, told))
+
+
+def _together(
+    source: Columns, seconds: str, whole: np.ndarray, nanos: str, beside: np.ndarray
+) -> np.ndarray:
+    """Return times as ``datetime64[ns]``; NaT where one of both is not known.
+
+    Raises
+    ------
+    RecordingError
+        If they are not whole seconds and the nanoseconds beside them.
+    """
+    both = whole.dtype.kind in "iuf" and beside.dtype.kind in "iuf"
+    known = np.isfinite(whole) & np.isfinite(beside) if both else np.zeros(0, dtype=bool)
+    s, n = (each[known] if both else known for each in (whole, beside))
+    if (
+        not both
+        or np.any(s % 1)
+        or np.any((n < 0) | (n >= NANOSECONDS))
+        or np.any(np.abs(s) > EPOCH[1])
+    ):
+        raise RecordingError(
+            f"{source.path}: columns {seconds} and {nanos} are no seconds and the nanoseconds "
+            "beside them: give the column of times by `time`"
+        )
+    times = np.full(whole.size, np.datetime64("NaT"), dtype="datetime64[ns]")
+    times[known] = (s.astype(np.int64) * NANOSECONDS + n.astype(np.int64)).view("datetime64[ns]")
+    return times
 
 
 def _pairs(names: Sequence[str]) -> list[tuple[str, str]]:

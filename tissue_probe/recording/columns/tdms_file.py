@@ -50,20 +50,28 @@ def open_tdms(path: Path) -> Columns:
     periods = {
         n: float(p["wf_increment"])
         for n, (_, _, p) in channels.items()
-        if isinstance(p.get("wf_increment"), float | int) and p["wf_increment"] > 0.0
+        if isinstance(p.get("wf_increment"), float | int)
+        and 1.0 / NANOSECONDS < p["wf_increment"] < float("inf")
     }
     return Columns(path, tuple(channels), load, units, periods=periods, starts=_starts(channels))
 
 
 def _starts(channels: Mapping[str, tuple[str, str, Mapping[str, Any]]]) -> dict[str, float]:
-    """Return when each channel begins [s]: ``wf_start_time`` and ``wf_start_offset``."""
+    """Return when each channel begins [s]: ``wf_start_time`` and ``wf_start_offset``.
+
+    NaN where nothing tells it of a channel, and it is told of another.
+    """
     dates = {n: p["wf_start_time"] for n, (_, _, p) in channels.items() if "wf_start_time" in p}
+    dates = {n: date for n, date in dates.items() if isinstance(date, np.datetime64)}
     first = min(dates.values(), default=None)
     found = {}
     for name, (_, _, properties) in channels.items():
         offset = properties.get("wf_start_offset", 0.0)
+        offset = float(offset) if isinstance(offset, float | int) else float("nan")
         if name in dates:
             offset += float((dates[name] - first) / np.timedelta64(1, "ns")) / NANOSECONDS
-        if name in dates or "wf_start_offset" in properties:
-            found[name] = float(offset)
+        elif dates:
+            offset = float("nan")  # nothing tells it
+        if dates or "wf_start_offset" in properties:
+            found[name] = offset
     return found

@@ -25,7 +25,7 @@ from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_rows
 from tissue_probe.recording.columns.cells import Kind
-from tissue_probe.recording.columns.channel_labels import channel_labels
+from tissue_probe.recording.columns.channel_labels import ChannelLabels, channel_labels
 from tissue_probe.recording.columns.find_table import Found, Row, Run, find_table, longest_run
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
@@ -83,23 +83,24 @@ def open_text(path: Path) -> Columns:
     splits += [Dialect(encoding, " ", ".").split, _wide]
     found = find_table(str(path), rows, dialect.decimal, splits)
     told = (*dialect.told(), *found.told)
-    labels = channel_labels(rows, found, dialect.decimal)
-    found = replace(found, names=labels.names)
+    labels = channel_labels(path, rows, found, dialect.decimal)
+    found = replace(found, names=labels.names, separator=dialect.separator)
 
     def load(names: Sequence[str], progress: Progress) -> Loaded:
-        return _Reading(path, dialect, found, rows, names).run(progress)
+        return _Reading(path, dialect, found, rows, names, labels).run(progress)
 
     named = {n: u for n, u in zip(found.names, found.units, strict=False) if u}
     return Columns(
         path,
         tuple(n for n in found.names if n),
         load,
-        named | dict(labels.units),
+        named | labels.units,
         told,
         labels.periods,
         labels.starts,
         labels.clocks,
         found.named,
+        found.names,
     )
 
 
@@ -145,7 +146,7 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
             text = text[: -1 if ends else None].replace("\r\n", "\n").replace("\r", "\n")
             lines, feed, rest = text.rpartition("\n")
             rest += "\r" if ends else ""
-            if len(rest) > size:
+            if len(rest) > BLOCK:
                 raise RecordingError(f"{path} is not a table of text: a line in it has no end")
             yield lines + feed
             progress(read / whole)
@@ -226,11 +227,20 @@ class _Reading:
         Its first lines.
     names : sequence of str
         Of the columns to read.
+    labels : ChannelLabels
+        What is told of the channels beside the rows.
     """
 
     def __init__(
-        self, path: Path, dialect: Dialect, found: Found, rows: Sequence[Row], names: Sequence[str]
+        self,
+        path: Path,
+        dialect: Dialect,
+        found: Found,
+        rows: Sequence[Row],
+        names: Sequence[str],
+        labels: ChannelLabels,
     ) -> None:
+        self._labels = labels
         self._path = path
         self._dialect = dialect
         self._found = found
@@ -262,9 +272,13 @@ class _Reading:
             if self._line + text.count("\n") + 1 < self._begins:
                 self._line += text.count("\n")
                 continue
-            if self._is_cut(text):
-                self._cut.append(f"line {self._line + 1}, the last, is cut short, and left out")
-                break
+            if not text.endswith("\n"):
+                if self._is_cut(text):
+                    self._cut.append(f"line {self._line + 1}, the last, is cut short, and left out")
+                    break
+                self._cut.append(
+                    f"line {self._line + 1}, the last, has no end; its last number may be cut"
+                )
             for part, column in zip(parts, self._piece(_ended(text), count), strict=True):
                 part.append(column)
             count += parts[0][-1].size
@@ -274,12 +288,14 @@ class _Reading:
             columns.append(np.concatenate(part) if part else np.empty(0))
             part.clear()
         told = (*self._blocks.told(count), *self._cut)
-        return Loaded(columns, told, self._place, tuple(self._blocks.starts[1:]))
+        blocks = self._blocks.begins(count)
+        begins = self._labels.begins(self._blocks.between[: len(blocks)])
+        return Loaded(columns, told, self._place, blocks, begins)
 
     def _is_cut(self, text: str) -> bool:
-        """Whether a text is a last line without an end that lacks some of a row's characters."""
-        if text.endswith("\n"):
-            return False
+        """Whether a last line without an end lacks some of a row's characters."""
+        if text.count('"') % 2:
+            return True
         cells_of = self._dialect.split(text)
         begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not Kind.TEXT
         short = len(cells_of) < self._found.width or len(text) < self._shortest

@@ -6,6 +6,7 @@ What does not: the names (``usual_names``), reading columns, their values (``tab
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from itertools import combinations
@@ -90,7 +91,8 @@ def roles(source: Columns, layout: Layout) -> Roles:
         for role, name in wanted.items()
         if role != "time" or not source.clocks
     }
-    own_clocks = bool(source.clocks) and all(
+    own_clocks = bool(source.clocks) and layout.sample_rate is None
+    own_clocks = own_clocks and all(
         layout.time in (None, _AXIS.sub("", source.clocks.get(name or "", "")))
         and name in source.clocks
         for name in names.values()
@@ -108,7 +110,8 @@ def roles(source: Columns, layout: Layout) -> Roles:
     told = [
         f"{role} is {found[role]}"
         for role in found
-        if wanted.get(role) is None and _stem(found[role], role) not in OWN[role]
+        if (wanted.get(role) is None and _stem(found[role], role) not in OWN[role])
+        or (wanted.get(role) or "").isdecimal()
     ]
     if own_clocks:
         told.append("position and force have each a column of times")
@@ -116,9 +119,26 @@ def roles(source: Columns, layout: Layout) -> Roles:
         told.append(f"{rates['force']:.6g} samples a second, as the file says")
     units = _units(source, layout, found)
     told += _contradicted(source, layout, found)
-    begin = all(found[role] in source.starts for role in ("position", "force"))
+    begin = any(found[role] in source.starts for role in ("position", "force"))
+    _refuse_other_starts(source, found)
     own_times = own_clocks or ("time" not in found and (begin or len(set(rates.values())) > 1))
     return Roles(found, units, rates, own_clocks or "time" in found, own_times, tuple(told))
+
+
+def _refuse_other_starts(source: Columns, found: dict[str, str]) -> None:
+    """Refuse channels whose starts are not both told, or differ from a column of times for both."""
+    starts = [source.starts.get(found[role], 0.0) for role in ("position", "force")]
+    if any(math.isnan(start) for start in starts):
+        raise RecordingError(
+            f"{source.path} tells when one of {found['position']} and {found['force']} begins, and "
+            "not when the other does; write both starts to the file, or give a column `time`"
+        )
+    if "time" in found and not source.clocks and starts[0] != starts[1]:
+        raise RecordingError(
+            f"{source.path} says that {found['force']} begins {1e3 * (starts[1] - starts[0]):.4g} "
+            f"ms after {found['position']}, and the column {found['time']} tells one time for "
+            "both; take one of the two out of the file"
+        )
 
 
 def _sample_rates(
@@ -175,7 +195,7 @@ def _stem(name: str, role: str) -> str:
 def _plain(name: str, role: str) -> str:
     """Return the words of a name in lower case, without unit and axis."""
     stem = _AXIS.sub("", _stem(name, role))
-    return " ".join(stem.replace("_", " ").casefold().split())
+    return " ".join(stem.replace("_", " ").replace(".", " ").casefold().split())
 
 
 def _named(source: Columns, role: str, name: str) -> str:
@@ -194,10 +214,16 @@ def _named(source: Columns, role: str, name: str) -> str:
                 f"{source.path} has several columns {name}: {', '.join(meant)}; give `{role}` in "
                 "full"
             )
-        if name.isdigit() and 1 <= int(name) <= len(source.names):
-            return source.names[int(name) - 1]
+        if name.isdecimal() and name.isascii() and (numbered := _numbered(source, int(name))):
+            return numbered
         source.require([name])
     return name
+
+
+def _numbered(source: Columns, number: int) -> str | None:
+    """Return the name of a file's column by its number from 1; None where that has none."""
+    names = source.numbered or source.names
+    return (names[number - 1] or None) if 1 <= number <= len(names) else None
 
 
 def _found(source: Columns, role: str) -> str | None:
@@ -243,6 +269,12 @@ def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, 
 def _refuse_unknown_unit(source: Columns, role: str, name: str) -> None:
     """Refuse a unit that the file tells beside a column, and that is none of its role's."""
     told = source.units.get(name, "") or _rotary(name)
+    named = split_unit(name, _UNITS[role])[1]
+    if named and spelt(told) in _UNITS[role] and _UNITS[role][named] != _UNITS[role][spelt(told)]:
+        raise RecordingError(
+            f"{source.path}: column {name}, the {role}, is in {named} by its name, and in {told} "
+            f"by the unit beside it; state `{role}_unit`"
+        )
     if told in ROTARY:
         raise RecordingError(
             f"{source.path}: column {name}, the {role}, is in {told}, of a torque or an angle, and "

@@ -15,6 +15,7 @@ import numpy as np
 from tissue_probe.recording.clocks.counters import unwrapped
 from tissue_probe.recording.clocks.even_grid import (
     BRIDGED,
+    GAP,
     EvenGrid,
     consecutive,
     even_grid,
@@ -119,7 +120,7 @@ def read_columns(
         taken.append(fresh)
         time = time._replace(seconds=time.seconds[fresh])
         position, force = position[fresh], force[fresh]
-    if found.timed or fresh is not None:
+    if found.timed or fresh is not None or _has_pauses(time.seconds, found):
         grid = even_grid(
             time.seconds, str(path), BRIDGED, lambda row: place(_among_all(row, taken))
         )
@@ -142,9 +143,9 @@ Read = tuple[Times, FloatArray, FloatArray, Callable[[int], str], list[str]]
 
 def _by_one_clock(source: Columns, found: Roles, layout: Layout, progress: Progress) -> Read:
     """Read position and force that stand in the same rows."""
-    columns, told, place, blocks = source.read(list(found.names.values()), progress)
+    columns, told, place, *blocks = source.read(list(found.names.values()), progress)
     signals = dict(zip(found.names, columns, strict=True))
-    time = following_on(_times(source, found, layout, signals), blocks)
+    time = following_on(_times(source, found, layout, signals), *blocks)
     said = [*source.told, *found.told, *told, *time.told]
     position = _position(source, found, layout, signals["position"], time, said)
     force = _scaled(source, found, "force", signals["force"], layout.force_sign)
@@ -164,9 +165,9 @@ def _each_by_its_clock(source: Columns, found: Roles, layout: Layout, progress: 
         if clock:
             told = times(loaded.columns[1], clock, source.units.get(clock), False, str(source.path))
         else:
-            period = 1.0 / found.sample_rates[role]
-            told = Times(0, source.starts.get(name, 0.0) + period * np.arange(columns[role].size))
-        own[role] = following_on(told, loaded.blocks)
+            told = Times(0, _counted(columns[role].size, loaded.blocks, found.sample_rates[role]))
+        told = told._replace(seconds=told.seconds + source.starts.get(name, 0.0))
+        own[role] = following_on(told, loaded.blocks, loaded.begins)
     said += own["force"].told
     position = _position(source, found, layout, columns["position"], own["position"], said)
     force = _scaled(source, found, "force", columns["force"], layout.force_sign)
@@ -175,6 +176,21 @@ def _each_by_its_clock(source: Columns, found: Roles, layout: Layout, progress: 
         said.append(differ)
         position = at_times(seconds, position, own["force"].seconds)
     return own["force"], position, force, loaded.place, said
+
+
+def _has_pauses(seconds: FloatArray, found: Roles) -> bool:
+    """Whether blocks of samples that have a rate do not follow each other at once."""
+    period = 1.0 / found.sample_rates["force"]
+    return bool(np.any(np.diff(seconds) > GAP * period))
+
+
+def _counted(count: int, blocks: Sequence[int], rate: float) -> FloatArray:
+    """Return times of samples at a rate [Hz] that begin anew with each block [s]."""
+    number = np.arange(count)
+    first = np.zeros(count, dtype=int)
+    for begin in blocks:
+        first[begin:] = begin
+    return (number - first) / rate
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
