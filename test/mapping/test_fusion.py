@@ -418,6 +418,7 @@ def test_one_live_estimate_costs_little_however_many_came_before():
     for site in range(len(GRID)):
         builder.announce(announcement(site * SECOND, site, Phase.DWELL))
     stamps = iter(range(5 * SECOND, 6 * SECOND))
+    builder.add_one("ekf", Status.CONVERGED, estimate(next(stamps)))  # an estimator is heard of
     first = calls_of_one_estimate(builder, stamps)
     for _ in range(2000):
         builder.add_one("ekf", Status.CONVERGED, estimate(next(stamps)))
