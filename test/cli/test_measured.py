@@ -83,7 +83,7 @@ def test_the_site_of_a_scan_is_asked_for(bag, run, options):
 def test_gaps_make_segments_and_only_the_first_is_at_rest(csv, tmp_path, options):
     lines = csv().read_text().splitlines()
     gapped = tmp_path / "gapped.csv"
-    gapped.write_text("\n".join(lines[:1001] + lines[1501:1511] + lines[2501:]))
+    gapped.write_text("\n".join([*lines[:1001], *lines[1501:1511], *lines[2501:], ""]))
     first, second = options(gapped, "--starts", "at-rest")
     assert [segment.position.size for segment in (first, second)] == [1000, 1500]
     assert [segment.starts for segment in (first, second)] == ["at-rest", "moving"]
@@ -104,7 +104,7 @@ def test_holes_are_filled_and_it_is_said(csv, options):
     lines = path.read_text().splitlines()
     time, position, _ = lines[100].split(",")
     lines[100] = f"{time},{position},"
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join([*lines, ""]))
     (segment,) = options(path)
     assert np.isfinite(segment.force).all()
     assert "1 samples of the even grid lie in gaps: filled in" in segment.notes[0]
@@ -116,7 +116,7 @@ def test_what_is_filled_in_does_not_count_as_measured(csv, options):
     time, position, _ = lines[100].split(",")
     lines[100] = f"{time},{position},"
     lines[200:203] = [f"{row.split(',')[0]},,{row.split(',')[2]}" for row in lines[200:203]]
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join([*lines, ""]))
     (segment,) = options(path)
     assert list(np.flatnonzero(~segment.measured)) == [99, 199, 200, 201]
     assert segment.position[99] == float(position)
@@ -134,7 +134,7 @@ def test_missing_rows_are_filled_in_as_missing_values_are(csv, options):
     (whole,) = options(path)
     lines = path.read_text().splitlines()
     lost = [50, 51, 52, *range(200, 3900, 40)]
-    path.write_text("\n".join(line for n, line in enumerate(lines) if n - 1 not in lost))
+    path.write_text("\n".join([*(line for n, line in enumerate(lines) if n - 1 not in lost), ""]))
     segment = options(path)[1]
     assert list(np.flatnonzero(~segment.measured)) == lost
     assert_allclose(segment.force[segment.measured], whole.force[segment.measured])
@@ -150,7 +150,7 @@ def test_longer_runs_of_missing_values_are_cut_out_and_it_is_said(csv, options):
     lines = path.read_text().splitlines()
     for first, stop in ((501, 511), (2001, 2101)):
         lines[first:stop] = [f"{row.split(',')[0]},," for row in lines[first:stop]]
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join([*lines, ""]))
     pieces = options(path)
     assert [segment.position.size for segment in pieces] == [500, 1490, 1900]
     (note,) = pieces[0].notes
@@ -160,7 +160,7 @@ def test_longer_runs_of_missing_values_are_cut_out_and_it_is_said(csv, options):
 def test_what_remains_between_gaps_is_told(csv, options):
     path = csv()
     lines = path.read_text().splitlines()
-    path.write_text("\n".join(lines[:1001] + lines[1501:1511] + lines[2501:]))
+    path.write_text("\n".join([*lines[:1001], *lines[1501:1511], *lines[2501:], ""]))
     note = options(path)[0].notes[1]
     assert "1 piece between gaps is too short to be used; 2500 of 2510 samples remain" in note
 
@@ -169,7 +169,7 @@ def test_what_is_filled_in_stays_unmeasured_behind_a_low_pass(csv):
     path = csv()
     lines = path.read_text().splitlines()
     lines[104:107] = [f"{row.split(',')[0]},," for row in lines[104:107]]
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join([*lines, ""]))
     every = 8  # of 2 kHz, 2.5 samples a cycle of 100 Hz
     (segment,) = segments(read(path), lowpass=100.0)
     assert segment.force.size == 4000 // every
