@@ -49,16 +49,16 @@ _ANYWHERE = 0.3
 class Region(NamedTuple):
     """Where sites and inclusions may be [mm].
 
-    ``sx``, ``sy`` are the sites, ``reach`` how far from one an inclusion may lie, ``spacing`` their
-    distance, ``box`` the rectangle of all (least and largest x, y), ``area`` what is within reach
-    of it.
+    ``sx``, ``sy`` are the sites, ``spacing`` their distance, ``box`` a rectangle around all (least
+    and largest x, y). A middle lies in the ``hull``: a x + b y + c <= 0 for each of its rows
+    a, b, c. ``area`` is the hull's.
     """
 
     sx: np.ndarray
     sy: np.ndarray
-    reach: float
     spacing: float
     box: np.ndarray
+    hull: np.ndarray
     area: float
 
 
@@ -93,14 +93,12 @@ class Scratch(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inside(px, py, x, y, reach, box):
-    """Whether a place is in the box and within reach of a site: nothing is said of any other."""
-    if not (box[0] <= px <= box[1] and box[2] <= py <= box[3]):
-        return False
-    nearest = np.inf
-    for i in range(x.size):
-        nearest = min(nearest, (px - x[i]) ** 2 + (py - y[i]) ** 2)
-    return nearest <= reach**2
+def _inside(px, py, hull):
+    """Whether a middle is in the hull: an inclusion may not lie elsewhere."""
+    outermost = -np.inf
+    for k in range(hull.shape[0]):
+        outermost = max(outermost, hull[k, 0] * px + hull[k, 1] * py + hull[k, 2])
+    return outermost <= 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -277,9 +275,7 @@ def _moved(row, new, kind, spacing):
 def _allowed(row, region):
     """Whether an inclusion is one that the prior knows."""
     prior = log_prior_of_shape(row) + log_prior_of_contrast(row[LOG_CONTRAST])
-    return prior > -np.inf and _inside(
-        row[X], row[Y], region.sx, region.sy, region.reach, region.box
-    )
+    return prior > -np.inf and _inside(row[X], row[Y], region.hull)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

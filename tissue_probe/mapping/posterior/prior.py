@@ -78,11 +78,14 @@ def log_prior_of_shape(row):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_shape(row):
-    """Draw extent, exponent and ellipse from the prior; what lies outside has no density."""
-    row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
-    row[LOG_EXPONENT] = math.log(EXPONENT) + EXPONENT_SPREAD * np.random.standard_normal()
-    row[LOG_ASPECT] = abs(ASPECT_SPREAD * np.random.standard_normal())
-    row[ANGLE] = np.pi * np.random.random()
+    """Draw extent, exponent and ellipse from the prior."""
+    while True:
+        row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
+        row[LOG_EXPONENT] = math.log(EXPONENT) + EXPONENT_SPREAD * np.random.standard_normal()
+        row[LOG_ASPECT] = abs(ASPECT_SPREAD * np.random.standard_normal())
+        row[ANGLE] = np.pi * np.random.random()
+        if log_prior_of_shape(row) > -np.inf:
+            return
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
