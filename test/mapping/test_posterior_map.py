@@ -194,7 +194,7 @@ def test_sites_all_alike_are_plain_tissue():
     assert known.mean() > 0.9
     off = np.abs(found.surface.mean[known] / 450.0 - 1.0)
     assert np.median(off) < 1e-3
-    assert off.max() < 0.05
+    assert off.max() < 0.1  # midway between four sites a stiff one with a hard edge is not felt
     assert np.isfinite(found.surface.sd[known]).all()
 
 
@@ -306,3 +306,20 @@ def test_a_form_that_the_model_has_not_is_not_made_up_of_further_inclusions():
     found = map_of(sites(x, y, 450.0 * (1.0 + 1.2 * (1.0 + squared) ** -1.5)))
     assert [one.probability > 0.9 for one in found.inclusions] == [True]
     assert found.check.disagreement <= 0.05
+
+
+def test_a_disc_with_a_hard_edge_is_where_its_ellipse_says_and_within_its_boundary():
+    """Sites tell a hard edge only to lie between two of them: a form with a blunt one is sure."""
+    x, y = grid(7)
+    rng = np.random.default_rng(7)
+    off, held = [], []
+    for _ in range(8):
+        place, radius = rng.uniform(0.01, 0.03, 2), rng.uniform(0.005, 0.007)
+        inside = np.hypot(x - place[0], y - place[1]) < radius
+        k = 400.0 * (1.0 + inside) * (1.0 + 0.02 * rng.standard_normal(x.size))
+        (one,) = sure(map_of(sites(x, y, k, relative=0.02)))
+        apart = np.array([one.x, one.y]) - place
+        off.append(apart @ np.linalg.solve(one.covariance, apart))
+        held.append(np.hypot(*(one.boundary_95 - place).T).min() > radius - 5e-4)
+    assert sum(chi2 < 6.0 for chi2 in off) >= 6
+    assert sum(held) >= 6

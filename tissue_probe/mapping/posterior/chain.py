@@ -1,31 +1,59 @@
-"""One reversible-jump Markov chain over the inclusions of a map.
+"""Reversible-jump Markov chains over the inclusions of a map, coupled over temperatures.
 
 What belongs here: which moves are made, how often, and what is kept. What does not: the moves
 (``moves``), and how many chains run how long (``sampling``).
+
+Beside the chain of the posterior others run, to which the data say less (beta < 1): they leave a
+wrong place that fits well, and hand over what they find by exchange of states (C. J. Geyer, Markov
+chain Monte Carlo maximum likelihood, Computing Science and Statistics 23 (1991) 156).
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
 
 from tissue_probe.mapping.posterior.moves import (
+    KINDS,
     another_level,
     begun,
     born,
     changed_one,
     died,
+    log_told,
     redrawn,
+    scratch_for,
 )
 from tissue_probe.mapping.posterior.prior import MOST
 
 #: Of all moves: birth or death, an inclusion drawn anew, the level; the rest changes an inclusion.
 _JUMP, _REDRAWN, _LEVEL_MOVE = 0.25, 0.1, 0.05
+#: Moves of each rung between exchanges.
+_EXCHANGE = 10
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run(seed, y, region, precision, log_weight, end, steps, thin, rows, kept, levels):
-    """Run a chain on, and keep every ``thin``-th state.
+def _move(state, count, level, beta, region, precision, log_weight, scratch):
+    """Make one move; return number of inclusions and level then."""
+    Q, choice = precision[level], np.random.random()
+    if choice < 0.5 * _JUMP:
+        count = born(state, count, beta, Q, region, scratch)
+    elif choice < _JUMP:
+        count = died(state, count, beta, Q, region, scratch)
+    elif choice < _JUMP + _REDRAWN:
+        redrawn(state, count, beta, Q, region, scratch)
+    elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
+        level = another_level(state, level, beta, precision, log_weight, scratch)
+    else:
+        changed_one(state, count, np.random.randint(KINDS), beta, Q, region, scratch)
+    return count, level
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run(seed, y, region, precision, log_weight, betas, ends, steps, thin, rows, kept, levels):
+    """Run a chain of each beta on, and keep every ``thin``-th state of the first.
 
     Parameters
     ----------
@@ -37,30 +65,40 @@ def run(seed, y, region, precision, log_weight, end, steps, thin, rows, kept, le
         Where sites and inclusions may be.
     precision, log_weight : array
         As in ``Background``.
-    end : array, shape (MOST + 1, PARAMETERS)
-        The inclusions, and in the last row their number and the level; left as the chain ends.
+    betas : array, shape (b,)
+        How much of what the data say each chain is told, the first 1.
+    ends : array, shape (b, MOST + 1, PARAMETERS)
+        The inclusions, and in the last row their number and the level; left as the chains end.
     steps, thin : int
         Moves of the stretch.
     rows, kept, levels : array, shapes (s, MOST, PARAMETERS), (s,) and (s,)
         Written: inclusions, their number, and the level of each kept state.
     """
     np.random.seed(seed)
-    count, level, written = int(end[MOST, 0]), int(end[MOST, 1]), 0
-    state, scratch = begun(end[:MOST], count, precision[level], y, region)
+    rungs, written, scratch = betas.size, 0, scratch_for(y.size)
+    count, level = ends[:, MOST, 0].astype(np.int64), ends[:, MOST, 1].astype(np.int64)
+    rows_of, Q = ends[:, :MOST].copy(), precision
+    states = [begun(rows_of[k], count[k], Q[level[k]], y, region) for k in range(rungs)]
+    at = np.arange(rungs)  # the state of each rung
     for step in range(steps):
-        Q, choice = precision[level], np.random.random()
-        if choice < 0.5 * _JUMP:
-            count = born(state, count, Q, region, scratch)
-        elif choice < _JUMP:
-            count = died(state, count, Q, region, scratch)
-        elif choice < _JUMP + _REDRAWN:
-            redrawn(state, count, Q, region, scratch)
-        elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
-            level = another_level(state, level, precision, log_weight, scratch)
-        else:
-            changed_one(state, count, Q, region, scratch)
+        for rung in range(rungs):
+            k = at[rung]
+            count[k], level[k] = _move(
+                states[k], count[k], level[k], betas[rung], region, precision, log_weight, scratch
+            )
+        if rungs > 1 and (step + 1) % _EXCHANGE == 0:
+            rung = np.random.randint(rungs - 1)
+            a, b = at[rung], at[rung + 1]
+            gain = log_told(states[b], level[b], log_weight)
+            gain -= log_told(states[a], level[a], log_weight)
+            if math.log(np.random.random()) < (betas[rung] - betas[rung + 1]) * gain:
+                at[rung], at[rung + 1] = b, a
         if (step + 1) % thin == 0:
-            rows[written, :count] = state.inclusions[:count]
-            kept[written], levels[written] = count, level
+            k = at[0]
+            rows[written, : count[k]] = states[k].inclusions[: count[k]]
+            kept[written], levels[written] = count[k], level[k]
             written += 1
-    end[MOST, 0], end[MOST, 1] = count, level
+    for rung in range(rungs):
+        k = at[rung]
+        ends[rung, :MOST] = states[k].inclusions
+        ends[rung, MOST, 0], ends[rung, MOST, 1] = count[k], level[k]

@@ -1,6 +1,11 @@
-"""How far from the sites the map says something.
+"""Where inclusions may lie, and how far from the sites the map says something.
 
-What belongs here: rectangle, reach and raster. What does not: what is said (``posterior_map``).
+What belongs here: rectangle, hull, reach and raster. What does not: what is said
+(``posterior_map``).
+
+The middle of an inclusion may lie anywhere in the sites' hull. Scattered sites leave holes: were a
+middle bound to lie near a site, one in a hole had no chance, and the sites around the hole would be
+explained by an inclusion beside the true one. The surface is told near sites alone.
 """
 
 from __future__ import annotations
@@ -8,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
@@ -22,6 +27,8 @@ TIP = 3.0
 _LONE = 10.0
 #: Of a spacing: the middle of four sites is 0.71 away from each.
 _REACH = 0.75
+#: Places are told apart by so many digits of a mm.
+_DIGITS = 3
 #: Of a raster: an array of them takes 32 MB.
 _MOST_CELLS = 4_000_000
 
@@ -33,7 +40,7 @@ class Domain:
     Attributes
     ----------
     spacing : float
-        Median distance of a site from its neighbour.
+        Of a raster of as many places over the same hull.
     reach : float
         A place farther from every site is unknown.
     box : array, shape (4,)
@@ -43,6 +50,7 @@ class Domain:
     spacing: float
     reach: float
     box: FloatArray
+    _hull: ConvexHull
     _sites: FloatArray
     _hanging: FloatArray
     _within: Polygon | None
@@ -62,12 +70,8 @@ class Domain:
         ParameterError
             If the box has too many cells as wide as a tip's radius.
         """
-        places = np.unique(np.round(np.column_stack([x, y]), 3), axis=0)
-        if len(places) > 1:
-            nearest = cKDTree(places).query(places, k=2)[0][:, 1]
-            spacing = float(np.median(nearest))
-        else:
-            spacing = _LONE
+        places = np.unique(np.round(np.column_stack([x, y]), _DIGITS), axis=0)
+        spacing = _spacing(places)
         beyond = min(spacing / 2.0, TIP)
         if within is not None:
             beyond = TIP
@@ -81,21 +85,12 @@ class Domain:
                 f"{TIP:g} mm radius feels: give x and y in m; are these mm?"
             )
         box = np.array([low[0], high[0], low[1], high[1]])
-        return Domain(spacing, max(_REACH * spacing, TIP), box, places, hanging, within)
-
-    @property
-    def area(self) -> float:
-        """The area within reach [mm^2]."""
-        step = max(self.reach / 4.0, 1e-3)
-        x, y = self.raster(step)
-        return float(self.known(x, y).mean()) * (x[-1] - x[0]) * (y[-1] - y[0])
+        hull = _hull(np.concatenate([places, corners]), beyond)
+        return Domain(spacing, max(_REACH * spacing, TIP), box, hull, places, hanging, within)
 
     def region(self, x: FloatArray, y: FloatArray) -> Region:
         """Return where the chains' sites x, y [mm] are, and where inclusions may be."""
-        if self._within is None:
-            return Region(x, y, self.reach, self.spacing, self.box, self.area)
-        sides = self.box[1::2] - self.box[::2]
-        return Region(x, y, np.inf, self.spacing, self.box, float(np.prod(sides)))
+        return Region(x, y, self.spacing, self.box, self._hull.equations, self._hull.volume)
 
     def raster(self, step: float) -> tuple[FloatArray, FloatArray]:
         """Return x and y of a raster over the box, its cells about ``step`` [mm] wide.
@@ -131,3 +126,26 @@ class Domain:
         if len(self._hanging):
             known &= nearest < cKDTree(self._hanging).query(places)[0]
         return known
+
+
+def _hull(places: FloatArray, beyond: float) -> ConvexHull:
+    """Return the hull of the squares around places that reach so far beyond them.
+
+    A square is what a raster's site stands for, and places on one line have a hull, too.
+    """
+    corners = beyond * np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]])
+    return ConvexHull((places[:, None] + corners).reshape(-1, 2))
+
+
+def _spacing(places: FloatArray) -> float:
+    """Return the spacing of a raster of as many places, whose hull has the same area and perimeter.
+
+    The cells of a raster of n places, s wide, end half a spacing beyond its hull of area A and
+    perimeter P: A + P s / 2 + s^2 = n s^2. On a line s is the mean distance of neighbours.
+    """
+    others = len(places) - 1
+    if not others:
+        return _LONE
+    hull = _hull(places, 0.1**_DIGITS / 2.0)
+    quarter, area = hull.area / 4.0, hull.volume  # in a plane SciPy's area is the perimeter
+    return round(float(quarter + np.sqrt(quarter**2 + others * area)) / others, _DIGITS)

@@ -4,9 +4,10 @@ What belongs here: what a move proposes, and when it is accepted. What does not:
 number (``chain``), the prior (``prior``), the shape of an inclusion (``shape``).
 
 The background is integrated out, so that a state is a list of inclusions and a level of variation.
-Its log density is -r'Qr / 2 and the prior's, where r is log k less that of the inclusions and Q the
-level's precision. With r changed at the few sites that a move reaches, r'Qr is changed by these
-alone.
+Its log density is the prior's and beta times what the data say: the level's weight less r'Qr / 2,
+where r is log k less that of the inclusions and Q the level's precision. beta is 1 for the
+posterior, and less for a chain that goes farther (``chain``). With r changed at the few sites that
+a move reaches, r'Qr is changed by these alone.
 
 P. J. Green, Reversible jump Markov chain Monte Carlo computation and Bayesian model determination,
 Biometrika 82 (1995) 711.
@@ -22,7 +23,6 @@ from numba import njit
 
 from tissue_probe.mapping.posterior.prior import (
     ANGLE,
-    CONTRAST_SCALE,
     FURTHER,
     LEAST_LEFT,
     LOG_ASPECT,
@@ -32,33 +32,36 @@ from tissue_probe.mapping.posterior.prior import (
     MOST,
     OVERLAP,
     PARAMETERS,
-    SOFT,
     X,
     Y,
     draw_contrast,
     draw_shape,
+    log_normal,
     log_prior_of_contrast,
     log_prior_of_shape,
 )
 from tissue_probe.mapping.posterior.shape import felt, squared_distance
 
-#: Share of births anywhere, against those where the sites are off.
-_ANYWHERE = 0.3
+#: Share of births anywhere, against those where the sites are off; of contrasts from the prior,
+#: against those that explain the nearest site.
+_ANYWHERE, _ANY_CONTRAST = 0.3, 0.5
+#: Kinds of change of an inclusion, and from which on the contrast follows the form.
+KINDS, _RESHAPES = 6, 3
 
 
 class Region(NamedTuple):
     """Where sites and inclusions may be [mm].
 
-    ``sx``, ``sy`` are the sites, ``reach`` how far from one an inclusion may lie, ``spacing`` their
-    distance, ``box`` the rectangle of all (least and largest x, y), ``area`` what is within reach
-    of it.
+    ``sx``, ``sy`` are the sites, ``spacing`` their distance, ``box`` a rectangle around all (least
+    and largest x, y). A middle lies in the ``hull``: a x + b y + c <= 0 for each of its rows
+    a, b, c. ``area`` is the hull's.
     """
 
     sx: np.ndarray
     sy: np.ndarray
-    reach: float
     spacing: float
     box: np.ndarray
+    hull: np.ndarray
     area: float
 
 
@@ -93,14 +96,12 @@ class Scratch(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _inside(px, py, x, y, reach, box):
-    """Whether a place is in the box and within reach of a site: nothing is said of any other."""
-    if not (box[0] <= px <= box[1] and box[2] <= py <= box[3]):
-        return False
-    nearest = np.inf
-    for i in range(x.size):
-        nearest = min(nearest, (px - x[i]) ** 2 + (py - y[i]) ** 2)
-    return nearest <= reach**2
+def _inside(px, py, hull):
+    """Whether a middle is in the hull: an inclusion may not lie elsewhere."""
+    outermost = -np.inf
+    for k in range(hull.shape[0]):
+        outermost = max(outermost, hull[k, 0] * px + hull[k, 1] * py + hull[k, 2])
+    return outermost <= 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -152,26 +153,37 @@ def _expected_contrast(row, x, y, sum_felt, residual, precision, shape):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_density_of_birth(row, x, y, width, area, weights, expected):
-    """Return the log density with which a birth proposes place and contrast of an inclusion."""
-    near = 0.0
-    for i in range(x.size):
-        squared = ((row[X] - x[i]) ** 2 + (row[Y] - y[i]) ** 2) / width**2
-        if squared < 40.0:
-            near += weights[i] * math.exp(-0.5 * squared)
-    place = _ANYWHERE / area + (1.0 - _ANYWHERE) * near / (2.0 * math.pi * width**2)
-    spread = 0.1 + 0.3 * abs(expected)
-    explains = math.exp(-0.5 * ((row[LOG_CONTRAST] - expected) / spread) ** 2)
-    explains /= spread * math.sqrt(2.0 * math.pi)
-    size = abs(row[LOG_CONTRAST])
-    sign = SOFT if row[LOG_CONTRAST] < 0.0 else 1.0 - SOFT
-    any_size = sign * size / CONTRAST_SCALE**2 * math.exp(-size / CONTRAST_SCALE)
-    return math.log(place) + math.log(0.5 * any_size + 0.5 * explains)
+def _birth_width(region):
+    """Return the standard deviation of a birth's place about a site [mm]."""
+    return 0.5 * region.spacing
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw_birth(row, x, y, width, box, weights, sum_felt, residual, precision, shape):
+def _birth_spread(expected):
+    """Return the standard deviation of a birth's log contrast about that expected."""
+    return 0.1 + 0.3 * abs(expected)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _log_density_of_birth(row, region, weights, expected):
+    """Return the log density with which a birth proposes place and contrast of an inclusion."""
+    width, box, near = _birth_width(region), region.box, 0.0
+    for i in range(region.sx.size):
+        squared = ((row[X] - region.sx[i]) ** 2 + (row[Y] - region.sy[i]) ** 2) / width**2
+        if squared < 40.0:
+            near += weights[i] * math.exp(-0.5 * squared)
+    place = _ANYWHERE / ((box[1] - box[0]) * (box[3] - box[2]))
+    place += (1.0 - _ANYWHERE) * near / (2.0 * math.pi * width**2)
+    explains = math.exp(log_normal(row[LOG_CONTRAST], expected, _birth_spread(expected)))
+    contrast = (1.0 - _ANY_CONTRAST) * explains / math.sqrt(2.0 * math.pi)
+    contrast += _ANY_CONTRAST * math.exp(log_prior_of_contrast(row[LOG_CONTRAST]))
+    return math.log(place) + math.log(contrast)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _draw_birth(row, region, weights, sum_felt, residual, precision, shape):
     """Draw an inclusion: its shape from the prior, its place where sites are off, or anywhere."""
+    x, y, box, width = region.sx, region.sy, region.box, _birth_width(region)
     draw_shape(row)
     if np.random.random() < _ANYWHERE:
         row[X] = box[0] + (box[1] - box[0]) * np.random.random()
@@ -185,10 +197,10 @@ def _draw_birth(row, x, y, width, box, weights, sum_felt, residual, precision, s
         row[Y] = y[i] + width * np.random.standard_normal()
     felt(row, x, y, shape)
     expected = _expected_contrast(row, x, y, sum_felt, residual, precision, shape)
-    if np.random.random() < 0.5:
+    if np.random.random() < _ANY_CONTRAST:
         row[LOG_CONTRAST] = draw_contrast()
     else:
-        row[LOG_CONTRAST] = expected + (0.1 + 0.3 * abs(expected)) * np.random.standard_normal()
+        row[LOG_CONTRAST] = expected + _birth_spread(expected) * np.random.standard_normal()
     return expected
 
 
@@ -269,37 +281,26 @@ def _moved(row, new, kind, spacing):
     else:
         new[LOG_RADIUS] += 0.25 * np.random.standard_normal()
         new[LOG_EXPONENT] += 0.4 * np.random.standard_normal()
-        new[X] += 0.2 * radius * np.random.standard_normal()
-        new[Y] += 0.2 * radius * np.random.standard_normal()
+        # The same length there and back: the geometric mean of both radii.
+        both = math.exp(0.5 * (row[LOG_RADIUS] + new[LOG_RADIUS]))
+        new[X] += 0.2 * both * np.random.standard_normal()
+        new[Y] += 0.2 * both * np.random.standard_normal()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _allowed(row, region):
     """Whether an inclusion is one that the prior knows."""
     prior = log_prior_of_shape(row) + log_prior_of_contrast(row[LOG_CONTRAST])
-    return prior > -np.inf and _inside(
-        row[X], row[Y], region.sx, region.sy, region.reach, region.box
-    )
+    return prior > -np.inf and _inside(row[X], row[Y], region.hull)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _propose(state_sum, residual, Q, region, scratch):
     """Draw an inclusion to be born, and return the log density of that."""
-    new, width, box = scratch.new, 0.5 * region.spacing, region.box
     expected = _draw_birth(
-        new, region.sx, region.sy, width, box, scratch.weights, state_sum, residual, Q,
-        scratch.shape,
-    )  # fmt: skip
-    return _log_density(new, expected, region, scratch.weights)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _log_density(row, expected, region, weights):
-    box = region.box
-    size = (box[1] - box[0]) * (box[3] - box[2])
-    return _log_density_of_birth(
-        row, region.sx, region.sy, 0.5 * region.spacing, size, weights, expected
+        scratch.new, region, scratch.weights, state_sum, residual, Q, scratch.shape
     )
+    return _log_density_of_birth(scratch.new, region, scratch.weights, expected)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -325,11 +326,11 @@ def _leave_out(state, j, Q, region, scratch):
         row, region.sx, region.sy, scratch.without_sum, scratch.without_residual, Q,
         state.shapes[j],
     )  # fmt: skip
-    return gain, _log_density(row, expected, region, scratch.weights)
+    return gain, _log_density_of_birth(row, region, scratch.weights, expected)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def born(state, count, Q, region, scratch):
+def born(state, count, beta, Q, region, scratch):
     """Propose one more inclusion; return how many there are then."""
     if count == MOST:
         return count
@@ -346,7 +347,7 @@ def born(state, count, Q, region, scratch):
     if changed < 0:
         return count
     log_ratio = (
-        _gain(scratch.change, scratch.where, changed, state.residual, Q)
+        beta * _gain(scratch.change, scratch.where, changed, state.residual, Q)
         + math.log(FURTHER)
         + _log_apart(state.inclusions, count, new, -1)
         - math.log(region.area)
@@ -363,14 +364,14 @@ def born(state, count, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def died(state, count, Q, region, scratch):
+def died(state, count, beta, Q, region, scratch):
     """Propose one inclusion fewer; return how many there are then."""
     if count == 0:
         return count
     j = np.random.randint(count)
     gain, density = _leave_out(state, j, Q, region, scratch)
     log_ratio = (
-        gain
+        beta * gain
         - math.log(FURTHER)
         - _log_apart(state.inclusions, count, state.inclusions[j], j)
         + math.log(region.area)
@@ -388,7 +389,7 @@ def died(state, count, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def redrawn(state, count, Q, region, scratch):
+def redrawn(state, count, beta, Q, region, scratch):
     """Propose another inclusion instead of one, as if that had died and this were born."""
     if count == 0:
         return
@@ -396,7 +397,7 @@ def redrawn(state, count, Q, region, scratch):
     gain, density = _leave_out(state, j, Q, region, scratch)
     if gain != gain:
         return
-    log_ratio = gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
+    log_ratio = beta * gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
     log_ratio -= _log_apart(state.inclusions, count, state.inclusions[j], j)
     log_ratio -= _propose(scratch.without_sum, scratch.without_residual, Q, region, scratch)
     if not _allowed(new, region):
@@ -408,7 +409,7 @@ def redrawn(state, count, Q, region, scratch):
     )  # fmt: skip
     if changed < 0:
         return
-    log_ratio += _gain(scratch.change, scratch.where, changed, scratch.without_residual, Q)
+    log_ratio += beta * _gain(scratch.change, scratch.where, changed, scratch.without_residual, Q)
     log_ratio += _log_apart(state.inclusions, count, new, j)
     log_ratio += log_prior_of_contrast(new[LOG_CONTRAST])
     if math.log(np.random.random()) < log_ratio:
@@ -421,7 +422,7 @@ def redrawn(state, count, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def another_level(state, level, precision, log_weight, scratch):
+def another_level(state, level, beta, precision, log_weight, scratch):
     """Propose another level of variation, a neighbour mostly; return the level then."""
     other = np.random.randint(log_weight.size)
     if np.random.random() < 0.7:
@@ -431,10 +432,16 @@ def another_level(state, level, precision, log_weight, scratch):
     new_quadratic = _apply(precision[other], state.r, scratch.without_residual)
     log_ratio = log_weight[other] - log_weight[level]
     log_ratio -= 0.5 * (new_quadratic - np.dot(state.r, state.residual))
-    if math.log(np.random.random()) >= log_ratio:
+    if math.log(np.random.random()) >= beta * log_ratio:
         return level
     state.residual[:] = scratch.without_residual
     return other
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def log_told(state, level, log_weight):
+    """Return what the data say of a state: its log density at a beta of 1, less the prior's."""
+    return log_weight[level] - 0.5 * np.dot(state.r, state.residual)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -450,7 +457,7 @@ def _same_at_nearest(state, j, region, scratch):
     if shape[i] <= 1e-3 or state.shapes[j, i] <= 1e-3:
         return np.nan, np.nan
     excess = state.excesses[j] * state.shapes[j, i] / shape[i]
-    if excess <= -0.95:
+    if excess <= -1.0:
         return np.nan, np.nan
     new[LOG_CONTRAST] = math.log(1.0 + excess)
     jacobian = math.log(state.shapes[j, i] / shape[i])
@@ -458,18 +465,18 @@ def _same_at_nearest(state, j, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changed_one(state, count, Q, region, scratch):
-    """Propose another place, extent, contrast or shape of an inclusion."""
+def changed_one(state, count, kind, beta, Q, region, scratch):
+    """Propose another place, extent, contrast or shape of an inclusion: ``kind`` of ``KINDS``."""
     if count == 0:
         return
-    j, kind = np.random.randint(count), np.random.randint(6)
+    j = np.random.randint(count)
     old, new, shape = state.inclusions[j], scratch.new, scratch.shape
     _moved(old, new, kind, region.spacing)
     if not _allowed(new, region):
         return
     felt(new, region.sx, region.sy, shape)
     excess, jacobian = math.exp(new[LOG_CONTRAST]) - 1.0, 0.0
-    if kind >= 3:
+    if kind >= _RESHAPES:
         excess, jacobian = _same_at_nearest(state, j, region, scratch)
         if excess != excess:
             return
@@ -480,7 +487,7 @@ def changed_one(state, count, Q, region, scratch):
     if changed < 0:
         return
     log_ratio = (
-        _gain(scratch.change, scratch.where, changed, state.residual, Q)
+        beta * _gain(scratch.change, scratch.where, changed, state.residual, Q)
         + jacobian
         + log_prior_of_shape(new)
         - log_prior_of_shape(old)
@@ -497,7 +504,7 @@ def changed_one(state, count, Q, region, scratch):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def begun(inclusions, count, Q, y, region):
-    """Return the state of inclusions, and scratch for its moves."""
+    """Return the state of inclusions."""
     n = y.size
     state = State(
         inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n)
@@ -508,8 +515,13 @@ def begun(inclusions, count, Q, y, region):
         state.sum_felt[:] += state.excesses[j] * state.shapes[j]
     state.r[:] = y - np.log(state.sum_felt)
     _apply(Q, state.r, state.residual)
-    scratch = Scratch(
+    return state
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def scratch_for(n):
+    """Return scratch for the moves of states of n sites."""
+    return Scratch(
         np.empty(PARAMETERS), np.empty(n), np.zeros(n), np.empty(n), np.empty(n),
         np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
     )  # fmt: skip
-    return state, scratch

@@ -35,9 +35,12 @@ LARGEST_LOG_CONTRAST = 3.0
 SOFT = 0.1
 #: Soft ones, however many overlap, leave this share of the background's stiffness: tissue pushes.
 LEAST_LEFT = 0.05
-#: Exponent p of the shape 2^-(r/R)^p: 1 is peaked with a long tail, 2 a Gaussian, 8 a plateau.
+#: Exponent p of the shape 2^-(r/R)^p: 1 is peaked with a long tail, 2 a Gaussian, 8 a plateau, 60 a
+#: step. Tissue above an inclusion smooths its edge; one at the surface has a hard edge, and the
+#: data choose between the two kinds.
 EXPONENT, EXPONENT_SPREAD = 2.0, 0.45
-LEAST_EXPONENT, LARGEST_EXPONENT = 0.9, 10.0
+HARD, HARD_EXPONENT, HARD_SPREAD = 0.25, 15.0, 0.7
+LEAST_EXPONENT, LARGEST_EXPONENT = 0.9, 60.0
 #: log of the ratio of the axes, half-normal.
 ASPECT_SPREAD = 0.4
 LARGEST_ASPECT = 3.0
@@ -60,6 +63,14 @@ def log_prior_of_contrast(log_contrast):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def log_prior_of_exponent(exponent):
+    """Return the log density of the log of the exponent, of either kind of edge."""
+    smooth = log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
+    hard = log_normal(exponent, math.log(HARD_EXPONENT), HARD_SPREAD)
+    return math.log((1.0 - HARD) * math.exp(smooth) + HARD * math.exp(hard))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def log_prior_of_shape(row):
     """Return the log density of extent, exponent and ellipse, up to a constant; -inf outside."""
     radius, exponent, aspect = row[LOG_RADIUS], row[LOG_EXPONENT], row[LOG_ASPECT]
@@ -71,18 +82,24 @@ def log_prior_of_shape(row):
         return -np.inf
     return (
         log_normal(radius, math.log(RADIUS), RADIUS_SPREAD)
-        + log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
+        + log_prior_of_exponent(exponent)
         + log_normal(aspect, 0.0, ASPECT_SPREAD)
     )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def draw_shape(row):
-    """Draw extent, exponent and ellipse from the prior; what lies outside has no density."""
-    row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
-    row[LOG_EXPONENT] = math.log(EXPONENT) + EXPONENT_SPREAD * np.random.standard_normal()
-    row[LOG_ASPECT] = abs(ASPECT_SPREAD * np.random.standard_normal())
-    row[ANGLE] = np.pi * np.random.random()
+    """Draw extent, exponent and ellipse from the prior."""
+    while True:
+        row[LOG_RADIUS] = math.log(RADIUS) + RADIUS_SPREAD * np.random.standard_normal()
+        middle, spread = math.log(EXPONENT), EXPONENT_SPREAD
+        if np.random.random() < HARD:
+            middle, spread = math.log(HARD_EXPONENT), HARD_SPREAD
+        row[LOG_EXPONENT] = middle + spread * np.random.standard_normal()
+        row[LOG_ASPECT] = abs(ASPECT_SPREAD * np.random.standard_normal())
+        row[ANGLE] = np.pi * np.random.random()
+        if log_prior_of_shape(row) > -np.inf:
+            return
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

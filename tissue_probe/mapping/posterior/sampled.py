@@ -15,7 +15,7 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.found import Found, found_in
-from tissue_probe.mapping.posterior.sampling import AGREEMENT, Chains, States
+from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -98,7 +98,7 @@ class Sampled:
             An area in which inclusions may be however far from the sites; by default they may be
             near sites alone.
         quick : bool
-            Run them a stretch each, whether they agree or not: for a choice that is made again
+            Run them half a stretch each, whether they agree or not: for a choice that is made again
             with the next site, not for a probability that is told.
 
         Raises
@@ -118,7 +118,7 @@ class Sampled:
         chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
         parts: list[States] = []
         while True:
-            parts.append(chains.further())
+            parts.append(chains.further(STRETCH // 2 if quick else STRETCH))
             states = States.joined(parts)
             found = found_in(states)
             halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]

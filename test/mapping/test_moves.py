@@ -1,0 +1,146 @@
+"""The moves of a chain: each alone leaves the prior as it is, at sites that say nothing."""
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.stats import ks_2samp
+
+from tissue_probe.mapping.posterior.background import Background
+from tissue_probe.mapping.posterior.domain import Domain
+from tissue_probe.mapping.posterior.moves import (
+    KINDS,
+    another_level,
+    begun,
+    born,
+    changed_one,
+    died,
+    redrawn,
+    scratch_for,
+)
+from tissue_probe.mapping.posterior.prior import (
+    FURTHER,
+    LOG_CONTRAST,
+    MOST,
+    OVERLAP,
+    PARAMETERS,
+    X,
+    Y,
+    draw_contrast,
+    draw_shape,
+)
+from tissue_probe.mapping.posterior.shape import squared_distance
+
+DRAWS = 2500
+#: Moves after each draw: enough that most draws are changed by it.
+MOVES = 12
+#: So improbable a difference is none of chance, in any of 64 comparisons.
+ODD = 1e-4
+
+ALONG = np.linspace(0.0, 40.0, 5)
+SX, SY = (each.ravel() for each in np.meshgrid(ALONG, ALONG))
+REGION = Domain.of(SX, SY, np.empty((0, 2))).region(SX, SY)
+BACKGROUND = Background.of(SX, SY, None, np.full(SX.size, 1e3))
+Q = BACKGROUND.precision[0]
+
+
+@njit
+def seeded(seed):
+    """Seed the draws of compiled code, which are not those of Python."""
+    np.random.seed(seed)  # noqa: NPY002 - Numba has no other for its own
+
+
+def from_prior(rng):
+    """Draw inclusions from the prior, each set as likely as it leaves one another room."""
+    while True:
+        count = rng.geometric(1.0 - FURTHER) - 1
+        rows = np.zeros((MOST, PARAMETERS))
+        for row in rows[:count]:
+            draw_shape(row)
+            row[LOG_CONTRAST] = draw_contrast()
+            row[X], row[Y] = rng.uniform(REGION.box[::2], REGION.box[1::2])
+        if rng.random() < room(rows[:count]):
+            return rows, count
+
+
+def room(rows):
+    share = 1.0
+    for i, one in enumerate(rows):
+        for other in rows[:i]:
+            apart = np.hypot(one[X] - other[X], one[Y] - other[Y])
+            inside = min(
+                squared_distance(one, other[X], other[Y]), squared_distance(other, one[X], one[Y])
+            )
+            both = np.exp(one[2]) + np.exp(other[2])
+            share *= min(apart / both, 1.0) ** OVERLAP if inside >= 1.0 else 0.0
+    return share
+
+
+coin = np.random.default_rng(3)
+
+
+def birth_or_death(state, count, scratch, beta):
+    move = born if coin.random() < 0.5 else died
+    return move(state, count, beta, Q, REGION, scratch)
+
+
+def anew(state, count, scratch, beta):
+    redrawn(state, count, beta, Q, REGION, scratch)
+    return count
+
+
+def change_of(kind):
+    def change(state, count, scratch, beta):
+        changed_one(state, count, kind, beta, Q, REGION, scratch)
+        return count
+
+    return change
+
+
+MOVE = {
+    "birth or death": birth_or_death,
+    "anew": anew,
+    **{f"change {kind}": change_of(kind) for kind in range(KINDS)},
+}
+
+
+@pytest.fixture(scope="module")
+def other_draws():
+    rng = np.random.default_rng(1)
+    seeded(1)
+    draws = [from_prior(rng) for _ in range(DRAWS)]
+    return np.array([n for _, n in draws]), np.concatenate([rows[:n] for rows, n in draws])
+
+
+@pytest.mark.parametrize("name", MOVE)
+def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
+    rng, scratch, move = np.random.default_rng(0), scratch_for(SX.size), MOVE[name]
+    seeded(2)
+    counts, found, changed = [], [], 0
+    for _ in range(DRAWS):
+        rows, count = from_prior(rng)
+        begin = rows.copy(), count
+        state = begun(rows, count, Q, np.zeros(SX.size), REGION)
+        for _ in range(MOVES):
+            count = move(state, count, scratch, 1.0)
+        changed += count != begin[1] or not np.array_equal(rows[:count], begin[0][:count])
+        counts.append(count)
+        found.append(state.inclusions[:count].copy())
+    assert changed > 0.4 * DRAWS
+    true_counts, true_rows = other_draws
+    assert ks_2samp(counts, true_counts).pvalue > ODD
+    for column, here in enumerate(np.concatenate(found).T):
+        assert ks_2samp(here, true_rows[:, column]).pvalue > ODD, f"column {column}"
+
+
+def test_the_level_alone_gives_its_prior_back():
+    weight = np.log(np.linspace(1.0, 3.0, BACKGROUND.log_weight.size))
+    state = begun(np.zeros((MOST, PARAMETERS)), 0, Q, np.zeros(SX.size), REGION)
+    scratch = scratch_for(SX.size)
+    seeded(4)
+    level, times = 0, np.zeros(weight.size)
+    for _ in range(40_000):
+        level = another_level(state, level, 1.0, BACKGROUND.precision, weight, scratch)
+        times[level] += 1
+    lower = times[: weight.size // 2].sum() / times.sum()
+    expected = np.exp(weight[: weight.size // 2]).sum() / np.exp(weight).sum()
+    assert lower == pytest.approx(expected, abs=0.03)
