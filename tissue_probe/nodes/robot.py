@@ -19,7 +19,7 @@ from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.conversions import place_from_message
 from tissue_probe.nodes.crtk import ENABLED, STATES
 from tissue_probe.nodes.inbox import Inbox
-from tissue_probe.nodes.other_scans import other_scans
+from tissue_probe.nodes.other_scans import are_known, other_scans
 from tissue_probe.nodes.own_time import OwnTime
 from tissue_probe.nodes.qos import LATEST, POSES
 from tissue_probe.pacing import Pacer
@@ -113,6 +113,10 @@ class Robot:
     def others(self) -> list[str]:
         """Return the names of other scan nodes that palpate with this robot, if there are any."""
         return other_scans(self._node, self._setpoints.topic_name)
+
+    def others_are_known(self) -> bool:
+        """Whether the graph tells the names of all nodes that could move this robot."""
+        return are_known(self._node, self._setpoints.topic_name)
 
     def missing(self) -> str:
         """Say why the robot cannot be moved; nothing if it can."""

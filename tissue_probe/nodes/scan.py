@@ -444,6 +444,9 @@ class Scan(Node):
     def _refuse_second_scan(self) -> None:
         # A node that has only just started has not heard of all the others.
         time.sleep(max(0.0, self._created + DISCOVERY_TIME - time.monotonic()))
+        until = time.monotonic() + DISCOVERY_TIME  # nor has one that another has only just joined
+        while not self._robot.others_are_known() and time.monotonic() < until:
+            time.sleep(DISCOVERY_TIME / 20)
         if others := self._robot.others():
             raise ScanStopped(
                 f"{', '.join(others)} could palpate with the robot {self._robot.name} too: two "
