@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
@@ -132,9 +132,21 @@ def _hull(places: FloatArray, beyond: float) -> ConvexHull:
     """Return the hull of the squares around places that reach so far beyond them.
 
     A square is what a raster's site stands for, and places on one line have a hull, too.
+
+    Raises
+    ------
+    ParameterError
+        If places are so far apart that the squares are lost in rounding.
     """
     corners = beyond * np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]])
-    return ConvexHull((places[:, None] + corners).reshape(-1, 2))
+    try:
+        return ConvexHull((places[:, None] + corners).reshape(-1, 2))
+    except QhullError:
+        apart = float(np.ptp(places, axis=0).max()) / _MM
+        raise ParameterError(
+            f"sites lie {apart:.3g} m apart, too far for a map of one surface: are x and y in "
+            "metres?"
+        ) from None
 
 
 def _spacing(places: FloatArray) -> float:
