@@ -5,7 +5,8 @@ from __future__ import annotations
 from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.node import Node, NodeNameNonExistentError
 
-UNKNOWN = "_NODE_NAME_UNKNOWN_"  # of a publisher whose node the graph has not learnt yet
+from tissue_probe.nodes.hearing import node_name
+
 ACTIONS = "tissue_probe_msgs/action/"
 
 
@@ -36,7 +37,7 @@ def other_scans(node: Node, setpoints: str) -> list[str]:
 def are_known(node: Node, setpoints: str) -> bool:
     """Whether the graph tells the nodes of all that could move the robot."""
     infos = node.get_publishers_info_by_topic(setpoints)
-    return len(infos) < 2 or all(info.node_name != UNKNOWN for info in infos)
+    return len(infos) < 2 or all(map(node_name, infos))
 
 
 def _takes_goals(node: Node, name: str, namespace: str) -> bool:

@@ -111,9 +111,9 @@ def following_on(times: Times, blocks: Sequence[int], begins: Sequence[float] = 
     begins : sequence of float
         When these began after the first, where the file tells it [s].
     """
-    seconds, anew, twice, paused = times.seconds.copy(), 0, 0, 0
     if not blocks:
-        return times
+        return times  # a long column is not copied for nothing
+    seconds, anew, twice, paused = times.seconds.copy(), 0, 0, 0
     for number, first in enumerate(blocks):
         known = np.isfinite(seconds)
         before, after = seconds[:first][known[:first]], seconds[first:][known[first:]]

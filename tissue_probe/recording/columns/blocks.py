@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from tissue_probe.recording.columns.cells import Kind, kind
-from tissue_probe.recording.columns.find_table import Found, Row, fitted
+from tissue_probe.recording.columns.find_table import Found, Row, fitted, folded
 from tissue_probe.recording.errors import RecordingError
 
 
@@ -46,7 +46,7 @@ class Blocks:
         self._found = found
         self._decimal = decimal
         self._line = line
-        self._headers = {_folded(each) for each in found.headers}
+        self._headers = {folded(each) for each in found.headers}
         self._left_out: list[int] = []
         self._labelled: bool | None = None  # whether rows begin with a word
         self._text: list[Row] = []
@@ -112,7 +112,7 @@ class Blocks:
             bare = row.text.strip().lstrip("#%/*! ")
             row = Row(row.line, tuple(bare.split(self._found.separator)))
         cells = fitted(row, self._found.width)
-        return cells is not None and _folded(cells) in self._headers
+        return cells is not None and folded(cells) in self._headers
 
     def _is_commented(self, row: Row) -> bool:
         """Whether a row has one cell more, of text, where the header ends in a comment's name."""
@@ -135,10 +135,6 @@ class Blocks:
         if Kind.TEXT in kinds[: self._found.width]:
             return numbers > 1 and not self.pending
         return bool(numbers) or len(row.cells) == self._found.width
-
-
-def _folded(cells: Sequence[str]) -> tuple[str, ...]:
-    return tuple(cell.casefold() for cell in cells)
 
 
 def spans(lines: Sequence[int], line: str) -> str:

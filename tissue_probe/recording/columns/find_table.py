@@ -206,16 +206,19 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
             if run.stop - run.first > 1:
                 break
             continue
-        header = {_folded(row) for row in _above(rows, run, decimal, splits)}
-        names = [row for row in _above(rows, best, decimal, splits) if _folded(row) not in header]
+        header = {folded(row.cells) for row in _above(rows, run, decimal, splits)}
+        names = [
+            row for row in _above(rows, best, decimal, splits) if folded(row.cells) not in header
+        ]
         if not all(_row(rows, row.line).comment for row in names):
             break  # a table of its own
         best = Run(run.first, best.stop, best.width, best.explained)
     return best
 
 
-def _folded(row: Row) -> tuple[str, ...]:
-    return tuple(str(cell).casefold() for cell in row.cells)
+def folded(cells: Sequence[Cell]) -> tuple[str, ...]:
+    """Return a row's texts as they are compared with a header: capital letters mean the same."""
+    return tuple(str(cell).casefold() for cell in cells)
 
 
 def _labelled(row: Row, decimal: str) -> bool:

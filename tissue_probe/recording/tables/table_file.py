@@ -186,11 +186,8 @@ def _has_pauses(seconds: FloatArray, found: Roles) -> bool:
 
 def _counted(count: int, blocks: Sequence[int], rate: float) -> FloatArray:
     """Return times of samples at a rate [Hz] that begin anew with each block [s]."""
-    number = np.arange(count)
-    first = np.zeros(count, dtype=int)
-    for begin in blocks:
-        first[begin:] = begin
-    return (number - first) / rate
+    bounds = (0, *blocks, count)
+    return np.concatenate([np.arange(n) for n in np.diff(bounds)]) / rate
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
