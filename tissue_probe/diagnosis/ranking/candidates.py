@@ -98,9 +98,12 @@ def fit_base(
     found = [fit for fit in fits if fit is not None]
     if not found:
         period = measurements[0].sample_period
+        files = dict.fromkeys(each.source for each in measurements if each.source)
+        where = f"{', '.join(files)}: " if files else ""
         raise MeasurementError(
-            "no fit: the model diverges from every start; check the force's polarity, and the "
-            f"units, also of the time (a sample every {period:.3g} s: t_ms names milliseconds)"
+            f"{where}no fit: the model diverges from every start; check the "
+            "force's polarity, and the units, also of the time (a sample every "
+            f"{period:.3g} s: t_ms names milliseconds)"
         )
     return whitened(best_of(found), instrument)
 
