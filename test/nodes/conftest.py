@@ -17,16 +17,16 @@ import domain_coordinator
 import pytest
 import rclpy
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from rclpy.action import ActionClient
-from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from crtk_msgs.msg import StringStamped
+from crtk_msgs.msg import OperatingState, StringStamped
 from domains import domains_of
-from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, POSES
+from tissue_probe.nodes import asking
+from tissue_probe.nodes.qos import ANNOUNCEMENTS, BLOCKS, LATCHED, POSES
 from tissue_probe.nodes.session import NodeProcess, Session, SessionError
 from tissue_probe_msgs.action import ScanGrid
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
@@ -140,7 +140,10 @@ class Graph:
         deadline = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < deadline, "waited in vain"
-            self._executor.spin_once(timeout_sec=0.02)
+            self.spin_once()
+
+    def spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=0.02)
 
 
 #: A test's own process may be kept waiting for longer than any node of ours.
@@ -170,24 +173,24 @@ def estimator(name: str, **parameters: object) -> NodeProcess:
     return NodeProcess("estimator", name, parameters={"estimator": name, **parameters})
 
 
+def ask(running: Session, kind, service: str, request=None):
+    """Ask a service until it answers; return its answer."""
+
+    def wait(condition) -> None:
+        running.wait_until(condition, f"the answer of {service}")
+
+    return asking.ask(running.node, kind, service, request or kind.Request(), wait)
+
+
 def change_state(session: Session, transition: int, node: str = "/probe/driver") -> bool:
-    client = session.node.create_client(ChangeState, f"{node}/change_state")
-    session.wait_until(client.service_is_ready, "the driver", PATIENCE)
-    request = ChangeState.Request()
-    request.transition.id = transition
-    answer = client.call_async(request)
-    session.wait_until(answer.done, "the driver's answer", PATIENCE)
-    session.node.destroy_client(client)
-    return answer.result().success
+    def wait(condition) -> None:
+        session.wait_until(condition, f"the answer of {node}")
+
+    return asking.change_state(session.node, node, transition, wait)
 
 
 def state_of(running, node: str = "/probe/driver") -> int:
-    client = running.node.create_client(GetState, f"{node}/get_state")
-    running.wait_until(client.service_is_ready, "the driver")
-    answer = client.call_async(GetState.Request())
-    running.wait_until(answer.done, "its state")
-    running.node.destroy_client(client)
-    return answer.result().current_state.id
+    return ask(running, GetState, f"{node}/get_state").current_state.id
 
 
 def activate(session: Session) -> None:
@@ -204,13 +207,29 @@ def deactivate(session: Session) -> None:
     assert change_state(session, Transition.TRANSITION_DEACTIVATE)
 
 
-def command(running, namespace: str, word: str) -> None:
-    """Say a word on state_command, as an operator's console does."""
+def say(running, namespace: str, word: str, is_done: Callable[[], bool]) -> None:
+    """Say a word on state_command until it is done, as an operator at a console does.
+
+    A word that is sent while two nodes still find each other is lost.
+    """
     publisher = running.node.create_publisher(StringStamped, f"{namespace}/state_command", POSES)
-    running.wait_until(lambda: publisher.get_subscription_count() == 1, "who is commanded")
-    publisher.publish(StringStamped(string=word))
-    publisher.wait_for_all_acked(Duration(seconds=PATIENCE))
+    said_at = float("-inf")
+
+    def pursued() -> bool:
+        nonlocal said_at
+        if publisher.get_subscription_count() and time.monotonic() - said_at > asking.REPEAT:
+            said_at = time.monotonic()
+            publisher.publish(StringStamped(string=word))
+        return is_done()
+
+    running.wait_until(pursued, f"{word} to be done")
     running.node.destroy_publisher(publisher)
+
+
+def command(running, namespace: str, word: str, state: str) -> None:
+    """Say a word on state_command until the robot is in the state that follows."""
+    states = collect(running.node, OperatingState, f"{namespace}/operating_state", LATCHED)
+    say(running, namespace, word, lambda: bool(states) and states[-1].state == state)
 
 
 def set_parameter(session: Session, node: str, name: str, value: object) -> tuple[bool, str]:

@@ -165,7 +165,7 @@ def test_an_exploration_with_a_foreign_robot_follows_a_surface_that_bends(sessio
     )
     results = collect(running.node, SiteResults, "/probe/sites", LATCHED)
     running.activate(*HEARD)
-    command(running, namespace, "enable")
+    command(running, namespace, "enable", "ENABLED")
     corners = ((0.0, 0.0), (0.03, 0.0), (0.03, 0.03), (0.0, 0.03))
     wanted = Explore.Goal(
         area=Polygon(points=[Point32(x=x, y=y, z=SLOPE * x) for x, y in corners]),

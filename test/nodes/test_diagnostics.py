@@ -89,7 +89,7 @@ def test_a_stage_that_will_not_move_is_a_warning(session):
     running = session(NodeProcess("stage", "stage", "/stage"))
     health = Health(running)
     health.wait("/stage/stage", OK)
-    command(running, "/stage", "disable")
+    command(running, "/stage", "disable", "DISABLED")
     health.wait("/stage/stage", WARN, "DISABLED")
 
 

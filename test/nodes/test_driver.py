@@ -20,6 +20,7 @@ from rcl_interfaces.srv import DescribeParameters
 from conftest import (
     PATIENCE,
     activate,
+    ask,
     change_state,
     collect,
     deactivate,
@@ -352,11 +353,9 @@ def test_a_wrong_parameter_while_running_is_refused_and_a_right_one_is_taken(ses
 
 def test_parameters_describe_themselves_with_unit_and_range(session):
     running = session(driver())
-    client = running.node.create_client(DescribeParameters, "/probe/driver/describe_parameters")
-    running.wait_until(client.service_is_ready, "the driver")
-    answer = client.call_async(DescribeParameters.Request(names=["excitation.frequency"]))
-    running.wait_until(answer.done, "its answer")
-    descriptor = answer.result().descriptors[0]
+    wanted = DescribeParameters.Request(names=["excitation.frequency"])
+    answer = ask(running, DescribeParameters, "/probe/driver/describe_parameters", wanted)
+    descriptor = answer.descriptors[0]
     assert "[Hz]" in descriptor.description
     assert descriptor.floating_point_range[0].to_value == 100.0
 

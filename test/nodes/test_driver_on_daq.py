@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from conftest import (
     PATIENCE,
     activate,
+    ask,
     change_state,
     collect,
     deactivate,
@@ -82,12 +83,7 @@ class Bench:
         return run
 
     def call(self, service: str) -> None:
-        client = self.running.node.create_client(Trigger, f"/probe/{service}")
-        self.running.wait_until(client.service_is_ready, "the driver")
-        answer = client.call_async(Trigger.Request())
-        self.running.wait_until(answer.done, "its answer")
-        self.running.node.destroy_client(client)
-        assert answer.result().success
+        assert ask(self.running, Trigger, f"/probe/{service}").success
 
     def wait_for_fault(self, said: str) -> None:
         """Wait until it is told everywhere, and the coil rests."""

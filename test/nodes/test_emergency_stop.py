@@ -8,7 +8,7 @@ from lifecycle_msgs.msg import State, Transition
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Trigger
 
-from conftest import activate, change_state, collect, deactivate, driver, state_of
+from conftest import activate, ask, change_state, collect, deactivate, driver, state_of
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.nodes.qos import LATCHED, POSES
 from tissue_probe.signals import join
@@ -16,12 +16,7 @@ from tissue_probe_msgs.msg import ProbeSamples
 
 
 def call(running, service: str) -> Trigger.Response:
-    client = running.node.create_client(Trigger, f"/probe/{service}")
-    running.wait_until(client.service_is_ready, service)
-    answer = client.call_async(Trigger.Request())
-    running.wait_until(answer.done, f"the answer of {service}")
-    running.node.destroy_client(client)
-    return answer.result()
+    return ask(running, Trigger, f"/probe/{service}")
 
 
 def stop_by_service(running) -> str:

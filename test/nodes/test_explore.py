@@ -15,6 +15,7 @@ from conftest import (
     PATIENT,
     STAGE,
     Acting,
+    ask,
     collect,
     command,
     driver,
@@ -135,13 +136,11 @@ def test_an_exploration_is_paused_between_sites_goes_on_and_is_cancelled(session
     running = suite(session)
     wanted = Explore.Goal(area=area(), most_sites=100, probability=0.99999)
     acting = Acting(running, Explore, "explore", wanted)
-    client = running.node.create_client(SetBool, "/probe/scan/pause")
     running.wait_until(lambda: acting.dwells(), "the first dwell")
 
     def pause(on: bool) -> None:
-        answer = client.call_async(SetBool.Request(data=on))
-        running.wait_until(answer.done, "the answer")
-        assert answer.result().success, answer.result().message
+        answer = ask(running, SetBool, "/probe/scan/pause", SetBool.Request(data=on))
+        assert answer.success, answer.message
 
     pause(True)
     running.wait_until(lambda: acting.feedback[-1].site.phase == PalpationSite.LIFTED, "the lift")
@@ -160,12 +159,9 @@ def test_an_exploration_is_paused_between_sites_goes_on_and_is_cancelled(session
 
 def test_a_pause_without_a_scan_is_refused(session):
     running = session(NodeProcess("scan", "scan", parameters=SCANNING))
-    client = running.node.create_client(SetBool, "/probe/scan/pause")
-    running.wait_until(client.service_is_ready, "the service")
-    answer = client.call_async(SetBool.Request(data=True))
-    running.wait_until(answer.done, "the answer")
-    assert not answer.result().success
-    assert answer.result().message == "no scan is under way"
+    answer = ask(running, SetBool, "/probe/scan/pause", SetBool.Request(data=True))
+    assert not answer.success
+    assert answer.message == "no scan is under way"
 
 
 @pytest.fixture
@@ -181,7 +177,7 @@ def short_robot(monkeypatch):
 def test_a_foreign_robot_that_cannot_reach_a_site_gets_another_one(session, short_robot):
     robot = "/dvrk/PSM1"
     running = suite(session, robot, motion_timeout=0.5)
-    command(running, robot, "enable")
+    command(running, robot, "enable", "ENABLED")
     wanted = Explore.Goal(area=area(), most_sites=9)
     answer = Acting(running, Explore, "explore", wanted).result()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message

@@ -21,6 +21,7 @@ from conftest import (
     deactivate,
     driver,
     estimator,
+    say,
 )
 from crtk_msgs.msg import OperatingState
 from tissue_probe.nodes.qos import LATCHED, POSES
@@ -59,9 +60,7 @@ def test_a_foreign_robot_is_heard_that_publishes_its_poses_best_effort(session, 
         NodeProcess("scan", "scan", parameters={**PATIENT, "robot": ROBOT, "samples_timeout": 3.0}),
     )
     activate(running)
-    states = states_of(running, ROBOT)
-    command(running, ROBOT, "enable")
-    running.wait_until(lambda: states and states[-1].state == "ENABLED", "the robot to be enabled")
+    command(running, ROBOT, "enable", "ENABLED")
     done = scan(running)
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
 
@@ -84,8 +83,7 @@ def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right
     assert refused.status == GoalStatus.STATUS_ABORTED
     assert "/dvrk/PSM1 is DISABLED: it moves only when it is ENABLED" in refused.result.message
 
-    command(running, ROBOT, "enable")
-    running.wait_until(lambda: states[-1].state == "ENABLED", "the robot to be enabled")
+    command(running, ROBOT, "enable", "ENABLED")
     done = scan(running)
     assert done.status == GoalStatus.STATUS_SUCCEEDED, done.result.message
     running.wait_until(
@@ -95,7 +93,7 @@ def test_a_foreign_robot_carries_the_probe_over_the_phantom_and_the_map_is_right
 
     answer, _ = robot.communicate("stop\n", timeout=PATIENCE)
     told = json.loads(answer)
-    assert told["commands"] == ["enable"]
+    assert set(told["commands"]) == {"enable"}
     assert told["setpoints"] > 100
     assert told["turned"] == 0, "the scan turned the robot's tool"
     assert np.all(np.diff(told["stamps"]) > 0)
@@ -109,8 +107,8 @@ def test_the_driver_is_a_crtk_device_too(session):
     states = states_of(running, "/probe")
     running.wait_until(lambda: bool(states), "the driver's state")
     assert (states[-1].state, states[-1].is_busy) == ("DISABLED", False)
-    command(running, "/probe", "enable")
-    running.wait_until(lambda: "it knows enable, once configured" in running.log("driver"), "no")
+    refused = "it knows enable, once configured"
+    say(running, "/probe", "enable", lambda: refused in running.log("driver"))
     activate(running)
     running.wait_until(lambda: states[-1].state == "ENABLED", "the driver to be active")
     assert states[-1].is_busy
@@ -120,12 +118,9 @@ def test_the_driver_is_a_crtk_device_too(session):
 
 def test_the_driver_is_enabled_and_disabled_by_state_command(session):
     running = session(driver())
-    states = states_of(running, "/probe")
     assert change_state(running, Transition.TRANSITION_CONFIGURE)
-    command(running, "/probe", "enable")
-    running.wait_until(lambda: bool(states) and states[-1].state == "ENABLED", "enabled")
-    command(running, "/probe", "disable")
-    running.wait_until(lambda: states[-1].state == "DISABLED", "disabled")
+    command(running, "/probe", "enable", "ENABLED")
+    command(running, "/probe", "disable", "DISABLED")
 
 
 def test_a_fault_is_a_crtk_fault(session):
@@ -137,7 +132,6 @@ def test_a_fault_is_a_crtk_fault(session):
 
 def test_the_stage_moves_only_while_it_is_enabled(session):
     running = session(NodeProcess("stage", "stage", "/stage"))
-    states = states_of(running, "/stage")
     poses = collect(running.node, PoseStamped, "/stage/measured_cp", POSES)
     setpoints = running.node.create_publisher(PoseStamped, "/stage/servo_cp", POSES)
     running.wait_until(lambda: setpoints.get_subscription_count() == 1, "the stage")
@@ -148,14 +142,11 @@ def test_the_stage_moves_only_while_it_is_enabled(session):
         setpoints.publish(setpoint)
         return len(poses)
 
-    command(running, "/stage", "pause")
-    running.wait_until(lambda: bool(states) and states[-1].state == "PAUSED", "the pause")
+    command(running, "/stage", "pause", "PAUSED")
     count = ask_for(0.01)
     running.wait_until(lambda: len(poses) > count + 30, "poses")
     assert poses[-1].pose.position.x == 0.0
-    command(running, "/stage", "resume")
-    running.wait_until(lambda: states[-1].state == "ENABLED", "the stage to go on")
+    command(running, "/stage", "resume", "ENABLED")
     ask_for(0.01)
     running.wait_until(lambda: poses[-1].pose.position.x == pytest.approx(0.01), "the motion")
-    command(running, "/stage", "home")
-    running.wait_until(lambda: "'home' is no command" in running.log("stage"), "the log")
+    say(running, "/stage", "home", lambda: "'home' is no command" in running.log("stage"))

@@ -14,6 +14,7 @@ from std_msgs.msg import String
 
 from conftest import (
     activate,
+    ask,
     change_state,
     collect,
     deactivate,
@@ -99,11 +100,9 @@ def test_the_rate_of_a_replay_changes_at_once(session, bag):
 
 def test_what_holds_for_a_whole_run_is_declared_read_only(session):
     running = session(NodeProcess("scan", "scan"))
-    client = running.node.create_client(DescribeParameters, "/probe/scan/describe_parameters")
-    running.wait_until(client.service_is_ready, "the scan node")
-    answer = client.call_async(DescribeParameters.Request(names=["robot", "lift_height"]))
-    running.wait_until(answer.done, "its answer")
-    robot, lift_height = answer.result().descriptors
+    wanted = DescribeParameters.Request(names=["robot", "lift_height"])
+    answer = ask(running, DescribeParameters, "/probe/scan/describe_parameters", wanted)
+    robot, lift_height = answer.descriptors
     assert robot.read_only
     assert not lift_height.read_only
     assert set_parameter(running, "/probe/scan", "lift_height", 0.002) == (True, "")

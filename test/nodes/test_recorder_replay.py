@@ -25,6 +25,7 @@ from conftest import (
     STAGE,
     Scanning,
     alone,
+    ask,
     collect,
     deactivate,
     driver,
@@ -257,11 +258,7 @@ def resume(running) -> None:
 
 
 def pause(running, wanted: bool) -> None:
-    client = running.node.create_client(SetBool, "/probe/replay/pause")
-    running.wait_until(client.service_is_ready, "the replay")
-    answer = client.call_async(SetBool.Request(data=wanted))
-    running.wait_until(answer.done, "its answer")
-    assert answer.result().success
+    assert ask(running, SetBool, "/probe/replay/pause", SetBool.Request(data=wanted)).success
 
 
 def test_estimators_on_the_replay_estimate_what_they_estimated_live(session, recorded):

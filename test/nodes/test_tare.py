@@ -7,7 +7,15 @@ import pytest
 from lifecycle_msgs.msg import Transition
 from std_srvs.srv import Trigger
 
-from conftest import PATIENCE, activate, change_state, collect, deactivate, driver, stage_on_tissue
+from conftest import (
+    activate,
+    ask,
+    change_state,
+    collect,
+    deactivate,
+    driver,
+    stage_on_tissue,
+)
 from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
@@ -27,12 +35,7 @@ MEASURED = STOCK.changed(
 
 
 def tare(running) -> Trigger.Response:
-    client = running.node.create_client(Trigger, "/probe/tare")
-    running.wait_until(client.service_is_ready, "the driver")
-    answer = client.call_async(Trigger.Request())
-    running.wait_until(answer.done, "its answer", PATIENCE)
-    running.node.destroy_client(client)
-    return answer.result()
+    return ask(running, Trigger, "/probe/tare")
 
 
 def test_the_zero_is_taken_off_in_free_air_and_the_bag_gives_the_raw_volts_back(bag, tmp_path):

@@ -21,13 +21,13 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point32
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
+from tissue_probe.nodes.asking import change_state
 from tissue_probe_msgs.action import Explore, ScanGrid
 
 #: Longest wait for all processes to find one another [s]; a first start compiles the filters.
@@ -307,14 +307,10 @@ class Session:
             )
 
     def _change_state(self, transition: int, name: str, timeout: float) -> None:
-        client = self.node.create_client(ChangeState, "driver/change_state")
-        self.wait_until(client.service_is_ready, "the driver", timeout)
-        request = ChangeState.Request()
-        request.transition.id = transition
-        answer = client.call_async(request)
-        self.wait_until(answer.done, f"the driver to {name}", timeout)
-        self.node.destroy_client(client)
-        if not answer.result().success:
+        def wait(condition: Callable[[], bool]) -> None:
+            self.wait_until(condition, f"the driver to {name}", timeout)
+
+        if not change_state(self.node, "driver", transition, wait):
             raise SessionError(f"the driver did not {name}: {self.log('driver')}")
 
     def _end(self) -> None:

@@ -18,7 +18,6 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from numpy.typing import NDArray
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -32,6 +31,7 @@ from std_srvs.srv import Trigger
 from crtk_msgs.msg import OperatingState
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.mapping.verdict import Verdict
+from tissue_probe.nodes.asking import ask, change_state
 from tissue_probe.nodes.cdr import estimate_values_from_cdr, samples_from_cdr
 from tissue_probe.nodes.conversions import ESTIMATE_VALUES
 from tissue_probe.nodes.inbox import Inbox
@@ -170,17 +170,18 @@ class Watch:
         self._context.try_shutdown()
 
     def _change_state(self, name: str) -> str:
-        client = self._node.create_client(ChangeState, "driver/change_state")
-        request = ChangeState.Request()
-        request.transition.id = TRANSITIONS[name]
-        answer = self._answer(client, request, "driver")
-        if not answer.success:
+        def wait(condition: Callable[[], bool]) -> None:
+            self._until(condition, "driver")
+
+        if not change_state(self._node, "driver", TRANSITIONS[name], wait):
             raise CommandError(f"the driver did not {name}; its log and /diagnostics say why")
         return f"{name}: done"
 
     def _trigger(self, name: str) -> str:
-        client = self._node.create_client(Trigger, name)
-        answer = self._answer(client, Trigger.Request(), name)
+        def wait(condition: Callable[[], bool]) -> None:
+            self._until(condition, name)
+
+        answer = ask(self._node, Trigger, name, Trigger.Request(), wait)
         if not answer.success:
             raise CommandError(f"{name}: {answer.message}")
         return str(answer.message) or f"{name}: done"
@@ -216,15 +217,6 @@ class Watch:
             raise CommandError(f"the scan is not described as it must be: {error}") from None
         finally:
             client.destroy()
-
-    def _answer(self, client: Any, request: Any, who: str) -> Any:
-        try:
-            self._until(client.service_is_ready, who)
-            asked = client.call_async(request)
-            self._until(asked.done, who)
-            return asked.result()
-        finally:
-            self._node.destroy_client(client)
 
     def _until(self, condition: Callable[[], bool], who: str) -> None:
         """Take part in the graph until a condition holds; go on hearing meanwhile."""

@@ -1,0 +1,127 @@
+"""Ask a service until it answers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.client import Client
+from rclpy.node import Node
+from rclpy.task import Future
+
+#: Two nodes that find each other do so in both directions, one after the other. A request that is
+#: sent between the two is lost, and so is an answer, for which Fast DDS waits 100 ms at most. A
+#: second request [s later] is sent well after a slow node would have answered the first.
+REPEAT = 5.0
+
+#: The state in which each transition of a lifecycle ends when it succeeds.
+ENDS_IN = {
+    Transition.TRANSITION_CONFIGURE: State.PRIMARY_STATE_INACTIVE,
+    Transition.TRANSITION_ACTIVATE: State.PRIMARY_STATE_ACTIVE,
+    Transition.TRANSITION_DEACTIVATE: State.PRIMARY_STATE_INACTIVE,
+    Transition.TRANSITION_CLEANUP: State.PRIMARY_STATE_UNCONFIGURED,
+}
+
+Wait = Callable[[Callable[[], bool]], None]
+
+
+class Question:
+    """A request to a service, sent again as long as no answer has come.
+
+    The service must bear to be asked twice.
+
+    Parameters
+    ----------
+    client : rclpy.client.Client
+        Asks the service; who made it destroys it.
+    request : message
+        The request.
+    """
+
+    def __init__(self, client: Client, request: Any) -> None:
+        self._client, self._request = client, request
+        self._sent: list[Future] = []
+        self._sent_at = float("-inf")
+
+    @property
+    def is_repeated(self) -> bool:
+        """Whether the service may have heard the request more than once."""
+        return len(self._sent) > 1
+
+    def is_answered(self) -> bool:
+        """Send the request if it is due, and return whether an answer has come."""
+        if any(each.done() for each in self._sent):
+            return True
+        late = time.monotonic() - self._sent_at > REPEAT
+        if late and self._client.service_is_ready():
+            self._sent_at = time.monotonic()
+            self._sent.append(self._client.call_async(self._request))
+        return False
+
+    def answer(self) -> Any:
+        """Return the first answer; call it once one has come."""
+        return next(each.result() for each in self._sent if each.done())
+
+
+def ask(node: Node, kind: Any, service: str, request: Any, wait: Wait) -> Any:
+    """Ask a service until it answers, and return its answer.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Asks.
+    kind : type
+        The service's type.
+    service : str
+        Its name.
+    request : message
+        The request; the service must bear to hear it twice.
+    wait : callable
+        Takes a condition, takes part in the graph until it holds, and raises where it lasts too
+        long.
+    """
+    client = node.create_client(kind, service)
+    try:
+        question = Question(client, request)
+        wait(question.is_answered)
+        return question.answer()
+    finally:
+        node.destroy_client(client)
+
+
+def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
+    """Ask a lifecycle node for a transition, and return whether it was made.
+
+    A second request is refused where the first one was heard and its answer lost: the state that
+    the node is in then tells.
+
+    Parameters
+    ----------
+    node : rclpy.node.Node
+        Asks.
+    target : str
+        The lifecycle node's name.
+    transition : int
+        One of those in ``ENDS_IN``.
+    wait : callable
+        As for ``ask``.
+    """
+    client = node.create_client(ChangeState, f"{target}/change_state")
+    try:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        question = Question(client, request)
+        wait(question.is_answered)
+        if question.answer().success or not question.is_repeated:
+            return bool(question.answer().success)
+    finally:
+        node.destroy_client(client)
+    return state_of(node, target, wait) == ENDS_IN[transition]
+
+
+def state_of(node: Node, target: str, wait: Wait) -> int:
+    """Return the state of a lifecycle node, one of the constants of ``State``; as for ``ask``."""
+    answer = ask(node, GetState, f"{target}/get_state", GetState.Request(), wait)
+    return int(answer.current_state.id)
