@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import fcntl
 import itertools
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -22,6 +20,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from warm import popen
 
 from crtk_msgs.msg import OperatingState, StringStamped
 from domains import domains_of
@@ -53,52 +52,25 @@ def own_domain():
     return domain_coordinator.domain_id(selector=lambda: next(DOMAINS))
 
 
-def _lock(name: str) -> int:
-    """Open a file that all workers of this user lock."""
-    path = Path(tempfile.gettempdir(), f"tissue_probe_tests_{os.getuid()}_{name}.lock")
-    return os.open(path, os.O_RDWR | os.O_CREAT)
-
-
-QUEUE, TURNS = _lock("queue"), _lock("turns")
-
-
-@contextmanager
-def turn_of(kind: int) -> Iterator[None]:
-    """Wait for a turn beside others' (LOCK_SH) or alone (LOCK_EX), and end it whatever happens.
-
-    Who waits stands at the head of a queue: else those beside each other would let nobody in alone.
-    """
-    fcntl.flock(QUEUE, fcntl.LOCK_EX)
-    try:
-        fcntl.flock(TURNS, kind)
-    finally:
-        fcntl.flock(QUEUE, fcntl.LOCK_UN)
-    try:
-        yield
-    finally:
-        fcntl.flock(TURNS, fcntl.LOCK_UN)
-
-
-def alone():
-    """Wait until no other worker's test runs, and keep them waiting."""
-    return turn_of(fcntl.LOCK_EX)
-
-
 @pytest.fixture(autouse=True)
-def turn(request) -> Iterator[None]:
-    """Tests share two cores; one that starts many processes has them to itself."""
-    crowded = request.node.get_closest_marker("crowded")
-    with alone() if crowded else turn_of(fcntl.LOCK_SH):
-        yield
-
-
-@pytest.fixture(autouse=True)
-def domain(turn, monkeypatch) -> Iterator[int]:
+def domain(monkeypatch) -> Iterator[int]:
     """The test's own DDS domain."""
     with own_domain() as number:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
         monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         yield number
+
+
+@pytest.fixture(autouse=True)
+def warm(monkeypatch) -> None:
+    """Processes of nodes are forked from one that has imported what they need."""
+    monkeypatch.setattr("tissue_probe.nodes.session.Popen", popen)
+
+
+@pytest.fixture
+def cold(warm, monkeypatch) -> None:
+    """Processes of nodes are started from nothing: for a test of what the loader reads."""
+    monkeypatch.setattr("tissue_probe.nodes.session.Popen", subprocess.Popen)
 
 
 @pytest.fixture
@@ -253,10 +225,9 @@ class Acting:
         self.running = running
         self.feedback: list = []
         client = ActionClient(running.node, kind, f"/probe/{name}")
-        running.wait_until(client.server_is_ready, "the scan node")
-        accepted = client.send_goal_async(wanted, lambda m: self.feedback.append(m.feedback))
-        running.wait_until(accepted.done, "an answer")
-        self.handle = accepted.result()
+        asked = asking.to_action(client, wanted, lambda m: self.feedback.append(m.feedback))
+        running.wait_until(asked.is_answered, "the scan node's answer")
+        self.handle = asked.answer()
 
     def result(self, timeout: float = 4 * PATIENCE):
         answer = self.handle.get_result_async()

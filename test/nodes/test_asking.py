@@ -33,7 +33,7 @@ def test_a_service_that_ended_before_it_answered_is_asked_again_when_it_is_back(
     deaf = rclpy.create_node("deaf", namespace="/probe")  # no executor runs it
     serve(deaf, Trigger, "tare", agree)
     client = graph.node.create_client(Trigger, "tare")
-    question = asking.Question(client, Trigger.Request())
+    question = asking.to_service(client, Trigger.Request())
     graph.wait_until(client.service_is_ready)
     assert not question.is_answered()
     deaf.destroy_node()

@@ -89,7 +89,7 @@ time_t time(time_t *told) {
 
 
 @pytest.fixture
-def set_clock(tmp_path, monkeypatch) -> Callable[[int], None]:
+def set_clock(tmp_path, cold, monkeypatch) -> Callable[[int], None]:
     """Set the wall clock of every process that is started from now on: seconds ahead of ours."""
     ahead, library = tmp_path / "ahead", tmp_path / "clock.so"
     ahead.write_bytes(struct.pack("q", 0))

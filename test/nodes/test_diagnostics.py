@@ -72,7 +72,7 @@ def test_levels_and_numbers_from_start_to_a_known_tissue(session, bag):
     assert int(disk["disk left [bytes]"]) > 0
     assert float(disk["time left on the disk [s]"]) > 600.0
     assert float(disk["achieved rate [messages/s]"]) > 200.0
-    assert "ENABLED" in health.of("/stage/stage").message
+    health.wait("/stage/stage", OK, "ENABLED")
 
 
 def test_an_estimator_goes_stale_when_its_driver_dies(session):

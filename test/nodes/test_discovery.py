@@ -12,7 +12,7 @@ RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 @pytest.mark.parametrize(("chosen", "used"), [(None, "LOCALHOST"), ("OFF", "OFF")])
-def test_every_process_of_a_session_restricts_discovery(session, monkeypatch, chosen, used):
+def test_every_process_of_a_session_restricts_discovery(session, cold, monkeypatch, chosen, used):
     # Set first, so that monkeypatch takes away again what the session sets.
     monkeypatch.setenv(RANGE, chosen or "")
     if chosen is None:

@@ -9,11 +9,11 @@ import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from lifecycle_msgs.msg import Transition
-from rclpy.action import ActionClient
 
 from conftest import (
     PATIENCE,
     PATIENT,
+    Scanning,
     activate,
     change_state,
     collect,
@@ -21,6 +21,7 @@ from conftest import (
     deactivate,
     driver,
     estimator,
+    goal,
     say,
 )
 from crtk_msgs.msg import OperatingState
@@ -37,14 +38,7 @@ def states_of(running, namespace: str) -> list[OperatingState]:
 
 
 def scan(running) -> ScanGrid.Result:
-    client = ActionClient(running.node, ScanGrid, "/probe/scan_grid")
-    running.wait_until(client.server_is_ready, "the scan node")
-    goal = ScanGrid.Goal(rows=1, columns=2, spacing=0.01, dwell_time=0.5)
-    accepted = client.send_goal_async(goal)
-    running.wait_until(accepted.done, "an answer")
-    ended = accepted.result().get_result_async()
-    running.wait_until(ended.done, "the scan's end")
-    return ended.result()
+    return Scanning(running, goal(dwell_time=0.5)).result()
 
 
 @pytest.fixture

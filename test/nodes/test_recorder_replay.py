@@ -24,7 +24,6 @@ from conftest import (
     SCAN,
     STAGE,
     Scanning,
-    alone,
     ask,
     collect,
     deactivate,
@@ -57,7 +56,7 @@ def recorder(bag: Path, **parameters: object) -> NodeProcess:
 def recorded(tmp_path_factory) -> Path:
     """A scan of two sites with all estimators and the mapper, recorded by the real recorder."""
     bag = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    with alone(), own_domain() as number, pytest.MonkeyPatch.context() as patch:
+    with own_domain() as number, pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(number))
         processes = [
             SCAN,

@@ -1,16 +1,19 @@
-"""Ask a service until it answers."""
+"""Ask a service or an action until it answers."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 from typing import Any
+from uuid import uuid4
 
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
 
 #: Two nodes that find each other do so in both directions, one after the other. A request that is
 #: sent between the two is lost, and so is an answer, for which Fast DDS waits 100 ms at most. A
@@ -29,26 +32,26 @@ Wait = Callable[[Callable[[], bool]], None]
 
 
 class Question:
-    """A request to a service, sent again as long as no answer has come.
+    """A request that is sent again as long as no answer has come.
 
-    The service must bear to be asked twice.
+    The server must bear to be asked twice.
 
     Parameters
     ----------
-    client : rclpy.client.Client
-        Asks the service; who made it destroys it.
-    request : message
-        The request.
+    is_ready : callable
+        Whether the server can be reached.
+    send : callable
+        Sends the request; returns the future that holds the answer.
     """
 
-    def __init__(self, client: Client, request: Any) -> None:
-        self._client, self._request = client, request
+    def __init__(self, is_ready: Callable[[], bool], send: Callable[[], Future]) -> None:
+        self._is_ready, self._send = is_ready, send
         self._sent: list[Future] = []
         self._sent_at = float("-inf")
 
     @property
     def is_repeated(self) -> bool:
-        """Whether the service may have heard the request more than once."""
+        """Whether the server may have heard the request more than once."""
         return len(self._sent) > 1
 
     def is_answered(self) -> bool:
@@ -56,14 +59,29 @@ class Question:
         if any(each.done() for each in self._sent):
             return True
         late = time.monotonic() - self._sent_at > REPEAT
-        if late and self._client.service_is_ready():
+        if late and self._is_ready():
             self._sent_at = time.monotonic()
-            self._sent.append(self._client.call_async(self._request))
+            self._sent.append(self._send())
         return False
 
     def answer(self) -> Any:
         """Return the first answer; call it once one has come."""
         return next(each.result() for each in self._sent if each.done())
+
+
+def to_service(client: Client, request: Any) -> Question:
+    """Return a question to a service."""
+    return Question(client.service_is_ready, lambda: client.call_async(request))
+
+
+def to_action(
+    client: ActionClient, goal: Any, on_feedback: Callable[[Any], None] | None = None
+) -> Question:
+    """Return a goal for an action as a question; a server takes a goal of one identity once."""
+    identity = UUID(uuid=list(uuid4().bytes))
+    return Question(
+        client.server_is_ready, lambda: client.send_goal_async(goal, on_feedback, identity)
+    )
 
 
 def ask(node: Node, kind: Any, service: str, request: Any, wait: Wait) -> Any:
@@ -85,7 +103,7 @@ def ask(node: Node, kind: Any, service: str, request: Any, wait: Wait) -> Any:
     """
     client = node.create_client(kind, service)
     try:
-        question = Question(client, request)
+        question = to_service(client, request)
         wait(question.is_answered)
         return question.answer()
     finally:
@@ -112,7 +130,7 @@ def change_state(node: Node, target: str, transition: int, wait: Wait) -> bool:
     client = node.create_client(ChangeState, f"{target}/change_state")
     try:
         request = ChangeState.Request(transition=Transition(id=transition))
-        question = Question(client, request)
+        question = to_service(client, request)
         wait(question.is_answered)
         if question.answer().success or not question.is_repeated:
             return bool(question.answer().success)

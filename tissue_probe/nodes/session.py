@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -15,6 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from subprocess import DEVNULL, STDOUT, Popen, TimeoutExpired
 from typing import Any
 
 import rclpy
@@ -27,7 +27,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
-from tissue_probe.nodes.asking import change_state
+from tissue_probe.nodes.asking import change_state, to_action
 from tissue_probe_msgs.action import Explore, ScanGrid
 
 #: Longest wait for all processes to find one another [s]; a first start compiles the filters.
@@ -115,7 +115,7 @@ class Session:
         self.parameter_file = parameter_file or stock_configuration("simulation.yaml")
         self._logs = tempfile.TemporaryDirectory(prefix="tissue_probe_")
         self._context = rclpy.Context()
-        self.processes: dict[str, subprocess.Popen] = {}
+        self.processes: dict[str, Popen] = {}
         self.health: dict[str, dict[str, str]] = {}
         self._before: Any = None
 
@@ -241,10 +241,9 @@ class Session:
 
     def _act(self, kind: Any, name: str, goal: Any, on_feedback: Callable[[Any], None]) -> Any:
         client = ActionClient(self.node, kind, name)
-        self.wait_until(client.server_is_ready, "the scan node")
-        accepted = client.send_goal_async(goal, lambda message: on_feedback(message.feedback))
-        self.wait_until(accepted.done, "the scan to be accepted")
-        handle = accepted.result()
+        wanted = to_action(client, goal, lambda message: on_feedback(message.feedback))
+        self.wait_until(wanted.is_answered, "the scan to be accepted")
+        handle = wanted.answer()
         if not handle.accepted:
             raise SessionError(f"the scan was refused: {self.log('scan')}")
         result = handle.get_result_async()
@@ -297,11 +296,11 @@ class Session:
 
     def _start(self, description: NodeProcess) -> None:
         with (Path(self._logs.name) / description.name).open("wb") as log:
-            self.processes[description.name] = subprocess.Popen(
+            self.processes[description.name] = Popen(
                 description.command(self.parameter_file),
-                stdin=subprocess.DEVNULL,
+                stdin=DEVNULL,
                 stdout=log,
-                stderr=subprocess.STDOUT,
+                stderr=STDOUT,
                 # Ctrl-C reaches this process alone, which then ends the others.
                 start_new_session=True,
             )
@@ -340,10 +339,10 @@ def _leave(number: int, frame: object) -> None:
     raise SystemExit(128 + number)
 
 
-def _wait_or_kill(process: subprocess.Popen) -> None:
+def _wait_or_kill(process: Popen) -> None:
     try:
         process.wait(END_TIMEOUT)
-    except subprocess.TimeoutExpired:
+    except TimeoutExpired:
         process.kill()
         process.wait()
 

@@ -31,7 +31,7 @@ from std_srvs.srv import Trigger
 from crtk_msgs.msg import OperatingState
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.mapping.verdict import Verdict
-from tissue_probe.nodes.asking import ask, change_state
+from tissue_probe.nodes.asking import ask, change_state, to_action
 from tissue_probe.nodes.cdr import estimate_values_from_cdr, samples_from_cdr
 from tissue_probe.nodes.conversions import ESTIMATE_VALUES
 from tissue_probe.nodes.inbox import Inbox
@@ -200,7 +200,6 @@ class Watch:
     def _scan(self, given: Mapping[str, Any]) -> str:
         client = ActionClient(self._node, ScanGrid, "scan_grid")
         try:
-            self._until(client.server_is_ready, "the scan node")
             goal = ScanGrid.Goal(
                 spacing=float(given["spacing"]),
                 rows=int(given["rows"]),
@@ -208,9 +207,9 @@ class Watch:
                 dwell_time=float(given["dwell_time"]),
             )
             goal.origin.x, goal.origin.y, goal.origin.z = map(float, given["origin"])
-            accepted = client.send_goal_async(goal)
-            self._until(accepted.done, "the scan node")
-            if not accepted.result().accepted:
+            wanted = to_action(client, goal)
+            self._until(wanted.is_answered, "the scan node")
+            if not wanted.answer().accepted:
                 raise CommandError("the scan was refused; the scan node's log says why")
             return f"{goal.rows * goal.columns} sites are palpated"
         except (KeyError, TypeError, ValueError, AssertionError) as error:
