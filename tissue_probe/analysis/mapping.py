@@ -16,16 +16,16 @@ from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
+from tissue_probe.analysis.placed import PlacedMap, RegisteredMap, registration_of
 from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
-from tissue_probe.analysis.registered import RegisteredMap, registration_of
 from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
+from tissue_probe.mapping.chart import Chart
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
 from tissue_probe.mapping.exploration.choice import NextSite, next_sites
-from tissue_probe.mapping.height import height_at
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
-from tissue_probe.mapping.posterior.results import PosteriorMap
+from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.scatter import scatter
@@ -70,7 +70,7 @@ class MapResult(Alike):
     Attributes
     ----------
     sites : Sites
-        What is known of each site.
+        What is known of each site, at its place in the map.
     results : tuple of SiteResult
         The dwells of a scan; none for a table.
     map : PosteriorMap
@@ -83,8 +83,10 @@ class MapResult(Alike):
         The sites that tell most, in their order, where they were asked for.
     answer : Answer or None
         What is known of inclusions in the area, where one is given.
-    registered : RegisteredMap or None
-        The results in another frame, where point pairs are given.
+    placed : PlacedMap
+        The results in space: in the sites' frame, or in another where point pairs are given.
+    laid_flat : bool
+        Whether x and y of the map run along the sites' surface, not in their own frame.
     """
 
     sites: Sites
@@ -92,14 +94,23 @@ class MapResult(Alike):
     map: PosteriorMap
     phantom: Phantom | FeltTable | None
     notes: tuple[str, ...]
+    placed: PlacedMap
+    laid_flat: bool = False
     next: tuple[NextSite, ...] = ()
     answer: Answer | None = None
-    registered: RegisteredMap | None = None
+
+    @property
+    def registered(self) -> RegisteredMap | None:
+        """The results in another frame, where point pairs are given."""
+        return self.placed if isinstance(self.placed, RegisteredMap) else None
 
     @property
     def inclusions(self) -> ResultTable:
-        """The inclusions, in m and N/m, the most probable first."""
-        columns = (
+        """The inclusions, in m and N/m, the most probable first.
+
+        Where the sites' surface was laid flat, X, Y, Z are the place in space.
+        """
+        columns: tuple[Column, ...] = (
             Column("x", "x [mm]", number(3, 1e3), right=True),
             Column("y", "y [mm]", number(3, 1e3), right=True),
             Column("probability", "probability", two_decimals, right=True),
@@ -107,8 +118,12 @@ class MapResult(Alike):
             Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),
         )
-        names = [column.name for column in columns]
-        rows = tuple(tuple(getattr(one, n) for n in names) for one in self.map.inclusions)
+        names, found = [column.name for column in columns], self.map.inclusions
+        rows = tuple(tuple(getattr(one, n) for n in names) for one in found)
+        if self.laid_flat:
+            columns += tuple(Column(n, f"{n} [mm]", number(3, 1e3), right=True) for n in "XYZ")
+            places = [self.in_space(one) for one in found]
+            rows = tuple((*row, *place) for row, place in zip(rows, places, strict=True))
         return ResultTable("Inclusions", columns, rows)
 
     @property
@@ -141,10 +156,16 @@ class MapResult(Alike):
     def _repr_html_(self) -> str:
         return f"<p>{self.text}</p>{self.inclusions._repr_html_()}"
 
+    def in_space(self, one: Inclusion) -> tuple[float, float, float]:
+        """Return the middle of an inclusion of the map in the sites' own frame [m]."""
+        x, y, z = self.placed.lift(np.array([one.x]), np.array([one.y]))[0].tolist()
+        return x, y, z
+
     def surface(self) -> ResultTable:
         """Return a row a place of the raster, in m and N/m; None where nothing is known.
 
-        Where registered, X, Y, Z are the place in the other frame.
+        Where registered, X, Y, Z are the place in the other frame; else where the sites' surface
+        was laid flat, that in the sites' frame.
         """
         felt = self.map.surface
         names = ("mean", "sd", "probability")
@@ -158,10 +179,10 @@ class MapResult(Alike):
             for i, y in enumerate(felt.y)
             for j, x in enumerate(felt.x)
         )
-        if self.registered is not None:
+        if self.registered is not None or self.laid_flat:
             columns += tuple(Column(n, f"{n} [m]", number(4), right=True) for n in "XYZ")
             x, y = (each.ravel() for each in np.meshgrid(felt.x, felt.y))
-            places = self.registered.places(x, y).tolist()
+            places = self.placed.places(x, y).tolist()
             rows = tuple((*row, *place) for row, place in zip(rows, places, strict=True))
         return ResultTable("Surface", columns, rows)
 
@@ -179,6 +200,8 @@ class MapResult(Alike):
             asked["answer"] = asdict(self.answer)
         if self.registered is not None:
             asked["registered"] = self.registered.to_dict()
+        if self.laid_flat:
+            asked["space"] = PlacedMap(self.placed.lift, found).to_dict()
         return {
             **asked,
             "inclusions": [
@@ -229,7 +252,8 @@ class MapResult(Alike):
         """Draw stiffness, P(inclusion) and what could hide, with sites and true nodules."""
         from tissue_probe.figures.stiffness_map import draw_map
 
-        nodules = [(n.x, n.y, n.radius) for n in self.phantom.nodules] if self.phantom else []
+        known = self.phantom.nodules if self.phantom and not self.laid_flat else ()
+        nodules = [(n.x, n.y, n.radius) for n in known]
         return draw_map(self.map, self.sites, nodules)
 
     @take.checks(path=take.path)
@@ -248,7 +272,7 @@ class MapResult(Alike):
     def save_csv(self, path: str | Path) -> None:
         """Write the surface, a row a place: x, y [m], mean, sd [N/m], probability.
 
-        Where registered, X, Y, Z [m] follow: the place in the other frame.
+        Where registered or laid flat, X, Y, Z [m] follow, as in ``surface``.
         """
         table = self.surface()
         with Path(path).open("w", newline="") as file:
@@ -258,7 +282,7 @@ class MapResult(Alike):
 
     @take.checks(path=take.path)
     def save_ply(self, path: str | Path) -> None:
-        """Write the surface as a point cloud, where it is known, at the height of the sites [m].
+        """Write the surface as a point cloud, where it is known, in the sites' frame [m].
 
         Where registered, it is in the other frame.
         """
@@ -266,9 +290,7 @@ class MapResult(Alike):
         known = np.isfinite(felt.mean)
         x, y = (layer[known] for layer in np.meshgrid(felt.x, felt.y))
         layers = [felt.mean[known], felt.sd[known], felt.probability[known]]
-        places = np.column_stack([x, y, height_at(self.sites, x, y)])
-        if self.registered is not None:
-            places = self.registered.places(x, y)
+        places = self.placed.places(x, y)
         write_ply(
             path,
             {
@@ -361,20 +383,25 @@ def map_sites(
         phantom: Phantom | FeltTable | None,
         notes: tuple[str, ...],
     ) -> MapResult:
+        chart = Chart.of(sites)
         if area is not None:
-            _check_near(area, sites)
-        registration = _registration(pairs, sites) if pairs is not None else None
-        sampled = Sampled.of(sites, area)
-        found = read_out(sampled, sites, raster=raster, contrast=contrast)
-        elsewhere = RegisteredMap(registration, sites, found) if registration is not None else None
-        result = MapResult(sites, results, found, phantom, notes, registered=elsewhere)
+            _check_near(area, sites, chart)
+        sampled = Sampled.of(chart.sites, area)
+        found = read_out(sampled, chart.sites, raster=raster, contrast=contrast)
+        placed = PlacedMap(chart.places, found)
+        if pairs is not None:
+            placed = RegisteredMap(chart.places, found, _registration(pairs, sites))
+        told = (*notes, chart.note) if chart.note else notes
+        result = MapResult(
+            chart.sites, results, found, phantom, told, placed, laid_flat=bool(chart.note)
+        )
         if area is None:
             return result
         last = len(sites.x) - 1 if sites.t is None else int(sites.t.argmax())
         start = float(sites.x[last]), float(sites.y[last])
         chosen = next_sites(sampled, next, area, no_go=zones, start=start) if next else []
-        told = answer(sampled, sought or Sought(contrast=contrast))
-        return replace(result, next=tuple(chosen), answer=told)
+        known = answer(sampled, sought or Sought(contrast=contrast))
+        return replace(result, next=tuple(chosen), answer=known)
 
     table = _site_table(measured)
     if table is not None:
@@ -421,8 +448,8 @@ def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str
     z, t = columns.get("z", np.zeros_like(x)), columns.get("t")
     if "k_sd" in columns:
         return Sites(x, y, z, t, k, columns["k_sd"]), ()
-    felt = Sites(x, y, z, t, k, np.zeros_like(k)).felt
-    share = scatter(x[felt], y[felt], k[felt])
+    flat = Chart.of(Sites(x, y, z, t, k, np.zeros_like(k))).sites
+    share = scatter(flat.x[flat.felt], flat.y[flat.felt], k[flat.felt])
     note = LEARNT.format(share)
     return Sites(x, y, z, t, k, share * np.abs(k)), (note,)
 
@@ -440,8 +467,10 @@ def _each_area(given: Source | Sequence[Source]) -> Sequence[Source]:
     return [given] if alone else given
 
 
-def _check_near(area: Polygon, sites: Sites) -> None:
-    """Refuse an area from which all sites are farther than it is wide: no map joins the two."""
+def _check_near(area: Polygon, sites: Sites, chart: Chart) -> None:
+    """Refuse an area of another plane than the map's, or too far from all sites for one map."""
+    if chart.note:
+        raise ParameterError(f"`within` is an area of the sites' own x and y, but {chart.note}")
     places = np.column_stack([sites.x, sites.y])
     low, high = area.corners.min(axis=0), area.corners.max(axis=0)
     off = np.maximum(np.maximum(low - places, places - high), 0.0)

@@ -165,11 +165,16 @@ def summarize(result: MapResult) -> None:
     phantom = result.phantom
     if not isinstance(phantom, Phantom):
         titles = ["inclusion", "x, y\n[mm]", PROBABILITY, "stiffness\n[N/m]", "over back-\nground"]
+        if result.laid_flat:
+            titles.append("X, Y, Z\n[mm]")
         table = Table(*_columns([*titles, *(["truth\n[N/m]"] if phantom else [])]))
         for number, one in enumerate(found, 1):
-            true = [f"{phantom.stiffness(one.x, one.y):.1f}"] if phantom else []
+            place = result.in_space(one)
+            further = [", ".join(f"{1e3 * each:.1f}" for each in place)] * result.laid_flat
+            true = [f"{phantom.stiffness(*place[:2]):.1f}"] if phantom else []
             ratio = f"{one.contrast:.2f}"
-            table.add_row(str(number), _place(one), _sure(one), _stiffness(one), ratio, *true)
+            cells = _place(one), _sure(one), _stiffness(one), ratio, *further, *true
+            table.add_row(str(number), *cells)
         console.print(table)
         return
     titles = (
@@ -182,13 +187,14 @@ def summarize(result: MapResult) -> None:
         "truth\n[N/m]",
     )
     table = Table(*_columns(titles))
-    matched = match([(one.x, one.y) for one in found], [(n.x, n.y) for n in phantom.nodules])
+    places = [result.in_space(one)[:2] for one in found]
+    matched = match(places, [(n.x, n.y) for n in phantom.nodules])
     by_nodule = {nodule: (found[one], off) for one, nodule, off in matched.pairs}
     for number, nodule in enumerate(phantom.nodules):
         cells = [_place(nodule), f"{1e3 * nodule.depth:.0f}"]
         if number in by_nodule:
             one, off = by_nodule[number]
-            true = phantom.stiffness(one.x, one.y)
+            true = phantom.stiffness(*result.in_space(one)[:2])
             cells += [_place(one), f"{1e3 * off:.1f}", _sure(one)]
             cells += [_stiffness(one), f"{true:.1f}"]
         table.add_row(*cells, *(["missed"] if number not in by_nodule else []))

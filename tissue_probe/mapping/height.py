@@ -13,14 +13,19 @@ from tissue_probe.signals import FloatArray
 
 def height_at(sites: Sites, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return z [m] at places: linear between the sites, that of the nearest beyond them."""
+    return height_over(np.column_stack([sites.x, sites.y, sites.z]), x, y)
+
+
+def height_over(points: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return the third coordinate of a surface through points, shape (n, 3), as ``height_at``."""
     # Here, since it takes a second to import, and nodes import this module.
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
     from scipy.spatial import QhullError
 
-    places = np.column_stack([sites.x, sites.y])
-    nearest = NearestNDInterpolator(places, sites.z)(x, y)
+    places, height = points[:, :2], points[:, 2]
+    nearest = NearestNDInterpolator(places, height)(x, y)
     try:
-        between = LinearNDInterpolator(places, sites.z)(x, y)
+        between = LinearNDInterpolator(places, height)(x, y)
     except QhullError:  # on one line, or fewer than three
-        return nearest
+        return np.asarray(nearest)
     return np.where(np.isfinite(between), between, nearest)

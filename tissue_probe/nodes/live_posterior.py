@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -70,6 +71,7 @@ class LivePosterior:
         if hasattr(os, "setpriority"):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
         # Here, since it takes seconds to import: the node is there before.
+        from tissue_probe.mapping.chart import seen_from_above
         from tissue_probe.mapping.posterior.posterior_map import map_of
 
         map_of(_few())  # has all compiled, or loaded, before the first site is done
@@ -80,7 +82,11 @@ class LivePosterior:
                     return
                 results, self._asked = self._asked, None
             try:
-                found: Posterior | str = Posterior(results, map_of(sites_of(results)))
+                sites = sites_of(results)
+                told = map_of(sites)
+                if note := seen_from_above(sites):
+                    told = replace(told, check=replace(told.check, notes=(*told.check.notes, note)))
+                found: Posterior | str = Posterior(results, told)
             except TissueProbeError as error:
                 found = str(error)
             with self._changed:
