@@ -35,7 +35,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
-	$(BIN)/python -m pytest --numprocesses 6 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
+	$(BIN)/python -m pytest --numprocesses 5 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --timeout-method thread -m crowded test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
