@@ -17,6 +17,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
+from tissue_probe.mapping.kernel import alike
 from tissue_probe.signals import FloatArray
 
 #: Standard deviations of the coefficients of log k: level, tilt from middle to edge, curvature.
@@ -124,7 +125,7 @@ class Background:
         distance = cdist(np.column_stack([x, y]), np.column_stack([x, y]))
         precision, weight = [], []
         for share, length, prior in levels.kinds:
-            varied = share * _matern(distance, length) + (1.0 - share) * np.eye(x.size)
+            varied = share * alike(distance / length) + (1.0 - share) * np.eye(x.size)
             for size in levels.sizes:
                 factor = cho_factor(known + size**2 * varied, lower=True)
                 precision.append(cho_solve(factor, np.eye(x.size)))
@@ -145,7 +146,7 @@ class Background:
         trend = _trend(self.x, self.y, self._middle, self._half)
         there = _trend(x, y, self._middle, self._half)
         distance = cdist(np.column_stack([x, y]), np.column_stack([self.x, self.y]))
-        shared = there @ trend.T + share * size**2 * _matern(distance, length)
+        shared = there @ trend.T + share * size**2 * alike(distance / length)
         return shared, (there**2).sum(axis=1) + share * size**2
 
     def trend(self, level: int, log_k: FloatArray) -> Trend:
@@ -178,8 +179,3 @@ def _drift(t: FloatArray) -> FloatArray:
     return np.column_stack(
         [_DRIFT * (np.exp(-since / tau) - np.exp(-1.0 / tau)) for tau in _RELAXATION]
     )
-
-
-def _matern(distance: FloatArray, length: float) -> FloatArray:
-    q = np.sqrt(5.0) * distance / length
-    return (1.0 + q + q**2 / 3.0) * np.exp(-q)

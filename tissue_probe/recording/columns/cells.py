@@ -42,9 +42,7 @@ _NUMBER = {
 }
 _WHOLE = re.compile(r"[+-]?\d+")
 #: Minutes and seconds without hours are told from hours and minutes by their fraction.
-_CLOCK = re.compile(
-    r"(?:(\d{1,3}):(?=\d\d:)|(?=\d{1,4}:\d\d[.,]))(\d{1,4}):(\d\d(?:[.,]\d+)?)"
-)
+_CLOCK = re.compile(r"(?:(\d{1,3}):(?=\d\d:)|(?=\d{1,4}:\d\d[.,]))(\d{1,4}):(\d\d(?:[.,]\d+)?)")
 _DATE = re.compile(
     r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[T ,]+"
     r"(?P<clock>\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\s*(?P<half>[AP]M)?"
