@@ -80,7 +80,7 @@ clean: ## Remove everything that setup made.
 
 # Bytecode is left to the first import: most modules of what is installed are never imported. The pip
 # that comes with Python 3.11 takes twice as long as today's.
-$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/workbench.txt \
+$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/workbench.txt requirements/study.txt \
 		requirements/ros-jazzy-wheels.txt
 	@command -v c++ >/dev/null && python3 -c "import sysconfig, pathlib, sys, venv, ensurepip; \
 		sys.exit(not pathlib.Path(sysconfig.get_paths()['include'], 'Python.h').exists())" || \

@@ -213,7 +213,7 @@ def test_every_package_that_is_imported_and_required_is_explained():
     explained = {
         name.strip().lower() for row in rows.splitlines() for name in row.split("|")[1].split(",")
     }
-    names = ("python.txt", "daq.txt", "workbench.txt", "development.txt")
+    names = ("python.txt", "daq.txt", "workbench.txt", "study.txt", "development.txt")
     files = (ROOT / "requirements" / name for name in names)
     required = {
         re.match(r"[\w-]+", line)[0].lower()

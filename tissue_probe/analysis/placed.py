@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tissue_probe.alike import Alike
 from tissue_probe.mapping.chart import Lift
 from tissue_probe.mapping.height import height_at
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
@@ -22,8 +23,8 @@ from tissue_probe.signals import FloatArray
 _LOCAL = 0.5e-3
 
 
-@dataclass(frozen=True)
-class PlacedMap:
+@dataclass(frozen=True, eq=False)
+class PlacedMap(Alike):
     """Where the results of a map lie in space.
 
     Attributes
@@ -70,7 +71,7 @@ class PlacedMap:
         return {name: places[..., i].tolist() for i, name in enumerate("xyz")}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RegisteredMap(PlacedMap):
     """Where the results of a map lie in another frame.
 
