@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tissue_probe
 from tissue_probe import arguments as take
@@ -15,10 +14,8 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.studies.dataset import Dataset, write_tables
 from tissue_probe.studies.key import key_of, key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
+from tissue_probe.studies.result import StudyResult
 from tissue_probe.studies.row import ROW_HAS, check_question, row
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: A batch is written when it has so many rows, or after so long [s]: so much is computed again
 #: where the machine dies.
@@ -27,49 +24,6 @@ BATCH, OFTEN = 200, 10.0
 ROWS = "rows"
 
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class StudyResult:
-    """The rows of a study.
-
-    Attributes
-    ----------
-    rows : tuple of dict
-        One a recording, with its factors; see ``row``.
-    computed : int
-        How many of them were computed by this run.
-    notes : tuple of str
-        What was found on the way, in sentences.
-    """
-
-    rows: tuple[Mapping[str, Any], ...]
-    computed: int
-    notes: tuple[str, ...] = ()
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return the rows as a pandas data frame."""
-        import pandas as pd
-
-        return pd.DataFrame(list(self.rows))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the rows as plain data."""
-        return {"rows": list(self.rows), "computed": self.computed, "notes": list(self.notes)}
-
-    @property
-    def text(self) -> str:
-        """How many recordings there are, and what became of them."""
-        counts = {
-            status: sum(each["status"] == status for each in self.rows)
-            for status in ("done", "refused", "failed")
-        }
-        told = [f"{count} {status}" for status, count in counts.items() if count]
-        first = f"{len(self.rows)} recordings, {self.computed} computed now: {', '.join(told)}"
-        return "\n".join([first, *self.notes])
-
-    def __repr__(self) -> str:
-        return self.text
 
 
 def _plan(name: str, given: Any) -> Plan | Path:
