@@ -8,9 +8,11 @@ import foreign_presser as presser
 import numpy as np
 import pytest
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 
 from conftest import (
+    PATIENCE,
     change_state,
     collect,
     driver,
@@ -106,13 +108,29 @@ def test_a_bag_of_the_topics_gives_the_samples_bit_for_bit(session, robot, bag, 
     assert live.force[of_live].tobytes() == again.force[of_again].tobytes()
 
 
-def logged(running, sentence: str) -> None:
-    running.wait_until(lambda: sentence in running.log("adapter"), sentence)
+class Health:
+    """What the adapter says of itself from now on."""
+
+    def __init__(self, running) -> None:
+        self._running = running
+        self._told = collect(running.node, DiagnosticArray, "/diagnostics")
+
+    def wait_for(self, sentence: str) -> None:
+        self._running.wait_until(
+            lambda: any(
+                sentence in status.message
+                for array in self._told
+                for status in array.status
+                if status.name == "/probe/adapter"
+            ),
+            sentence,
+            PATIENCE,
+        )
 
 
 def test_what_is_wrong_with_a_robot_is_told_and_makes_no_samples(session, robot):
     running = session(adapter())
-    blocks = heard_samples(running)
+    blocks, health = heard_samples(running), Health(running)
 
     def goes_on(anew: bool) -> bool:
         """Whether samples have come since it was wrong; numbered from 0 where that ends a run."""
@@ -123,15 +141,19 @@ def test_what_is_wrong_with_a_robot_is_told_and_makes_no_samples(session, robot)
     for word, sentence, anew in (
         ("nan", "/robot/measured_cf is not finite; left out", False),
         ("frame", "/robot/measured_cf comes in frame 'other', not in 'ft'", False),
-        ("silent", "on /robot/measured_cf: a node without a name is known to publish it, but", True),
+        (
+            "silent",
+            "on /robot/measured_cf: a node without a name is known to publish it, but",
+            True,
+        ),
         ("jump", "/robot/measured_cp jumps by", True),
         ("back", "/robot/measured_cf has stamps that go back by", True),
     ):
         before = len(blocks)
         say(robot, word)
-        logged(running, sentence)
+        health.wait_for(sentence)
         say(robot, "well")
-        running.wait_until(lambda anew=anew: goes_on(anew), f"samples after {word}")
+        running.wait_until(lambda anew=anew: goes_on(anew), f"samples after {word}", PATIENCE)
     for block in map(samples_from_message, blocks):
         assert np.isfinite(block.force).all()
         # Its place while it jumped is its own truth; the spring's is that of the other times.
@@ -143,7 +165,7 @@ def test_what_is_wrong_with_a_robot_is_told_and_makes_no_samples(session, robot)
 def test_samples_of_two_nodes_are_not_mixed(session, robot):
     running = session(adapter())
     other = samples_publisher(running.node)
-    logged(running, "another node publishes samples: end it")
+    Health(running).wait_for("another node publishes samples: end it")
     blocks = heard_samples(running)
     assert not blocks
     running.node.destroy_publisher(other)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from tissue_probe.recording.robot.settings import ROUNDING, RobotSettings
+from tissue_probe.settings import SettingsError
 
 Vector = tuple[float, ...]
 
@@ -28,13 +29,18 @@ class Pressing:
     ----------
     zero : tuple of float, or None
         Where the displacement is zero, as soon as it is known [m].
+
+    Raises
+    ------
+    SettingsError
+        If the polarity of the force is not stated: the parameters of a robot are complete with it.
     """
 
     def __init__(self, settings: RobotSettings) -> None:
         self._settings = settings
         self._axis = _unit(settings.axis)
         self._of_wrench = _unit(settings.force_rotation)
-        self._sign = -1.0 if settings.force_polarity == "tension" else 1.0
+        self._sign = _sign(settings)
         self._turns = (settings.axis_frame, settings.force_axes) != ("base", "base")
         self._lever = settings.fastest / FASTEST_TURN
         self.zero: Vector | None = tuple(settings.zero) or None
@@ -99,6 +105,16 @@ class Pressing:
         if not all(map(math.isfinite, force)):
             raise ValueError("is not finite")
         return tuple(self._sign * each for each in _turned(force, self._of_wrench))
+
+
+def _sign(settings: RobotSettings) -> float:
+    """Return the factor that makes a force along the axis positive in compression."""
+    if not settings.force_polarity:
+        raise SettingsError(
+            "parameter force_polarity is not stated: press on something by hand; give compression "
+            "where the force along the axis grows then, tension where it falls"
+        )
+    return -1.0 if settings.force_polarity == "tension" else 1.0
 
 
 def _unit(values: Vector | list[float]) -> Vector:

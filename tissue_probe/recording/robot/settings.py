@@ -91,11 +91,6 @@ class RobotSettings(BaseModel):
 
     @model_validator(mode="after")
     def _go_together(self) -> RobotSettings:
-        if not self.force_polarity:
-            raise ValueError(
-                "force_polarity is not stated: press on something by hand; give compression where "
-                "the force along the axis grows then, tension where it falls"
-            )
         _check_length("axis", self.axis, 3)
         _check_length("force_rotation", self.force_rotation, 4)
         count = 1 if self.joint else 3
