@@ -109,13 +109,14 @@ def test_a_bag_of_the_topics_gives_the_samples_bit_for_bit(session, robot, bag, 
 
 
 class Health:
-    """What the adapter says of itself from now on."""
+    """What the adapter says of itself from when it is waited for."""
 
     def __init__(self, running) -> None:
         self._running = running
         self._told = collect(running.node, DiagnosticArray, "/diagnostics")
 
     def wait_for(self, sentence: str) -> None:
+        self._told.clear()
         self._running.wait_until(
             lambda: any(
                 sentence in status.message

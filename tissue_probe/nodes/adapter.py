@@ -37,6 +37,8 @@ INTERVAL = 0.01
 #: By how much a rate may differ from that stated before it is told: jitter of a second's count is
 #: less, and at more messages are bridged or left out that should not be.
 OFF_RATE = 0.2
+#: Time until the log tells a fault of the same kind again [s]; /diagnostics tells every one.
+LOG_AGAIN = 10.0
 
 
 class AdapterSettings(RobotSettings):
@@ -64,8 +66,10 @@ class Heard:
         self._taken, self._since, self._silence = 0, 0.0, 0.0
         self._rate = Rate()
         self._before: dict[str, Fault] = {}
+        self._new: dict[str, str] = {}
         self.found = 0.0
         self.faults: list[str] = []
+        self._logged: dict[str, float] = {}
 
     def look(self) -> None:
         """Note whether anything of use has come."""
@@ -78,17 +82,23 @@ class Heard:
         """Find rate and faults since the last time; once a second."""
         self.found = self._rate(self.channel.taken)
         faults = dict(self.channel.faults)
-        self.faults = [
-            fault.sentence for kind, fault in faults.items() if fault != self._before.get(kind)
-        ]
+        self._new = {k: v.sentence for k, v in faults.items() if v != self._before.get(k)}
+        self.faults = list(self._new.values())
         self._before = faults
+
+    def untold(self) -> list[str]:
+        """Return of these faults those whose kind is not in the log already, or long ago."""
+        now = time.monotonic()
+        kinds = [k for k in self._new if now - self._logged.get(k, -LOG_AGAIN) >= LOG_AGAIN]
+        self._logged |= dict.fromkeys(kinds, now)
+        return [self._new[kind] for kind in kinds]
 
     def why_silent(self) -> str:
         """Say that nothing of use comes, and why; nothing where it does."""
         if self._silence * NANOSECONDS <= LONGEST_SILENCE:
             return ""
-        why = self.faults[-1] if self.faults else self._hearing.why_silent()
-        return f"nothing of use comes on {self.channel.name}: {why}"
+        why = "" if self.faults else f": {self._hearing.why_silent()}"
+        return f"nothing of use comes on {self.channel.name}{why}"
 
     def off_rate(self) -> str:
         """Say that the rate is not as stated; nothing where it is."""
@@ -164,16 +174,20 @@ class AdapterNode(Node):
             self.get_logger().info(f"the position is zero at {list(zero)} (parameter zero)")
 
     def _examine(self) -> Health:
+        faults = []
         for heard in self._heard:
             heard.examine()
-            for sentence in heard.faults:
+            faults += heard.faults
+            for sentence in heard.untold():
                 self.get_logger().warning(sentence)
         rate = self._rate(self._adapter.grid.samples)
         level, message = self._judged(rate)
         if message != self._told and level in (ERROR, STALE):
             self.get_logger().error(message)
         self._told = message
-        return Health(level, message, self._values(rate))
+        if faults and level == OK:
+            level, message = WARN, "some messages are of no use"
+        return Health(level, "; ".join([message, *faults]), self._values(rate))
 
     def _values(self, rate: float) -> dict[str, object]:
         grid = self._adapter.grid
@@ -201,20 +215,17 @@ class AdapterNode(Node):
             if self._joint not in self._adapter.joints and joints:
                 silent.append(f"no message has joint {self._joint}; there are {joints}")
             return STALE, "; ".join(silent)
-        if self._adapter.grid.clocks_apart:
-            return (
-                ERROR,
-                "the clock of one topic alone was set back: start the adapter anew",
-            )
         if not rate:
             return ERROR, self._apart()
         off = [said for heard in self._heard if (said := heard.off_rate())]
-        faults = [sentence for heard in self._heard for sentence in heard.faults]
-        if faults or off:
-            return WARN, "; ".join([*faults, *off])
+        if off:
+            return WARN, "; ".join(off)
         return OK, "adapting"
 
     def _apart(self) -> str:
+        """Say why both topics make no samples."""
+        if self._adapter.grid.clocks_apart:
+            return "the clock of one topic alone was set back: start the adapter anew"
         position, force = (heard.channel for heard in self._heard)
         if position.latest is None or force.latest is None:
             return "no two messages have come of both topics yet"
