@@ -12,6 +12,7 @@ import sys
 import time
 from dataclasses import dataclass
 
+import numpy as np
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
@@ -23,6 +24,9 @@ STIFFNESS, DAMPING = 600.0, 3.0  # N/m, N s/m
 POSE_RATE, WRENCH_RATE = 250.0, 500.0  # Hz
 JITTER = 0.3  # of a period, either way
 FORCE_NOISE, POSITION_NOISE = 5e-3, 1e-7  # N, m
+FREQUENCY = 5.0  # Hz
+JUMP = 0.05  # m
+BACK = 2_000_000_000  # ns: whole periods
 TOUCH = (0.4, -0.1, 0.3)  # m
 #: Half a turn about x, and somewhat more: the tool's z is INTO, in the base.
 TOOL = (math.sin(1.4), 0.0, 0.0, math.cos(1.4))
@@ -45,6 +49,13 @@ class WrenchStamped(IdlStruct, typename="geometry_msgs::msg::dds_::WrenchStamped
     wrench: Wrench
 
 
+def pressed(stamp):
+    """Displacement into the spring at a time, or times [ns], in m, and its rate."""
+    omega = 2.0 * math.pi * FREQUENCY
+    phase = omega * (stamp % 1_000_000_000_000) * 1e-9  # of whole periods, and few digits
+    return 1.5e-3 + 1e-3 * np.sin(phase), 1e-3 * omega * np.cos(phase)
+
+
 class Presser:
     """Two topics, each due at times of its own."""
 
@@ -65,25 +76,19 @@ class Presser:
         self.count = dict.fromkeys(self.due, 0)
 
     def header(self, frame: str) -> Header:
-        back = 2_000_000_000 if self.fault == "back" else 0
+        back = BACK if self.fault == "back" else 0
         return Header(Time(*divmod(self.now - back, 1_000_000_000)), frame)
 
-    def pressed(self) -> tuple[float, float]:
-        """Displacement into the spring [m], and its rate."""
-        omega = 2.0 * math.pi * 5.0
-        phase = omega * (self.now % 1_000_000_000_000) * 1e-9
-        return 1.5e-3 + 1e-3 * math.sin(phase), 1e-3 * omega * math.cos(phase)
-
     def tell_pose(self) -> None:
-        u = self.pressed()[0] + random.gauss(0.0, POSITION_NOISE)
-        u += 0.05 if self.fault == "jump" else 0.0
+        u = float(pressed(self.now)[0]) + random.gauss(0.0, POSITION_NOISE)
+        u += JUMP if self.fault == "jump" else 0.0
         place = [touch + u * into for touch, into in zip(TOUCH, INTO, strict=True)]
         self.poses.write(PoseStamped(self.header("base"), Pose(Point(*place), Quaternion(*TOOL))))
 
     def tell_wrench(self) -> None:
         if self.fault == "silent":
             return
-        u, speed = self.pressed()
+        u, speed = map(float, pressed(self.now))
         force = STIFFNESS * u + DAMPING * speed + random.gauss(0.0, FORCE_NOISE)
         # The tissue pushes the tool back, along its -z; the sensor looks back, so that is its z.
         felt = Vector3(0.0, 0.0, math.nan if self.fault == "nan" else force)
@@ -109,10 +114,10 @@ def main() -> None:
     wait = 0.0
     while True:
         if select.select([sys.stdin], [], [], wait)[0]:
-            word = sys.stdin.readline().strip()
-            if not word:
+            words = os.read(sys.stdin.fileno(), 1000).decode().split()
+            if not words:
                 return
-            robot.fault = "" if word == "well" else word
+            robot.fault = "" if words[-1] == "well" else words[-1]
         wait = robot.step()
 
 
