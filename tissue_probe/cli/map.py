@@ -118,7 +118,7 @@ def map_command(
         if layout != Layout():
             raise ValueError(
                 f"{samples} is a table of sites, which has no samples: leave out the options on "
-                "position, force, time, topic and clock"
+                "position, force, time, topic, clock and adapter"
             )
     else:
         if layout == Layout():
