@@ -47,6 +47,21 @@ def test_a_branch_is_a_standard_linear_solid():
     agrees(specimen, kelvin_voigt(specimen) + branch, 1e-6)
 
 
+@pytest.mark.parametrize("law", [{"fung": 600.0}, {"cubic": 1e8}, {"saturation_depth": 1e-3}])
+def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(law):
+    spring = Specimen(**law)
+    branch = {"branch_stiffness": (450.0,), "branch_rate": (1e-9,), "branch_curved": 1.0}
+    twice = {"stiffness": 900.0, "cubic": 2.0 * spring.cubic}
+    found, expected = (vibrate(spring._replace(**each))[1] for each in (branch, twice))
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.ptp(expected))
+
+
+def test_a_curved_branch_beside_a_straight_spring_is_straight():
+    straight = Specimen(branch_stiffness=(300.0,), branch_rate=(40.0,))
+    curved = straight._replace(branch_curved=1.0)
+    np.testing.assert_allclose(vibrate(curved)[1], vibrate(straight)[1], atol=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_springpot_is_a_power_of_the_frequency(seed):
     clean = Specimen()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, values_of, vibrating
+from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, risen, values_of, vibrating
 
 from tissue_probe.physics import effects
 from tissue_probe.physics.composition import TISSUE, Composition
@@ -148,6 +148,41 @@ def test_steps_converge(name):
     # Dry friction turns round within a step or two, and is the worst; most others err 0.1 mN.
     assert changes[0] < (0.005 / 3 if FORMS[name].family == "friction" else 0.0005)
     assert changes[-1] < (1e-4 if FORMS[name].family == "friction" else 1e-5) * rms
+
+
+@pytest.mark.parametrize(
+    "stiffening", ["cubic_stiffening", "exponential_stiffening", "hertz_contact"]
+)
+def test_a_quasi_linear_branch_that_hardly_yields_is_a_second_spring_of_the_same_law(stiffening):
+    """And its force relaxes in the same proportion at every depth."""
+    plain = Composition("rigid_probe").plus(EFFECTS[stiffening].plain)
+    relaxing = plain.plus(EFFECTS["quasi_linear_relaxation"].plain)
+    twice = {"relaxing_stiffness": 450.0, "damping": 0.0}
+    for depth in (3e-4, 2e-3):
+        times = np.arange(1000) * PERIOD
+        position = depth * risen(times, 0.1)
+        spring = force_of(plain, values_of(plain, damping=0.0), position).output
+        for rate, share in ((1e-4, 1.0), (2.0, np.exp(-2.0 * 0.3))):
+            values = values_of(relaxing, **twice, relaxation_rate=rate)
+            branch = force_of(relaxing, values, position).output - spring
+            early, late = branch[[399, 999]]
+            assert late == pytest.approx(share * early, rel=1e-3)
+            if rate < 1.0:
+                assert early == pytest.approx(spring[399], rel=1e-3)
+
+
+@pytest.mark.parametrize("form", range(3))
+def test_beside_a_straight_spring_quasi_linear_relaxation_is_linear(form):
+    linear = (EFFECTS["standard_linear_solid"], *EFFECTS["generalized_maxwell"].every_form)[form]
+    position = vibrating(np.arange(1000) * PERIOD)
+    forces = [
+        force_of(each, values_of(each), position).output
+        for each in (
+            Composition(effects=(effect,))
+            for effect in (linear, EFFECTS["quasi_linear_relaxation"].every_form[form])
+        )
+    ]
+    np.testing.assert_allclose(*forces, atol=1e-12)
 
 
 def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_only():

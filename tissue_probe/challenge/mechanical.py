@@ -55,6 +55,14 @@ def _springpot(strength: float, at: Situation, random: Random) -> Change:
     )
 
 
+def _quasi_linear_relaxation(strength: float, at: Situation, random: Random) -> Change:
+    """One to three branches whose springs are curved as the tissue's own (Fung, 1993, 7.6)."""
+    times = [log_uniform(random, 0.01, 0.03), log_uniform(random, 0.1, 0.6)]
+    times = [times, times[:1], [*times, log_uniform(random, 1.0, 3.0)]][random.integers(3)]
+    change = _branches(at, [strength / len(times)] * len(times), times)
+    return Change({**change.specimen, "branch_curved": 1.0})
+
+
 def _cubic_stiffening(strength: float, at: Situation, random: Random) -> Change:
     return Change({"cubic": strength * at.specimen.stiffness / at.depth**2})
 
@@ -186,6 +194,10 @@ MECHANICAL: dict[str, Effect] = {
     "standard_linear_solid": Effect("relaxation", _standard_linear_solid, 3e-3, 0.5, 10.0),
     "generalized_maxwell": Effect("relaxation", _generalized_maxwell, 3e-3, 0.5, 10.0),
     "springpot": Effect("relaxation", _springpot, 3e-3, 0.5, 10.0),
+    "quasi_linear_relaxation": Effect(
+        *("relaxation", _quasi_linear_relaxation, 3e-3, 0.5, 10.0),
+        beside=("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
+    ),
     "cubic_stiffening": Effect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
     "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),

@@ -39,6 +39,7 @@ class Specimen(NamedTuple):
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()
+    branch_curved: float = 0.0  # 1: the branches' springs are curved as the tissue's own
     # contact
     unilateral: float = 0.0  # 1: tissue cannot pull
     pull_off: float = 0.0  # [N]

@@ -14,7 +14,7 @@ import math
 
 from numba import njit
 
-from tissue_probe.challenge.tissue import elastic, stiffness, surface, viscous
+from tissue_probe.challenge.tissue import elastic, steepness, stiffness, surface, viscous
 
 POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, BRANCHES = range(7)
 TOUCHING, SLIDING, ENGAGED = range(3)
@@ -90,6 +90,8 @@ def rates(p, time, u, u_rate, state, modes, result):
     if p.softening != 0.0:
         result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
     rate = v - d_rate if modes[TOUCHING] else 0.0
+    if p.branch_curved != 0.0:
+        rate *= steepness(p, state[POSITION] - d)
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]
         result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay

@@ -51,6 +51,19 @@ def elastic(p, k, depth):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def steepness(p, depth):
+    """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
+    if p.fung != 0.0:
+        return math.exp(p.fung * depth)
+    if p.hertz_exponent != 0.0:
+        n = p.hertz_exponent
+        return n * (max(depth, 0.0) / p.hertz_depth) ** (n - 1.0)
+    if p.saturation_depth != 0.0:
+        return 1.0 / math.cosh(depth / p.saturation_depth) ** 2
+    return 1.0 + 3.0 * p.cubic * depth**2 / p.stiffness
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def viscous(p, time, depth, rate):
     """Return the damper's force: (beta + lambda e^n) e' + c |e'| e'.
 

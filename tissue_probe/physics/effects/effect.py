@@ -25,7 +25,7 @@ INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
 STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
 NET_FORCE = sp.Symbol("net_force", real=True)
-ELASTIC_DEPTH = sp.Symbol("elastic_depth", real=True)
+ELASTIC_DEPTH, ELASTIC_RATE = sp.symbols("elastic_depth elastic_rate", real=True)
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ class Parameter:
 class State:
     """A state that an effect brings along.
 
-    ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
+    ``motion`` is its rate of change, in which ``ELASTIC_RATE`` [m/s] stands for that of
+    ``ELASTIC_DEPTH``; ``start`` its value where the probe has been at rest for long,
     of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
     (of the order of the indentation at the start, or of any where the probe is not at rest),
     "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
@@ -271,6 +272,11 @@ class Effect:
     def changes_contact(self) -> bool:
         """Whether, as it is written here, it changes what the tissue's force does to the tip."""
         return bool(self.contact != TISSUE_FORCE)
+
+    @property
+    def follows_spring(self) -> bool:
+        """Whether it moves as the spring's force does: beside a straight spring, as the tip."""
+        return any(sp.sympify(state.motion).has(ELASTIC_RATE) for state in self.states)
 
     @property
     def every_form(self) -> tuple[Effect, ...]:
