@@ -125,6 +125,16 @@ def test_bouc_wen_is_a_spring_when_small_and_friction_when_large():
     assert lost == pytest.approx(expected, rel=5e-3)
 
 
+def test_bouc_wen_of_another_shape_slides_with_the_same_force_and_turns_in_other_loops():
+    shaped = [
+        MASSLESS._replace(bouc_force=0.2, bouc_yield=5e-5, bouc_beta=b, bouc_gamma=1.0 - b)
+        for b in (0.5, 1.5)
+    ]
+    (_, usual), (_, fuller) = map(vibrate, shaped)
+    assert fuller.max() == pytest.approx(usual.max(), rel=1e-3)
+    assert np.abs(fuller - usual).max() > 0.02
+
+
 def test_drag_takes_eight_thirds_of_force_times_amplitude_a_cycle():
     drag = 100.0
     specimen = UNDAMPED._replace(drag=drag)

@@ -185,6 +185,20 @@ def test_beside_a_straight_spring_quasi_linear_relaxation_is_linear(form):
     np.testing.assert_allclose(*forces, atol=1e-12)
 
 
+def test_a_bouc_wen_loop_of_free_shape_is_the_usual_one_where_beta_is_gamma():
+    usual, _, free = EFFECTS["bouc_wen_hysteresis"].every_form
+    force, length = 0.05, 2e-4
+    shape = dict.fromkeys(("loop_closing", "loop_bending"), 0.5 / length)
+    forces = [
+        force_of(each, values_of(each, **given), vibrating(np.arange(1000) * PERIOD)).output
+        for each, given in (
+            (Composition(effects=(usual,)), {"hysteretic_force": force}),
+            (Composition(effects=(free,)), {"hysteretic_stiffness": force / length, **shape}),
+        )
+    ]
+    np.testing.assert_allclose(*forces, atol=1e-9)
+
+
 def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_only():
     effect = EFFECTS["stribeck_friction"]
     for turn, same in ((1e-5, False), (1e-4, False), (1e-3, True)):

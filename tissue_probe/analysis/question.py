@@ -270,9 +270,8 @@ def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
         if name in asked.composition.names:
             raise ParameterError(f"`add` {name}: the model has it already; leave it out")
         own[name] = asked.library[name]
-        unknowns = {each.name: {entry.name for entry in each.parameters} for each in own.values()}
-        for other in unknowns:
-            if other != name and not unknowns[other].isdisjoint(unknowns[name]):
+        for other in own:
+            if other != name and not own[other].unknowns.isdisjoint(own[name].unknowns):
                 raise ParameterError(
                     f"`add` {name}: it is a form of the law of {other}, which has the same "
                     "unknowns; leave one of them out"

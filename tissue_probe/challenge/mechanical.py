@@ -131,8 +131,20 @@ def _stribeck_friction(strength: float, at: Situation, random: Random) -> Change
 
 
 def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Change:
+    """Friction that yields first: with beta = gamma, or, as often, with a loop of another shape.
+
+    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop.
+    """
     yielding = log_uniform(random, 3e-5, 2e-4)
-    return Change({"bouc_force": strength * _vibration(at), "bouc_yield": yielding})
+    beta = float(random.choice((0.5, random.uniform(0.3, 2.0))))
+    return Change(
+        {
+            "bouc_force": strength * _vibration(at),
+            "bouc_yield": yielding,
+            "bouc_beta": beta,
+            "bouc_gamma": 1.0 - beta,
+        }
+    )
 
 
 def _vibration(at: Situation) -> float:

@@ -49,6 +49,8 @@ class Specimen(NamedTuple):
     stribeck_velocity: float = 1.0  # [m/s]
     bouc_force: float = 0.0  # [N]
     bouc_yield: float = 1e-4  # [m]
+    bouc_beta: float = 0.5  # [-]
+    bouc_gamma: float = 0.5  # [-]
     corrugation: float = 0.0  # [N]
     corrugation_period: float = 1e-4  # [m]
     # inertia

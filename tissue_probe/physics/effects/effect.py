@@ -279,6 +279,11 @@ class Effect:
         return any(sp.sympify(state.motion).has(ELASTIC_RATE) for state in self.states)
 
     @property
+    def unknowns(self) -> set[str]:
+        """Names of the parameters of all of its forms."""
+        return {each.name for form in self.every_form for each in form.parameters}
+
+    @property
     def every_form(self) -> tuple[Effect, ...]:
         """The effect as it is written here, then in each other form."""
         return (self.plain, *self.forms)
