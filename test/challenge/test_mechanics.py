@@ -47,7 +47,7 @@ def test_a_branch_is_a_standard_linear_solid():
     agrees(specimen, kelvin_voigt(specimen) + branch, 1e-6)
 
 
-@pytest.mark.parametrize("law", [{"fung": 600.0}, {"cubic": 1e8}, {"saturation_depth": 1e-3}])
+@pytest.mark.parametrize("law", [{"fung": 600.0}, {"cubic": 1e8}, {"hyperbola_depth": 1e-3}])
 def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(law):
     spring = Specimen(**law)
     branch = {"branch_stiffness": (450.0,), "branch_rate": (1e-9,), "branch_curved": 1.0}
@@ -161,6 +161,7 @@ def test_damping_that_grows_with_depth_acts_at_the_mean_depth():
         ({"cubic": 1e8}, lambda x: 450.0 * x + 1e8 * x**3),
         ({"fung": 800.0}, lambda x: 450.0 / 800.0 * np.expm1(800.0 * x)),
         ({"hertz_exponent": 1.5}, lambda x: 450.0 * 1e-3 * (x / 1e-3) ** 1.5),
+        ({"hyperbola_depth": 4e-3}, lambda x: 450.0 * x / (1.0 + x / 4e-3)),
         ({"saturation_depth": 1e-3}, lambda x: 450.0 * 1e-3 * np.tanh(x / 1e-3)),
         ({"step": 0.5, "step_time": 0.0}, lambda x: 675.0 * x),
         ({"pull_off": 0.1, "unilateral": 1.0}, lambda x: 450.0 * x),

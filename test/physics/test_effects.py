@@ -151,7 +151,8 @@ def test_steps_converge(name):
 
 
 @pytest.mark.parametrize(
-    "stiffening", ["cubic_stiffening", "exponential_stiffening", "hertz_contact"]
+    "stiffening",
+    ["cubic_stiffening", "exponential_stiffening", "hertz_contact", "saturating_spring"],
 )
 def test_a_quasi_linear_branch_that_hardly_yields_is_a_second_spring_of_the_same_law(stiffening):
     """And its force relaxes in the same proportion at every depth."""
@@ -169,6 +170,21 @@ def test_a_quasi_linear_branch_that_hardly_yields_is_a_second_spring_of_the_same
             assert late == pytest.approx(share * early, rel=1e-3)
             if rate < 1.0:
                 assert early == pytest.approx(spring[399], rel=1e-3)
+
+
+@pytest.mark.parametrize("form", range(2))
+def test_a_saturating_spring_is_straight_at_first_and_gives_way_with_depth(form):
+    composition = Composition(
+        "rigid_probe", effects=(EFFECTS["saturating_spring"].every_form[form],)
+    )
+    values = values_of(composition, stiffness=400.0, damping=0.0, softening_with_depth=500.0)
+
+    def held(depth):
+        return force_of(composition, values, np.full(3, depth)).output[0] / (400.0 * depth)
+
+    assert held(1e-7) == pytest.approx(1.0, abs=1e-4)
+    assert held(2e-3) == pytest.approx((0.5, np.tanh(1.0))[form])
+    assert held(-2e-3) == pytest.approx(held(2e-3))
 
 
 @pytest.mark.parametrize("form", range(3))
@@ -209,7 +225,8 @@ def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_on
 
 
 @pytest.mark.parametrize(
-    "stiffening", ["cubic_stiffening", "exponential_stiffening", "hertz_contact"]
+    "stiffening",
+    ["cubic_stiffening", "exponential_stiffening", "hertz_contact", "saturating_spring"],
 )
 @pytest.mark.parametrize("name", ["stiffness_step", "stiffness_ramp"])
 def test_a_stiffness_that_changes_does_so_in_all_that_is_elastic(name, stiffening):

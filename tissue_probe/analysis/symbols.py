@@ -44,6 +44,7 @@ LETTERS = {
     "exponential_force": "a",
     "exponential_length": "L",
     "contact_exponent": "n",
+    "softening_with_depth": "c",
     "depth_damping": "b",
     "depth_damping_exponent": "p",
     "pull_off_force": "F_a",

@@ -67,6 +67,12 @@ def _cubic_stiffening(strength: float, at: Situation, random: Random) -> Change:
     return Change({"cubic": strength * at.specimen.stiffness / at.depth**2})
 
 
+def _saturating_spring(strength: float, at: Situation, random: Random) -> Change:
+    """Soften by a hyperbola (Kondner, 1963), or, as often, by a tanh."""
+    law = ("hyperbola_depth", "saturation_depth")[random.integers(2)]
+    return Change({law: at.depth / strength})
+
+
 def _exponential_stiffening(strength: float, at: Situation, random: Random) -> Change:
     return Change({"fung": strength / at.depth})
 
@@ -208,11 +214,15 @@ MECHANICAL: dict[str, Effect] = {
     "springpot": Effect("relaxation", _springpot, 3e-3, 0.5, 10.0),
     "quasi_linear_relaxation": Effect(
         *("relaxation", _quasi_linear_relaxation, 3e-3, 0.5, 10.0),
-        beside=("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
+        beside=(
+            *("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
+            "saturating_spring",
+        ),
     ),
     "cubic_stiffening": Effect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
     "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
+    "saturating_spring": Effect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
     "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
     "adhesion": Effect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),

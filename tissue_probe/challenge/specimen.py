@@ -36,6 +36,7 @@ class Specimen(NamedTuple):
     depth_damping: float = 0.0  # lambda [N s / m^(1+n)]
     depth_exponent: float = 1.0
     saturation_depth: float = 0.0  # [m]; 0: no saturation
+    hyperbola_depth: float = 0.0  # [m]; 0: no hyperbola
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()

@@ -6,6 +6,7 @@ What does not: particular effects (a file each), how they are composed (``rigs``
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, SupportsIndex
@@ -98,8 +99,8 @@ class _Told(float):
     """A value that writes itself in the unit that a form asks for."""
 
     def __format__(self, spec: str) -> str:
-        if spec == "period":
-            return engineering(1.0 / self, "s")
+        if unit := {"period": "s", "depth": "m"}.get(spec):
+            return engineering(1.0 / self if self else math.inf, unit)
         known = spec[:1].isalpha()
         return engineering(float(self), spec) if known else super().__format__(spec)
 
@@ -194,8 +195,9 @@ class Effect:
         Where it holds, and where it comes from.
     says : str
         What its values mean, in a few words: a form that is filled with them by name, each in its
-        unit (``{coulomb_force:N}``), as the time of a rate (``{relaxation_rate:period}``), or as a
-        number (``{contact_exponent:.2f}``).
+        unit (``{coulomb_force:N}``), as the time of a rate (``{relaxation_rate:period}``), as the
+        depth of which it is the inverse (``{softening_with_depth:depth}``), or as a number
+        (``{contact_exponent:.2f}``).
     """
 
     name: str
