@@ -180,7 +180,7 @@ def test_a_saturating_spring_is_straight_at_first_and_gives_way_with_depth(form)
     values = values_of(composition, stiffness=400.0, damping=0.0, softening_with_depth=500.0)
 
     def held(depth):
-        return force_of(composition, values, np.full(3, depth)).output[0] / (400.0 * depth)
+        return force_of(composition, values, np.full(9, depth)).output[0] / (400.0 * depth)
 
     assert held(1e-7) == pytest.approx(1.0, abs=1e-4)
     assert held(2e-3) == pytest.approx((0.5, np.tanh(1.0))[form])
