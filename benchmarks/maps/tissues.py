@@ -89,6 +89,11 @@ class Condition:
         By how much stiffer the tissue is when the scan begins; fades with 15 s.
     nodules : int
         At most.
+    slips : float
+        Share of the sites that are felt 1.5 to 3 times as stiff as they are.
+    tails : float
+        Noise of two degrees of freedom of Student's t, instead of a normal one; its scale,
+        relative.
     """
 
     variation: float = 0.05
@@ -97,6 +102,8 @@ class Condition:
     curvature: float = 0.05
     relaxation: float = 0.0
     nodules: int = 4
+    slips: float = 0.0
+    tails: float = 0.0
 
 
 MIXED = Condition()
@@ -110,13 +117,15 @@ class Tissue:
     ----------
     nodules : tuple of Nodule
         What is to be found.
-    noise, relaxation : float
-        As the condition has them, here drawn.
+    noise : float
+        Standard deviation of the sites, drawn.
+    condition : Condition
+        What it was drawn for.
     """
 
     nodules: tuple[Nodule, ...]
     noise: float
-    relaxation: float
+    condition: Condition
     _tilt: np.ndarray
     _curvature: float
     _variation: np.ndarray
@@ -133,7 +142,7 @@ class Tissue:
         return Tissue(
             _nodules(rng, shape, condition.nodules),
             rng.uniform(0.0, condition.noise),
-            condition.relaxation,
+            condition,
             tilt,
             rng.uniform(-condition.curvature, condition.curvature),
             field,
@@ -153,11 +162,23 @@ class Tissue:
         return self.background(x, y) * (1.0 + excess)
 
     def palpated(self, x: np.ndarray, y: np.ndarray, seed: int) -> dict[str, np.ndarray]:
-        """Return the table of a scan of sites in this order, 1.57 s a site, in m, s and N/m."""
-        rng = np.random.default_rng([seed, 451])
+        """Return the table of a scan of sites in this order, 1.57 s a site, in m, s and N/m.
+
+        A site keeps its value when further ones follow.
+        """
+        rng, tails, slips, factors = (
+            np.random.default_rng([seed, stream]) for stream in (451, 452, 453, 454)
+        )
         t = 1.571 * np.arange(x.size)
-        true = self.stiffness(x, y) * (1.0 + self.relaxation * np.exp(-t / 15.0))
-        k = true * (1.0 + self.noise * rng.standard_normal(x.size))
+        k = self.stiffness(x, y) * (1.0 + self.condition.relaxation * np.exp(-t / 15.0))
+        noise = self.noise * rng.standard_normal(x.size)
+        if self.condition.tails:
+            # Of two degrees of freedom, by its quantiles: a draw a site.
+            u = tails.uniform(-1.0, 1.0, x.size)
+            noise = self.condition.tails * u * np.sqrt(2.0 / (1.0 - u**2))
+        k *= np.exp(noise) if self.condition.tails else 1.0 + noise
+        slipped = slips.random(x.size) < self.condition.slips
+        k[slipped] *= factors.uniform(1.5, 3.0, x.size)[slipped]
         return {"x": 1e-3 * x, "y": 1e-3 * y, "t": t, "k": k, "k_sd": STATED * k}
 
 

@@ -294,6 +294,7 @@ def _layer(layer: np.ndarray) -> list[list[float | None]]:
     contrast=take.number(above=1.0, below=100.0),
     next=take.whole(),
     sought=take.optional(take.instance(Sought, SOUGHT)),
+    outliers=take.optional(take.number(least=0.0, below=1.0)),
 )
 def map_sites(
     measured: Source,
@@ -308,6 +309,7 @@ def map_sites(
     next: int = 0,
     sought: Sought | None = None,
     register: Source | None = None,
+    outliers: float | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
@@ -341,6 +343,9 @@ def map_sites(
     register : path or table in memory, optional
         Point pairs: columns x, y and perhaps z [m] in the map's frame, X, Y and perhaps Z [m] in
         another one, in which the results are given, too.
+    outliers : float, optional
+        Share of the sites that err far more than they state, by a slip for one; by default it is
+        learnt. 0 where the robot verified contact at each.
 
     Raises
     ------
@@ -364,7 +369,7 @@ def map_sites(
         if area is not None:
             _check_near(area, sites)
         registration = _registration(pairs, sites) if pairs is not None else None
-        sampled = Sampled.of(sites, area)
+        sampled = Sampled.of(sites, area, outliers=outliers)
         found = read_out(sampled, sites, raster=raster, contrast=contrast)
         elsewhere = RegisteredMap(registration, sites, found) if registration is not None else None
         result = MapResult(sites, results, found, phantom, notes, registered=elsewhere)

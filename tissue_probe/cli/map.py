@@ -81,6 +81,13 @@ def map_command(
             help="Point pairs, x, y, z [m] here and X, Y, Z [m] in another frame: results there.",
         ),
     ] = None,
+    outliers: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the sites that err far more than they state; 0 where contact was "
+            "verified.  [default: learnt]",
+        ),
+    ] = None,
     json_file: Annotated[
         Path | None,
         typer.Option("--json", metavar="FILE", callback=in_a_folder, help="The map for programs."),
@@ -135,6 +142,7 @@ def map_command(
         no_go=no_go or [],
         next=next_count,
         register=register,
+        outliers=outliers,
     )
     result.plot().savefig(output, dpi=100)
     if json_file is not None:

@@ -184,7 +184,7 @@ def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray,
 
     One whose middle is beyond the area's edge may reach into it: it counts, too.
     """
-    rows, count, _ = sampled.states.flat()
+    rows, count, _, _ = sampled.states.flat()
     state, place = np.nonzero(np.arange(rows.shape[1]) < count[:, None])
     each = rows[state, place]
     large = np.exp(each[:, LOG_RADIUS]) >= _MM * sought.radius

@@ -173,10 +173,10 @@ class _Question:
 
     @staticmethod
     def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _Question:
-        rows, count, level = sampled.states.some(_STATES)
+        rows, count, level, kinds = sampled.states.some(_STATES)
         px, py, step = spread(within, _PLACES)
         inside = inside_each(rows, count, _MM * px, _MM * py)
-        felt, noise = _expected(sampled, rows, count, level, x, y)
+        felt, noise = _expected(sampled, rows, count, level, kinds, x, y)
         return _Question(
             (inside - inside.mean(axis=0)).astype(np.float32),
             (felt - felt.mean(axis=0)).astype(np.float32),
@@ -203,24 +203,17 @@ class _Question:
             deviations -= np.outer(column, gain * (column @ deviations))
 
 
-def _expected(sampled: Sampled, rows, count, level, x, y) -> tuple[FloatArray, FloatArray]:
+def _expected(sampled: Sampled, rows, count, level, kinds, x, y) -> tuple[FloatArray, FloatArray]:
     """Return the mean of log k at sites [mm] in each state, and its mean variance in a state."""
     background, log_k = sampled.background, sampled.felt.log_k
-    felt = np.log(sums_at(rows, count, x, y))
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
+    middle, variance = background.told(level, kinds, residuals, x, y)
     # A further site is as exact as those before.
     stated = float(np.median(sampled.felt.noise)) ** 2
-    noise = np.zeros(x.size)
-    for used in np.unique(level):
-        here = level == used
-        cross, own = background.cross(int(used), x, y)
-        explained = cross @ background.precision[used]
-        felt[here] += residuals[here] @ explained.T
-        left = np.maximum(own - (explained * cross).sum(axis=1), 0.0)
-        share, _ = background.levels.kind(int(used))
-        left += (1.0 - share) * background.levels.size(int(used)) ** 2 + stated
-        noise += here.mean() * left
-    return felt, noise
+    levels = background.levels
+    alone = [(1.0 - levels.kind(int(one))[0]) * levels.size(int(one)) ** 2 for one in level]
+    noise = variance.mean(axis=0) + float(np.mean(alone)) + stated
+    return np.log(sums_at(rows, count, x, y)) + middle, noise
 
 
 def _candidates(

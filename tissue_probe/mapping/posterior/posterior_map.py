@@ -99,7 +99,7 @@ def read_out(
         mean, sd = (
             math.exp(felt.level) * each for each in surface_of(states, background, felt.log_k, x, y)
         )
-        rows, count, _ = states.some(_SHARE_STATES)
+        rows, count, _, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
         inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
     if len(felt.visits) < LEAST_SITES:
@@ -196,11 +196,11 @@ def _tissue(states: States, background: Background, felt: Felt) -> TissueBackgro
     A site alone may lie on an inclusion or not, and states differ by that: their spread is in the
     error, and the median follows what most of them say.
     """
-    rows, count, level = states.some(_TREND_STATES)
+    rows, count, level, kinds = states.some(_TREND_STATES)
     added = np.log(sums_at(rows, count, background.x, background.y))
     trends = [
-        background.trend(int(used), felt.log_k - one)
-        for used, one in zip(level, added, strict=True)
+        background.trend(int(used), erring, felt.log_k - one)
+        for used, erring, one in zip(level, kinds, added, strict=True)
     ]
     levels = np.array([trend.level for trend in trends])
     middle = float(np.median(levels))
