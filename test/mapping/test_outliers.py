@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.mapping.posterior.posterior_map import read_out
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.sites import Sites
 
@@ -19,6 +20,11 @@ def raster(noise=0.02):
 
 def sampled(x, y, k, **named):
     return Sampled.of(Sites(x, y, 0 * x, None, k, 0.001 * k), **named)
+
+
+def told(x, y, k):
+    found = sampled(x, y, k)
+    return found, read_out(found, Sites(x, y, 0 * x, None, k, 0.001 * k))
 
 
 def surest(found):
@@ -47,6 +53,26 @@ def test_a_second_visit_tells_a_slip_from_a_nodule():
         again = (np.append(each, each[MIDDLE]) for each in (x, y))
         found = sampled(*again, np.append(k, 450.0 * felt))
         assert (surest(found) > 0.9) == sure
+
+
+def test_an_inclusion_that_one_site_feels_is_to_be_palpated_again_a_little_aside():
+    x, y, k = slipped()
+    _, found = told(x, y, k)
+    (one,), (again,) = [each for each in found.inclusions if each.probability > 0.2], found.again
+    assert one.felt_by == 1
+    aside = np.hypot(again.x - x[MIDDLE], again.y - y[MIDDLE])
+    assert 0.001 < aside < 0.003
+    assert again.probability == one.probability
+    assert any("is felt by one site: palpate again" in note for note in found.check.notes)
+
+
+def test_an_inclusion_that_several_sites_feel_is_not():
+    x, y, k = raster()
+    k = k * (1.0 + 0.5 ** (((x - 0.02) ** 2 + (y - 0.021) ** 2) / 0.008**2))
+    _, found = told(x, y, k)
+    assert found.inclusions[0].probability > 0.95
+    assert found.inclusions[0].felt_by > 3
+    assert found.again == ()
 
 
 @pytest.mark.parametrize("share", [-0.1, 1.0, np.nan])

@@ -21,11 +21,11 @@ from tissue_probe.analysis.registered import RegisteredMap, registration_of
 from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
-from tissue_probe.mapping.exploration.choice import NextSite, next_sites
+from tissue_probe.mapping.exploration.choice import PURPOSES, NextSite, Purpose, next_sites
 from tissue_probe.mapping.height import height_at
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
-from tissue_probe.mapping.posterior.results import PosteriorMap
+from tissue_probe.mapping.posterior.results import Again, PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.scatter import scatter
@@ -106,10 +106,16 @@ class MapResult(Alike):
             Column("stiffness", "stiffness [N/m]", number(4), right=True),
             Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),
+            Column("felt_by", "felt by", right=True),
         )
         names = [column.name for column in columns]
         rows = tuple(tuple(getattr(one, n) for n in names) for one in self.map.inclusions)
         return ResultTable("Inclusions", columns, rows)
+
+    @property
+    def again(self) -> list[Again]:
+        """Where to palpate again: inclusions that one site alone feels, the most probable first."""
+        return list(self.map.again)
 
     @property
     def unusual(self) -> dict[str, int]:
@@ -190,12 +196,14 @@ class MapResult(Alike):
                     "stiffness": one.stiffness,
                     "stiffness_sd": one.stiffness_sd,
                     "contrast": one.contrast,
+                    "felt_by": one.felt_by,
                     "boundary_50": one.boundary_50.tolist(),
                     "boundary_90": one.boundary_90.tolist(),
                     "boundary_95": one.boundary_95.tolist(),
                 }
                 for one in found.inclusions
             ],
+            "again": [asdict(one) for one in found.again],
             "surface": {
                 "x": found.surface.x.tolist(),
                 "y": found.surface.y.tolist(),
@@ -294,6 +302,7 @@ def _layer(layer: np.ndarray) -> list[list[float | None]]:
     contrast=take.number(above=1.0, below=100.0),
     next=take.whole(),
     sought=take.optional(take.instance(Sought, SOUGHT)),
+    choose_for=take.choice(*PURPOSES),
     outliers=take.optional(take.number(least=0.0, below=1.0)),
 )
 def map_sites(
@@ -309,6 +318,7 @@ def map_sites(
     next: int = 0,
     sought: Sought | None = None,
     register: Source | None = None,
+    choose_for: Purpose = "both",
     outliers: float | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
@@ -343,6 +353,9 @@ def map_sites(
     register : path or table in memory, optional
         Point pairs: columns x, y and perhaps z [m] in the map's frame, X, Y and perhaps Z [m] in
         another one, in which the results are given, too.
+    choose_for : str
+        What further sites are chosen for: ``edge``, what inclusions are in doubt; ``find``, those
+        that no site has felt; ``both`` in turn.
     outliers : float, optional
         Share of the sites that err far more than they state, by a slip for one; by default it is
         learnt. 0 where the robot verified contact at each.
@@ -377,7 +390,9 @@ def map_sites(
             return result
         last = len(sites.x) - 1 if sites.t is None else int(sites.t.argmax())
         start = float(sites.x[last]), float(sites.y[last])
-        chosen = next_sites(sampled, next, area, no_go=zones, start=start) if next else []
+        chosen: list[NextSite] = []
+        if next:
+            chosen = next_sites(sampled, next, area, no_go=zones, start=start, purpose=choose_for)
         told = answer(sampled, sought or Sought(contrast=contrast))
         return replace(result, next=tuple(chosen), answer=told)
 

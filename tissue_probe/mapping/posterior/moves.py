@@ -115,7 +115,7 @@ def _inside(px, py, hull):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_apart(rows, count, row, skipped):
+def log_apart(rows, count, row, skipped):
     """Return the log prior of an inclusion beside the others: two that overlap are rather one."""
     total = 0.0
     for j in range(count):
@@ -360,7 +360,7 @@ def born(state, count, beta, region, scratch):
     log_ratio = (
         beta * _gain(scratch.change, scratch.where, changed, state.residual, Q)
         + math.log(FURTHER)
-        + _log_apart(state.inclusions, count, new, -1)
+        + log_apart(state.inclusions, count, new, -1)
         - math.log(region.area)
         + log_prior_of_contrast(new[LOG_CONTRAST])
         - density
@@ -384,7 +384,7 @@ def died(state, count, beta, region, scratch):
     log_ratio = (
         beta * gain
         - math.log(FURTHER)
-        - _log_apart(state.inclusions, count, state.inclusions[j], j)
+        - log_apart(state.inclusions, count, state.inclusions[j], j)
         + math.log(region.area)
         - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
         + density
@@ -410,7 +410,7 @@ def redrawn(state, count, beta, region, scratch):
     if gain != gain:
         return
     log_ratio = beta * gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
-    log_ratio -= _log_apart(state.inclusions, count, state.inclusions[j], j)
+    log_ratio -= log_apart(state.inclusions, count, state.inclusions[j], j)
     log_ratio -= _propose(scratch.without_sum, scratch.without_residual, Q, region, scratch)
     if not _allowed(new, region):
         return
@@ -422,7 +422,7 @@ def redrawn(state, count, beta, region, scratch):
     if changed < 0:
         return
     log_ratio += beta * _gain(scratch.change, scratch.where, changed, scratch.without_residual, Q)
-    log_ratio += _log_apart(state.inclusions, count, new, j)
+    log_ratio += log_apart(state.inclusions, count, new, j)
     log_ratio += log_prior_of_contrast(new[LOG_CONTRAST])
     if math.log(np.random.random()) < log_ratio:
         _take(
@@ -508,8 +508,8 @@ def changed_one(state, count, kind, beta, region, scratch):
         - log_prior_of_shape(old)
         + log_prior_of_contrast(new[LOG_CONTRAST])
         - log_prior_of_contrast(old[LOG_CONTRAST])
-        + _log_apart(state.inclusions, count, new, j)
-        - _log_apart(state.inclusions, count, old, j)
+        + log_apart(state.inclusions, count, new, j)
+        - log_apart(state.inclusions, count, old, j)
     )
     if math.log(np.random.random()) < log_ratio:
         state.inclusions[j], state.shapes[j], state.excesses[j] = new, shape, excess

@@ -7,6 +7,7 @@ is read out of the states (``posterior_map``), and what follows for the next sit
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
+from tissue_probe.mapping.posterior.doubt import Doubt, doubts_of, felt_by
 from tissue_probe.mapping.posterior.found import Found, found_in
 from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
@@ -86,6 +88,17 @@ class Sampled:
     states: States
     found: list[Found]
     disagreement: float
+
+    @cached_property
+    def felt_by(self) -> list[IntArray]:
+        """The rows of the visits that feel each inclusion."""
+        return [felt_by(one, self.states, self.background) for one in self.found]
+
+    @cached_property
+    def doubts(self) -> list[Doubt]:
+        """The inclusions that hang on one site, and where to palpate again; surest first."""
+        places = np.column_stack([self.felt.x, self.felt.y])
+        return doubts_of(self.found, self.felt_by, self.states, self.domain, places)
 
     @staticmethod
     def of(
