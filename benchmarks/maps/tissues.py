@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
@@ -67,8 +67,13 @@ def _ellipse(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
     return np.exp(-(along**2 / 1.7 + beside**2 * 1.7) / nodule.width**2)
 
 
+def _disc(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    return (np.hypot(dx, dy) <= nodule.radius).astype(float)
+
+
 #: Profiles of nodules, by name.
 PROFILES: dict[str, Callable[[Nodule, np.ndarray, np.ndarray], np.ndarray]] = {
+    "disc": _disc,
     "gaussian": _gaussian,
     "plateau": _plateau,
     "heavy tail": _heavy_tail,
@@ -107,6 +112,11 @@ class Condition:
 
 
 MIXED = Condition()
+#: Conditions under which sites err with tails.
+ERRING = {
+    "5 % of the sites slip": replace(MIXED, slips=0.05),
+    "noise of heavy tails, 2 %": replace(MIXED, tails=0.02),
+}
 
 
 @dataclass(frozen=True)
@@ -147,6 +157,20 @@ class Tissue:
             rng.uniform(-condition.curvature, condition.curvature),
             field,
         )
+
+    @staticmethod
+    def two_circles(seed: int) -> Tissue:
+        """Return a plain tissue with two hard-edged discs, moved a little; noise of 5 %."""
+        rng = np.random.default_rng([seed, 46])
+        plain = Tissue.random(seed, "disc", Condition(0.0, 0.0, 0.0, 0.0, nodules=0))
+        discs = tuple(
+            Nodule(
+                *(np.array(middle) + rng.uniform(-2.0, 2.0, 2)), 5.0, 0.0, rng.uniform(0.5, 2.0),
+                "disc", 0.0,
+            )
+            for middle in ((12.0, 13.0), (28.0, 27.0))
+        )  # fmt: skip
+        return replace(plain, nodules=discs, noise=0.05)
 
     def background(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the stiffness without nodules at places [mm], in N/m."""

@@ -170,7 +170,12 @@ def next_sites(
     x, y = np.append(x, given[:, 0]), np.append(y, given[:, 1])
     candidates = x.size - len(given)
     question = _Question.of(sampled, within, x, y)
-    unseen = Unseen(sampled, x, y, question.noise) if purpose != "edge" else None
+    begun = sampled.felt.x.size + len(given)
+    turns = [
+        purpose == "find" or (purpose == "both" and n % 2) for n in range(begun, begun + count)
+    ]
+    turns[: len(again)] = [False] * len(turns[: len(again)])
+    unseen = Unseen(sampled, x, y, question.noise) if any(turns) else None
     asked = [question, unseen] if unseen else [question]
     for i in range(candidates, x.size):
         for one in asked:
@@ -179,12 +184,12 @@ def next_sites(
     if len(given):
         here = given[-1]
     chosen: list[NextSite] = []
-    for number in range(sampled.felt.x.size + len(given), sampled.felt.x.size + len(given) + count):
+    for to_find in turns:
         gains = question.gains()[:candidates]
         worth, what = gains, "edge"
         if again:
             worth, what = (np.arange(candidates) == again.pop(0)).astype(float), "again"
-        elif unseen and (purpose == "find" or number % 2):
+        elif unseen and to_find:
             finds = unseen.probabilities()[:candidates]
             if finds.max() >= _LEAST_FOUND:
                 worth, what = finds, "find"
