@@ -43,16 +43,22 @@ class PlacedMap(Alike):
         return self.lift(x, y)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return inclusions, surface, and what could hide, in space."""
+        """Return inclusions, surface, what could hide, and places to palpate again, in space."""
         found = self.map
         return {
             "inclusions": [self._inclusion(one) for one in found.inclusions],
             "surface": self._raster(found.surface),
             "could_hide": self._raster(found.could_hide),
+            "again": [self._place(one.x, one.y) for one in found.again],
         }
 
+    def _place(self, x: float, y: float) -> list[float]:
+        """Return one place in space."""
+        place: list[float] = self.places(np.array([x]), np.array([y]))[0].tolist()
+        return place
+
     def _inclusion(self, one: Inclusion) -> dict[str, Any]:
-        x, y, z = self.places(np.array([one.x]), np.array([one.y]))[0].tolist()
+        x, y, z = self._place(one.x, one.y)
         beside = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]) * _LOCAL
         right, left, up, down = self.places(one.x + beside[0], one.y + beside[1])
         across = np.column_stack([right - left, up - down]) / (2.0 * _LOCAL)
