@@ -15,7 +15,7 @@ from tissue_probe.cli.map import map_command
 
 OPTIONS = (
     "position", "force", "time", "sample_rate", "position_unit", "force_unit", "time_unit",
-    "force_polarity", "position_polarity", "topic",
+    "force_polarity", "position_polarity", "topic", "clock", "adapter",
 )  # fmt: skip
 
 

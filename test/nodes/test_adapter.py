@@ -160,8 +160,10 @@ def test_what_is_wrong_with_a_robot_is_told_and_makes_no_samples(session, robot)
         u, speed = presser.pressed(block.stamps)
         force = presser.STIFFNESS * u + presser.DAMPING * speed
         u = u + np.where(block.position > 0.04, presser.JUMP, 0.0)
-        np.testing.assert_allclose(block.position, u, atol=5e-6)
-        np.testing.assert_allclose(block.force, force, atol=6.0 * presser.FORCE_NOISE)
+        # A straight line over the longest step that is bridged, 2.5 periods, is within 13 um; noise
+        # comes with weights that add up to 2 at most.
+        np.testing.assert_allclose(block.position, u, atol=15e-6)
+        np.testing.assert_allclose(block.force, force, atol=9.0 * presser.FORCE_NOISE)
 
 
 def test_samples_of_two_nodes_are_not_mixed(session, robot):

@@ -5,7 +5,17 @@ import sys
 
 import pytest
 
-NODES = ("driver", "estimator", "estimators", "mapper", "recorder", "replay", "scan", "stage")
+NODES = (
+    "adapter",
+    "driver",
+    "estimator",
+    "estimators",
+    "mapper",
+    "recorder",
+    "replay",
+    "scan",
+    "stage",
+)
 #: Each takes a third of a second or more to be imported.
 HEAVY = ("numba", "nidaqmx", "matplotlib", "sympy", "pandas")
 

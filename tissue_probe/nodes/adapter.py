@@ -165,7 +165,7 @@ class AdapterNode(Node):
         """Look whether another node publishes samples: mixed, they would be nobody's."""
         if time.monotonic() - self._looked > LOOK_INTERVAL:
             self._looked = time.monotonic()
-            self._others = self.count_publishers("samples") - 1
+            self._others = max(0, self.count_publishers("samples") - 1)
 
     def _tell_zero(self) -> None:
         zero = self._adapter.pressing.zero
