@@ -30,11 +30,14 @@ def starts(extent: Extent) -> list[dict[str, float]]:
 
 
 def _as_large(extent: Extent) -> list[dict[str, float]]:
-    """Propose loops that turn within the motion, from ones that fade to ones that harden."""
+    """Propose loops that turn within the motion, full ones and thin ones.
+
+    Where gamma < -beta the force grows with the way as an exponential: none begins beyond.
+    """
     return [
         {"loop_closing": f / extent.indentation, "loop_bending": share * f / extent.indentation}
-        for f in (0.5, 3.0, 20.0)
-        for share in (-1.0, 0.0, 1.0)
+        for f in (0.5, 2.5, 12.0)
+        for share in (-1.0, -0.5, 0.5)
     ]
 
 
