@@ -31,7 +31,7 @@ from tissue_probe.diagnosis.advice.separation import CALIBRATIONS, LED
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.figures.effect_shown import ShownEffect, draw_effect
 from tissue_probe.physics.composition import Composition
-from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.quantities import engineering
 
@@ -179,17 +179,19 @@ def _confused(
     for name in often:
         yield f"- {_link(name)}: in {passing.count(name)} of {len(shown)} experiments that show it"
     if not often:
-        told_apart = "No other effect explains 90 % of it in the experiments below.\n"
-        yield told_apart if shown else "The values of the plain model: see below.\n"
+        told_apart = "At its typical strength no other effect explains 90 % of it.\n"
+        yield told_apart if shown else "Other values of the plain model: see below.\n"
     library = {name: each for name, each in library.items() if name != effect.name}
     related = {
         "Of the same family": [n for n, each in library.items() if each.family == effect.family],
         "It contains": [n for n in effect.simpler if n in library],
         "It is contained in": [n for n, each in library.items() if effect.name in each.simpler],
     }
+    if any(related.values()):
+        yield "\nWhere the effect is faint, its relatives explain a recording nearly as well.\n"
     for relation, names in related.items():
         if names:
-            yield f"\n{relation}: {', '.join(map(_link, names))}.\n"
+            yield f"- {relation}: {', '.join(map(_link, names))}"
 
 
 def _excitation(effect: Effect, told: Sequence[Outcome]) -> Iterator[str]:
@@ -208,6 +210,8 @@ def _excitation(effect: Effect, told: Sequence[Outcome]) -> Iterator[str]:
         yield f"\nTo first order in all values; not seen: beside noise of {1e3 * NOISE:g} mN rms.\n"
     else:
         yield "None of the experiments that `diagnose` suggests shows it at its typical strength.\n"
+    if effect.of_part:
+        yield "It differs between parts of a run: a gap in the times of a recording shows it.\n"
     if calibration:
         yield f"A calibration tells it: {calibration}.\n"
 
@@ -229,10 +233,16 @@ def _python(effect: Effect) -> Iterator[str]:
 
 def _index(library: Mapping[str, Effect]) -> Iterator[str]:
     yield "# Effects\n\nA page for each effect that a model may lack.\n"
-    yield "| effect | family | it is |\n|---|---|---|"
+    yield "| effect | family | it is | typical strength |\n|---|---|---|---|"
     for name, each in library.items():
-        yield f"| {_link(name)} | {each.family} | {each.physics.replace('|', '&#124;')} |"
+        strength = "".join(_strength(entry) for entry in each.parameters[:1])
+        physics = each.physics.replace("|", "&#124;")
+        yield f"| {_link(name)} | {each.family} | {physics} | {strength} |"
     yield from _toctree(library)
+
+
+def _strength(entry: Parameter) -> str:
+    return f"{entry.default:g} {'' if entry.unit == '1' else entry.unit}".strip()
 
 
 def _toctree(names: Iterable[str]) -> Iterator[str]:
