@@ -37,7 +37,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
-	$(BIN)/python -m pytest --numprocesses 6 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
+	$(BIN)/python -m pytest --numprocesses 5 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --timeout-method thread -m crowded test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
@@ -87,7 +87,7 @@ clean: ## Remove everything that setup made.
 
 # Bytecode is left to the first import: most modules of what is installed are never imported. The pip
 # that comes with Python 3.11 takes twice as long as today's.
-$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/workbench.txt \
+$(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/workbench.txt requirements/study.txt \
 		requirements/ros-jazzy-wheels.txt
 	@command -v c++ >/dev/null && python3 -c "import sysconfig, pathlib, sys, venv, ensurepip; \
 		sys.exit(not pathlib.Path(sysconfig.get_paths()['include'], 'Python.h').exists())" || \

@@ -117,6 +117,7 @@ def _force_balance(measured: Measurement) -> tuple[FloatArray, FloatArray, Colum
         "cubic_stiffening": [x**3],
         "exponential_stiffening": [np.expm1(x / 1e-3)],
         "hertz_contact": [np.maximum(x, 0.0) ** 1.5],
+        "saturating_spring": [x * np.abs(x) / (1e-3 + np.abs(x))],
         "hunt_crossley": [np.maximum(x, 0.0) * v],
         "contact_loss": [x * in_air, v * in_air],
         "adhesion": [x * (in_air & (v < 0.0)), v * (in_air & (v < 0.0))],

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.simulating import simulate as simulate
     from tissue_probe.errors import TissueProbeError as TissueProbeError
     from tissue_probe.physics.model_file import load as load_model
+    from tissue_probe.studies.row import row as row
+    from tissue_probe.studies.running import study as study
 
 __version__ = "0.1.0"
 
@@ -47,7 +49,9 @@ _PLACES = {
     "preview": "tissue_probe.analysis.previewing:preview",
     "promises": "tissue_probe.analysis.promising:promises",
     "read": "tissue_probe.analysis.measurements:read",
+    "row": "tissue_probe.studies.row:row",
     "simulate": "tissue_probe.analysis.simulating:simulate",
+    "study": "tissue_probe.studies.running:study",
 }
 
 __all__ = [
@@ -66,7 +70,9 @@ __all__ = [
     "preview",
     "promises",
     "read",
+    "row",
     "simulate",
+    "study",
 ]
 
 

@@ -16,7 +16,10 @@ from tissue_probe.errors import TissueProbeError
 
 Settings = typing.TypeVar("Settings", bound=BaseModel)
 
-_TYPES = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+_TYPES = {
+    **{bool: "true or false", int: "a whole number", float: "a number", str: "a text"},
+    list[float]: "a list of numbers",
+}
 _BOUNDS = {"gt": " above", "ge": " from", "lt": " below", "le": " to"}
 _CONSTRAINTS = (annotated_types.Gt, annotated_types.Ge, annotated_types.Lt, annotated_types.Le)
 

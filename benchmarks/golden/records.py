@@ -111,7 +111,8 @@ def _answered(made: Experiment, answer: Answer) -> bool:
 
 def _challenges() -> Iterator[Callable[[], Asked]]:
     """Yield each effect of the challenge alone, some clean ones, and pairs."""
-    hidden = [(name,) for name in (*LIBRARY, *OUTSIDE)] + [()] * CLEAN + [PAIR] * PAIRS
+    hidden = [(name,) for name, each in (LIBRARY | OUTSIDE).items() if not each.beside]
+    hidden += [()] * CLEAN + [PAIR] * PAIRS
     # Of five excitations and two rigs: each combination comes once in ten.
     settings = zip(cycle(DURATIONS), cycle(RIGS), strict=False)
     for number, (effects, (excitation, rig)) in enumerate(zip(hidden, settings, strict=False)):

@@ -21,7 +21,7 @@ from benchmarks.maps import tables
 from benchmarks.maps.finite_elements import SOLIDS, Block, block
 from benchmarks.maps.marks import Marks, felt_radius, marks_of, marks_of_block
 from benchmarks.maps.measure import BLOCKS, SHAPES, known, mapped
-from benchmarks.maps.tissues import MIXED, SIDE, Tissue
+from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Tissue
 from tissue_probe.mapping.exploration.answer import Sought, answer
 from tissue_probe.mapping.exploration.choice import next_sites
 from tissue_probe.mapping.exploration.first import first_sites
@@ -138,10 +138,34 @@ def measured(seed: int) -> Measured:
     return Measured(marks, Stated(found.nothing_after, _is_there(tissue)), found.decisions)
 
 
+def _at_end(tissue: Tissue, seed: int, shape: str) -> Marks:
+    """Explore a tissue, and mark the map of all probes."""
+    found = explored(lambda x, y: tissue.palpated(x, y, seed))
+    begin = time.process_time()
+    told = tp.map(found.tables[MARKED[-1]], within=WITHIN).to_dict()
+    return marks_of(tissue, told, shape, time.process_time() - begin)
+
+
+def others(count: int, first: int) -> dict[str, list[Marks]]:
+    """Return marks after the last probe of tissues whose sites err, and of two circles."""
+    seeds = range(first, first + count)
+    marks = {
+        name: [
+            _at_end(Tissue.random(seed, shape, condition), seed, shape)
+            for seed in seeds
+            for shape in [SHAPES[seed % len(SHAPES)]]
+        ]
+        for name, condition in ERRING.items()
+    }
+    marks["two circles"] = [_at_end(Tissue.two_circles(seed), seed, "disc") for seed in seeds]
+    return marks
+
+
 def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, Any]:
     """Return marks after each number of probes and of the raster, statements and times."""
     blocks = {solid: _blocks(folder, solid) for solid in SOLIDS}
-    return gathered([measured(seed) for seed in range(first, first + count)], blocks)
+    found = gathered([measured(seed) for seed in range(first, first + count)], blocks)
+    return found | {"others": others(max(count // 2, 1), first)}
 
 
 def gathered(tissues: Sequence[Measured], blocks: dict[str, list[Marks]]) -> dict[str, Any]:
@@ -177,6 +201,7 @@ def shown(found: Mapping[str, Any]) -> list[Table]:
     blocks = {f"{solid}, 25 probes, noise 1%": each for solid, each in found["blocks"].items()}
     return [
         tables.table("Explored, mixed condition", marks),
+        tables.table(f"Others, {MARKED[-1]} probes", found["others"]),
         tables.table("Finite elements: spheres felt 1.2 times and more", blocks),
         _statements(found),
     ]
@@ -203,6 +228,9 @@ def kept(found: Mapping[str, Any]) -> dict[str, Any]:
         "marks": {n: [known(asdict(one)) for one in marks] for n, marks in found["marks"].items()},
         "blocks": {
             n: [known(asdict(one)) for one in marks] for n, marks in found["blocks"].items()
+        },
+        "others": {
+            n: [known(asdict(one)) for one in marks] for n, marks in found["others"].items()
         },
         "stated": [asdict(one) for one in found["stated"]],
         "decisions": found["decisions"],

@@ -44,6 +44,8 @@ class Marks:
         How many times stiffer than the background each sphere of a block feels.
     seconds : float
         Of the processor.
+    again : int
+        Sites that were palpated again for it.
     """
 
     shape: str
@@ -62,6 +64,7 @@ class Marks:
     covered_in: float = np.nan
     hidden: bool | None = None
     seconds: float = 0.0
+    again: int = 0
 
 
 def marks_of(tissue: Tissue, found: dict[str, Any], shape: str, seconds: float) -> Marks:

@@ -6,7 +6,7 @@ What belongs here: which tissues, and the time of a map. What does not: marks an
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import product
 from pathlib import Path
@@ -19,7 +19,7 @@ import tissue_probe as tp
 from benchmarks.maps import tables
 from benchmarks.maps.finite_elements import block
 from benchmarks.maps.marks import Marks, marks_of, marks_of_block
-from benchmarks.maps.tissues import MIXED, SIDE, Condition, Tissue, raster
+from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Condition, Tissue, raster
 
 GRIDS = (5, 7, 9)
 SHAPES = ("plateau", "heavy tail", "ellipse")
@@ -34,6 +34,8 @@ SCANNED = (
     ("linear", 5.0, 0.01),
     ("hyperelastic", 8.0, 0.01),
 )
+#: Share of the sites that are palpated again at most.
+MOST_AGAIN = 0.1
 CONDITIONS = {
     "40 % relaxation": replace(MIXED, relaxation=0.4, nodules=0),
     "50 % tilt": replace(MIXED, tilt=0.5, nodules=0),
@@ -50,13 +52,34 @@ def mapped(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
 
 
 def _set(
-    count: int, sites: int, shapes: Sequence[str], condition: Condition, first: int
+    count: int,
+    sites: int,
+    shapes: Sequence[str],
+    condition: Condition,
+    first: int,
+    mark: Callable[[Tissue, int, int, str], Marks] = mapped,
 ) -> list[Marks]:
     marks = []
     for seed in range(first, first + count):
         shape = shapes[seed % len(shapes)]
-        marks.append(mapped(Tissue.random(seed, shape, condition), sites, seed, shape))
+        marks.append(mark(Tissue.random(seed, shape, condition), sites, seed, shape))
     return marks
+
+
+def mapped_again(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
+    """Map a tissue, palpate what hangs on one site again, and mark the map of all sites."""
+    x, y = raster(sites)
+    begin = time.process_time()
+    found = tp.map(tissue.palpated(x, y, seed))
+    again = found.again[: round(MOST_AGAIN * x.size)]
+    if again:
+        x, y = (
+            np.append(x, [1e3 * one.x for one in again]),
+            np.append(y, [1e3 * one.y for one in again]),
+        )
+        found = tp.map(tissue.palpated(x, y, seed))
+    seconds = time.process_time() - begin
+    return replace(marks_of(tissue, found.to_dict(), shape, seconds), again=len(again))
 
 
 def _blocks(solid: str, spacing: float, noise: float, folder: Path) -> list[Marks]:
@@ -84,6 +107,12 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         for name, condition in CONDITIONS.items()
         for n in (5, 9)
     }
+    fewer = max(count // 4, 1)
+    erring = {
+        f"{name}{told}": _set(fewer, 7, SHAPES, condition, first, mark)
+        for name, condition in {"mixed": MIXED, **ERRING}.items()
+        for told, mark in (("", mapped), (", again", mapped_again))
+    }
     elements = {
         f"{solid}, {spacing:g} mm, noise {noise:.0%}": _blocks(solid, spacing, noise, folder)
         for solid, spacing, noise in SCANNED
@@ -92,6 +121,7 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         "Mixed condition": mixed,
         "True shapes, 7 x 7": shapes,
         "Nothing there": others,
+        "Sites that err, 7 x 7; again: what hangs on one site is palpated once more": erring,
         "Finite elements: spheres felt 1.2 times and more": elements,
     }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
@@ -67,8 +67,13 @@ def _ellipse(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
     return np.exp(-(along**2 / 1.7 + beside**2 * 1.7) / nodule.width**2)
 
 
+def _disc(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    return (np.hypot(dx, dy) <= nodule.radius).astype(float)
+
+
 #: Profiles of nodules, by name.
 PROFILES: dict[str, Callable[[Nodule, np.ndarray, np.ndarray], np.ndarray]] = {
+    "disc": _disc,
     "gaussian": _gaussian,
     "plateau": _plateau,
     "heavy tail": _heavy_tail,
@@ -89,6 +94,11 @@ class Condition:
         By how much stiffer the tissue is when the scan begins; fades with 15 s.
     nodules : int
         At most.
+    slips : float
+        Share of the sites that are felt 1.5 to 3 times as stiff as they are.
+    tails : float
+        Noise of two degrees of freedom of Student's t, instead of a normal one; its scale,
+        relative.
     """
 
     variation: float = 0.05
@@ -97,9 +107,16 @@ class Condition:
     curvature: float = 0.05
     relaxation: float = 0.0
     nodules: int = 4
+    slips: float = 0.0
+    tails: float = 0.0
 
 
 MIXED = Condition()
+#: Conditions under which sites err with tails.
+ERRING = {
+    "5 % of the sites slip": replace(MIXED, slips=0.05),
+    "noise of heavy tails, 2 %": replace(MIXED, tails=0.02),
+}
 
 
 @dataclass(frozen=True)
@@ -110,13 +127,15 @@ class Tissue:
     ----------
     nodules : tuple of Nodule
         What is to be found.
-    noise, relaxation : float
-        As the condition has them, here drawn.
+    noise : float
+        Standard deviation of the sites, drawn.
+    condition : Condition
+        What it was drawn for.
     """
 
     nodules: tuple[Nodule, ...]
     noise: float
-    relaxation: float
+    condition: Condition
     _tilt: np.ndarray
     _curvature: float
     _variation: np.ndarray
@@ -133,11 +152,25 @@ class Tissue:
         return Tissue(
             _nodules(rng, shape, condition.nodules),
             rng.uniform(0.0, condition.noise),
-            condition.relaxation,
+            condition,
             tilt,
             rng.uniform(-condition.curvature, condition.curvature),
             field,
         )
+
+    @staticmethod
+    def two_circles(seed: int) -> Tissue:
+        """Return a plain tissue with two hard-edged discs, moved a little; noise of 5 %."""
+        rng = np.random.default_rng([seed, 46])
+        plain = Tissue.random(seed, "disc", Condition(0.0, 0.0, 0.0, 0.0, nodules=0))
+        discs = tuple(
+            Nodule(
+                *(np.array(middle) + rng.uniform(-2.0, 2.0, 2)), 5.0, 0.0, rng.uniform(0.5, 2.0),
+                "disc", 0.0,
+            )
+            for middle in ((12.0, 13.0), (28.0, 27.0))
+        )  # fmt: skip
+        return replace(plain, nodules=discs, noise=0.05)
 
     def background(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the stiffness without nodules at places [mm], in N/m."""
@@ -153,11 +186,23 @@ class Tissue:
         return self.background(x, y) * (1.0 + excess)
 
     def palpated(self, x: np.ndarray, y: np.ndarray, seed: int) -> dict[str, np.ndarray]:
-        """Return the table of a scan of sites in this order, 1.57 s a site, in m, s and N/m."""
-        rng = np.random.default_rng([seed, 451])
+        """Return the table of a scan of sites in this order, 1.57 s a site, in m, s and N/m.
+
+        A site keeps its value when further ones follow.
+        """
+        rng, tails, slips, factors = (
+            np.random.default_rng([seed, stream]) for stream in (451, 452, 453, 454)
+        )
         t = 1.571 * np.arange(x.size)
-        true = self.stiffness(x, y) * (1.0 + self.relaxation * np.exp(-t / 15.0))
-        k = true * (1.0 + self.noise * rng.standard_normal(x.size))
+        k = self.stiffness(x, y) * (1.0 + self.condition.relaxation * np.exp(-t / 15.0))
+        noise = self.noise * rng.standard_normal(x.size)
+        if self.condition.tails:
+            # Of two degrees of freedom, by its quantiles: a draw a site.
+            u = tails.uniform(-1.0, 1.0, x.size)
+            noise = self.condition.tails * u * np.sqrt(2.0 / (1.0 - u**2))
+        k *= np.exp(noise) if self.condition.tails else 1.0 + noise
+        slipped = slips.random(x.size) < self.condition.slips
+        k[slipped] *= factors.uniform(1.5, 3.0, x.size)[slipped]
         return {"x": 1e-3 * x, "y": 1e-3 * y, "t": t, "k": k, "k_sd": STATED * k}
 
 

@@ -41,6 +41,7 @@ NODES = {
     "mapper": {"": "nodes.mapper:MapperSettings"},
     "scan": {"": "nodes.scan:ScanSettings"},
     "stage": {"": "nodes.stage:StageSettings"},
+    "adapter": {"": "nodes.adapter:AdapterSettings"},
     "recorder": {"": "nodes.recorder:RecorderSettings"},
     "replay": {"": "nodes.replay:ReplaySettings"},
 }

@@ -202,6 +202,12 @@ def test_a_first_look_ranks_what_is_hidden_first_and_fits_nothing():
     assert "no effect was fitted" in repr(told)
 
 
+def test_two_effects_with_the_same_unknowns_are_refused_in_a_sentence(measured):
+    both = ["generalized_maxwell", "quasi_linear_relaxation"]
+    with pytest.raises(tp.TissueProbeError, match="a form of the law of generalized_maxwell"):
+        tp.diagnose(measured, rig="compliant_probe", add=both)
+
+
 def test_effects_and_estimators_are_listed():
     assert {"hertz_contact", "mains_hum"} <= {each["name"] for each in tp.effects()}
     assert {"ekf", "robust_ekf"} <= {each["name"] for each in tp.estimators()}

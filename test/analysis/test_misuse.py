@@ -46,7 +46,9 @@ RIGHT = {
     "preview": {"path": "none.csv"},
     "promises": {"measured": MEASURED, **STATED},
     "read": READ,
+    "row": {"path": "none.csv", "task": "compare"},
     "simulate": {"model": COMPARED.model, "excitation": SINE, "duration": 0.1},
+    "study": {"plan": "none.yaml"},
 }
 #: Those that take a search, so that no call of them is let through.
 SLOW = ("diagnose", "improve", "promises", "make_challenge")

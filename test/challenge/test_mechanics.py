@@ -47,6 +47,21 @@ def test_a_branch_is_a_standard_linear_solid():
     agrees(specimen, kelvin_voigt(specimen) + branch, 1e-6)
 
 
+@pytest.mark.parametrize("law", [{"fung": 600.0}, {"cubic": 1e8}, {"hyperbola_depth": 1e-3}])
+def test_a_curved_branch_that_never_yields_is_a_second_spring_of_the_same_law(law):
+    spring = Specimen(**law)
+    branch = {"branch_stiffness": (450.0,), "branch_rate": (1e-9,), "branch_curved": 1.0}
+    twice = {"stiffness": 900.0, "cubic": 2.0 * spring.cubic}
+    found, expected = (vibrate(spring._replace(**each))[1] for each in (branch, twice))
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.ptp(expected))
+
+
+def test_a_curved_branch_beside_a_straight_spring_is_straight():
+    straight = Specimen(branch_stiffness=(300.0,), branch_rate=(40.0,))
+    curved = straight._replace(branch_curved=1.0)
+    np.testing.assert_allclose(vibrate(curved)[1], vibrate(straight)[1], atol=1e-12)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_springpot_is_a_power_of_the_frequency(seed):
     clean = Specimen()
@@ -110,6 +125,16 @@ def test_bouc_wen_is_a_spring_when_small_and_friction_when_large():
     assert lost == pytest.approx(expected, rel=5e-3)
 
 
+def test_bouc_wen_of_another_shape_slides_with_the_same_force_and_turns_in_other_loops():
+    shaped = [
+        MASSLESS._replace(bouc_force=0.2, bouc_yield=5e-5, bouc_beta=b, bouc_gamma=1.0 - b)
+        for b in (0.5, 1.5)
+    ]
+    (_, usual), (_, fuller) = map(vibrate, shaped)
+    assert fuller.max() == pytest.approx(usual.max(), rel=1e-3)
+    assert np.abs(fuller - usual).max() > 0.02
+
+
 def test_drag_takes_eight_thirds_of_force_times_amplitude_a_cycle():
     drag = 100.0
     specimen = UNDAMPED._replace(drag=drag)
@@ -136,6 +161,7 @@ def test_damping_that_grows_with_depth_acts_at_the_mean_depth():
         ({"cubic": 1e8}, lambda x: 450.0 * x + 1e8 * x**3),
         ({"fung": 800.0}, lambda x: 450.0 / 800.0 * np.expm1(800.0 * x)),
         ({"hertz_exponent": 1.5}, lambda x: 450.0 * 1e-3 * (x / 1e-3) ** 1.5),
+        ({"hyperbola_depth": 4e-3}, lambda x: 450.0 * x / (1.0 + x / 4e-3)),
         ({"saturation_depth": 1e-3}, lambda x: 450.0 * 1e-3 * np.tanh(x / 1e-3)),
         ({"step": 0.5, "step_time": 0.0}, lambda x: 675.0 * x),
         ({"pull_off": 0.1, "unilateral": 1.0}, lambda x: 450.0 * x),

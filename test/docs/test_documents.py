@@ -19,6 +19,7 @@ from tissue_probe.diagnosis.improvement import ladder, moves, queue
 from tissue_probe.diagnosis.ranking import harmonic, rules
 from tissue_probe.diagnosis.revisions import loop
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+from tissue_probe.recording.robot.settings import RobotSettings
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -191,6 +192,7 @@ def test_every_executable_and_parameter_exists():
     )
     known = {name for pair in fields for name in pair}
     known |= set(EstimatorSettings.model_fields) | set(Limits.model_fields)
+    known |= set(RobotSettings.model_fields)
     known |= {name for device in DEVICES.values() for name in device.settings.model_fields}
     for row in rows:
         for cell in names(row[1]):
@@ -213,7 +215,7 @@ def test_every_package_that_is_imported_and_required_is_explained():
     explained = {
         name.strip().lower() for row in rows.splitlines() for name in row.split("|")[1].split(",")
     }
-    names = ("python.txt", "daq.txt", "workbench.txt", "development.txt", "docs.txt")
+    names = ("python.txt", "daq.txt", "workbench.txt", "study.txt", "development.txt", "docs.txt")
     files = (ROOT / "requirements" / name for name in names)
     required = {
         re.match(r"[\w-]+", line)[0].lower()

@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from tissue_probe.devices.limits import Limits
 from tissue_probe.devices.registry import DEVICES
 from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
+from tissue_probe.nodes.adapter import AdapterSettings
 from tissue_probe.nodes.driver import DriverSettings, ExcitationSettings
 from tissue_probe.nodes.estimator import EstimatorNodeSettings
 from tissue_probe.nodes.estimators import EstimatorsSettings
@@ -22,6 +23,7 @@ ROOT = Path(__file__).parents[2]
 
 #: What each node declares, by its name: (prefix, settings).
 SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
+    "adapter": [("", AdapterSettings)],
     "driver": [
         ("", DriverSettings),
         ("limits.", Limits),

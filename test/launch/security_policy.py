@@ -23,6 +23,7 @@ from rclpy.serialization import serialize_message
 
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.nodes import estimator, estimators
+from tissue_probe.nodes.adapter import AdapterNode
 from tissue_probe.nodes.driver import Driver
 from tissue_probe.nodes.mapper import Mapper
 from tissue_probe.nodes.recorder import Recorder
@@ -54,7 +55,7 @@ def make_nodes() -> list[Node]:
     """Make every node of the suite; the driver is configured, since it opens the rest then."""
     made = [Driver()]
     made[0].trigger_configure()  # before there is a replay, beside which it would be refused
-    made += [Stage(), Scan(), Mapper(), Recorder(), Replay()]
+    made += [Stage(), Scan(), Mapper(), Recorder(), Replay(), AdapterNode()]
     made += [node for name in ESTIMATORS for node in estimator.make(name)]
     made += estimators.make()
     return made
@@ -66,6 +67,7 @@ def live_policy(folder: Path, enough: Callable[[Policy], bool] = lambda found: F
     write_bag(bag)
     arguments = ["--ros-args", "-r", "stage:__ns:=/stage", "-r", "__ns:=/probe"]
     arguments += ["-p", f"bag:={bag}", "-p", "paused:=true", "-p", "per_sample:=true"]
+    arguments += ["-p", "force_polarity:=compression"]
     arguments += ["-p", f"output:={folder / 'out.mcap'}"]
     # Each file begins at a domain of its own: the nodes of another may not yet have died in theirs.
     with domain_coordinator.domain_id(count(91).__next__) as domain:

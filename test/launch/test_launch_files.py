@@ -20,6 +20,7 @@ ARGUMENTS = {
     "bench": {"output", "robot", "estimators", "namespace", "params_file"},
     "estimation": {"estimators", "namespace", "params_file"},
     "replay": {"bag", "rate", "loop", "start", "paused", "estimators", "namespace", "params_file"},
+    "robot": {"output", "estimators", "namespace", "params_file"},
     "simulation": {"activate", "output", "estimators", "namespace", "params_file"},
 }
 STAND_INS = [

@@ -34,8 +34,9 @@ def who_may(policy: Policy, kind: str, permission: str, names: set[str]) -> set[
     }
 
 
-def test_only_the_driver_and_the_replay_publish_samples(allowed):
-    assert who_may(allowed, "topics", "publish", FORCE) == {"/probe/driver", "/probe/replay"}
+def test_only_driver_adapter_and_replay_publish_samples(allowed):
+    sources = {"/probe/driver", "/probe/adapter", "/probe/replay"}
+    assert who_may(allowed, "topics", "publish", FORCE) == sources
 
 
 def test_only_who_works_on_the_force_reads_it(allowed):

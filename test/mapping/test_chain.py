@@ -5,6 +5,7 @@ import pytest
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
+from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.prior import (
     CONTRAST_SCALE,
     FURTHER,
@@ -24,7 +25,7 @@ def prior_states():
     noise = np.full(16, 1e3)  # sites that say nothing
     domain = Domain.of(x, y, np.empty((0, 2)))
     background = Background.of(x, y, None, noise)
-    chains = Chains(np.zeros(16), domain.region(x, y), background)
+    chains = Chains(np.zeros(16), domain.region(x, y), background, prior_of(None))
     return States.joined([chains.further() for _ in range(24)])
 
 
@@ -34,7 +35,7 @@ def test_each_further_inclusion_is_as_likely_as_the_prior_says(prior_states):
 
 
 def test_extent_and_contrast_are_those_of_the_prior(prior_states):
-    rows, count, _ = prior_states.flat()
+    rows, count, _, _ = prior_states.flat()
     lone = rows[count == 1, 0]
     assert lone[:, LOG_RADIUS].mean() == pytest.approx(np.log(RADIUS), abs=0.05)
     assert lone[:, LOG_RADIUS].std() == pytest.approx(RADIUS_SPREAD, rel=0.15)

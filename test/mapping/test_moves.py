@@ -17,6 +17,7 @@ from tissue_probe.mapping.posterior.moves import (
     redrawn,
     scratch_for,
 )
+from tissue_probe.mapping.posterior.outliers import VARIANCES, erred, prior_of
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
@@ -41,6 +42,7 @@ SX, SY = (each.ravel() for each in np.meshgrid(ALONG, ALONG))
 REGION = Domain.of(SX, SY, np.empty((0, 2))).region(SX, SY)
 BACKGROUND = Background.of(SX, SY, None, np.full(SX.size, 1e3))
 Q = BACKGROUND.precision[0]
+NO_OUTLIER = np.zeros(SX.size, dtype=np.int8)
 
 
 @njit
@@ -80,17 +82,17 @@ coin = np.random.default_rng(3)
 
 def birth_or_death(state, count, scratch, beta):
     move = born if coin.random() < 0.5 else died
-    return move(state, count, beta, Q, REGION, scratch)
+    return move(state, count, beta, REGION, scratch)
 
 
 def anew(state, count, scratch, beta):
-    redrawn(state, count, beta, Q, REGION, scratch)
+    redrawn(state, count, beta, REGION, scratch)
     return count
 
 
 def change_of(kind):
     def change(state, count, scratch, beta):
-        changed_one(state, count, kind, beta, Q, REGION, scratch)
+        changed_one(state, count, kind, beta, REGION, scratch)
         return count
 
     return change
@@ -119,7 +121,7 @@ def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
     for _ in range(DRAWS):
         rows, count = from_prior(rng)
         begin = rows.copy(), count
-        state = begun(rows, count, Q, np.zeros(SX.size), REGION)
+        state = begun(rows, count, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
         for _ in range(MOVES):
             count = move(state, count, scratch, 1.0)
         changed += count != begin[1] or not np.array_equal(rows[:count], begin[0][:count])
@@ -134,7 +136,7 @@ def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
 
 def test_the_level_alone_gives_its_prior_back():
     weight = np.log(np.linspace(1.0, 3.0, BACKGROUND.log_weight.size))
-    state = begun(np.zeros((MOST, PARAMETERS)), 0, Q, np.zeros(SX.size), REGION)
+    state = begun(np.zeros((MOST, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
     scratch = scratch_for(SX.size)
     seeded(4)
     level, times = 0, np.zeros(weight.size)
@@ -144,3 +146,52 @@ def test_the_level_alone_gives_its_prior_back():
     lower = times[: weight.size // 2].sum() / times.sum()
     expected = np.exp(weight[: weight.size // 2]).sum() / np.exp(weight).sum()
     assert lower == pytest.approx(expected, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("share", "mean", "variance"), [(None, 0.01, 0.01 * 0.99 / 101), (0.1, 0.1, 0.0)]
+)
+def test_outliers_alone_give_their_prior_back(share, mean, variance):
+    n = SX.size
+    kinds = NO_OUTLIER.copy()
+    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, Q, np.zeros(n), REGION)
+    seeded(5)
+    counts, each = np.zeros(60_000), np.zeros(VARIANCES.size)
+    for i in range(counts.size):
+        erred(state, 1.0, prior_of(share))
+        counts[i] = np.count_nonzero(kinds)
+        each += np.bincount(kinds, minlength=each.size)
+    # Of a beta-binomial number.
+    assert counts.mean() == pytest.approx(n * mean, rel=0.08)
+    expected = n * mean * (1 - mean) + n * (n - 1) * variance
+    assert counts.var() == pytest.approx(expected, rel=0.2)
+    assert each[1:] / each[1:].sum() == pytest.approx(
+        np.full(each.size - 1, 1 / (each.size - 1)), abs=0.03
+    )
+
+
+def test_no_site_is_an_outlier_where_none_is_stated():
+    kinds = NO_OUTLIER.copy()
+    y = np.where(np.arange(SX.size) == 12, 1.0, 0.0)
+    exact = Background.of(SX, SY, None, np.full(SX.size, 0.02)).precision[0]
+    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    for _ in range(100):
+        erred(state, 1.0, prior_of(0.0))
+    assert not kinds.any()
+
+
+def test_precision_residuals_and_determinant_are_those_of_the_outliers():
+    rng = np.random.default_rng(6)
+    kinds, y = NO_OUTLIER.copy(), 0.05 * rng.standard_normal(SX.size)
+    background = Background.of(SX, SY, None, np.full(SX.size, 0.02))
+    exact = background.precision[0]
+    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    seeded(6)
+    for _ in range(300):
+        erred(state, 0.3, prior_of(0.3))
+    assert kinds.any()
+    covariance = np.linalg.inv(exact) + np.diag(VARIANCES[kinds])
+    assert state.precision == pytest.approx(np.linalg.inv(covariance), rel=1e-6, abs=1e-6)
+    assert state.residual == pytest.approx(np.linalg.solve(covariance, y), rel=1e-6, abs=1e-6)
+    both = np.linalg.slogdet(exact)[1] + np.linalg.slogdet(covariance)[1]
+    assert state.log_det[0] == pytest.approx(-0.5 * both, abs=1e-6)

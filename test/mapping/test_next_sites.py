@@ -70,6 +70,42 @@ def test_a_doubtful_nodule_is_probed_again_beside_where_it_was_felt():
     assert min(np.hypot(one.x - 0.022, one.y - 0.021) for one in chosen) < 0.008
 
 
+def one_nodule_felt(x, y):
+    return sites(x, y, felt(x, y, nodule=(0.012, 0.012), radius=0.006))
+
+
+def test_what_hangs_on_one_site_is_palpated_again_first_and_once():
+    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.002, 0.038, 6)] * 2))
+    k = felt(x, y, contrast=1.0)
+    k[14] *= 2.0
+    sampled = Sampled.of(sites(x, y, k), AREA)
+    first, second = next_sites(sampled, 2, AREA)
+    assert first.purpose == "again"
+    assert 0.0 < np.hypot(first.x - x[14], first.y - y[14]) < 0.004
+    assert second.purpose != "again"
+    (after,) = next_sites(sampled, 1, AREA, pending=[(first.x, first.y)])
+    assert after.purpose != "again"
+
+
+def test_sites_are_chosen_for_the_edge_for_what_is_unseen_or_for_both_in_turn():
+    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.004, 0.02, 5)] * 2))
+    sampled = Sampled.of(one_nodule_felt(x, y), AREA)
+    chosen = {p: next_sites(sampled, 4, AREA, purpose=p) for p in ("edge", "find", "both")}
+    assert [one.purpose for one in chosen["edge"]] == ["edge"] * 4
+    assert [one.purpose for one in chosen["find"]] == ["find"] * 4
+    assert {one.purpose for one in chosen["both"]} == {"edge", "find"}
+    # Where nothing was felt, and apart from one another.
+    places = np.array([(one.x, one.y) for one in chosen["find"]])
+    assert (places.max(axis=1) > 0.024).all()
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    assert apart[np.triu_indices(4, 1)].min() > 0.006
+
+
+def test_another_purpose_is_refused():
+    with pytest.raises(ParameterError, match="give one of edge, find, both"):
+        next_sites(left_half_felt(), 1, AREA, purpose="all")
+
+
 def test_no_site_is_outside_the_area_nor_in_a_zone():
     triangle = Polygon(np.array([(0.0, 0.0), (0.04, 0.0), (0.04, 0.04)]))
     zone = Polygon(np.array([(0.025, 0.0), (0.04, 0.0), (0.04, 0.02), (0.025, 0.02)]))
@@ -102,7 +138,8 @@ def test_of_places_that_tell_as_much_a_slow_probe_takes_the_nearest():
 def test_a_revisit_tells_drift_from_a_stiff_place():
     """The first site is stiffer: it was felt early, or lies over an inclusion.
 
-    To feel it again tells which. Where no drift can be, there is no such doubt.
+    To feel it again tells which. Where no drift can be, there is no such doubt, as long as no site
+    is an outlier.
     """
     x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.004, 0.036, 4)] * 2))
     k = felt(x, y, nodule=(x[0], y[0]), contrast=1.35, radius=0.005)
@@ -115,7 +152,7 @@ def test_a_revisit_tells_drift_from_a_stiff_place():
     ]  # fmt: skip
     gains = []
     for times in (1.5 * np.arange(16.0), None):
-        sampled = Sampled.of(sites(x, y, k, times), AREA)
+        sampled = Sampled.of(sites(x, y, k, times), AREA, outliers=0.0)
         (again,) = next_sites(sampled, 1, AREA, no_go=elsewhere)
         assert (again.x, again.y) == pytest.approx((x[0], y[0]))
         gains.append(again.gain)

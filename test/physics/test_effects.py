@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, values_of, vibrating
+from composed import BASE, FORMS, PERIOD, force_of, halved, pressing, risen, values_of, vibrating
 
 from tissue_probe.physics import effects
 from tissue_probe.physics.composition import TISSUE, Composition
@@ -150,6 +150,71 @@ def test_steps_converge(name):
     assert changes[-1] < (1e-4 if FORMS[name].family == "friction" else 1e-5) * rms
 
 
+@pytest.mark.parametrize(
+    "stiffening",
+    ["cubic_stiffening", "exponential_stiffening", "hertz_contact", "saturating_spring"],
+)
+def test_a_quasi_linear_branch_that_hardly_yields_is_a_second_spring_of_the_same_law(stiffening):
+    """And its force relaxes in the same proportion at every depth."""
+    plain = Composition("rigid_probe").plus(EFFECTS[stiffening].plain)
+    relaxing = plain.plus(EFFECTS["quasi_linear_relaxation"].plain)
+    twice = {"relaxing_stiffness": 450.0, "damping": 0.0}
+    for depth in (3e-4, 2e-3):
+        times = np.arange(1000) * PERIOD
+        position = depth * risen(times, 0.1)
+        spring = force_of(plain, values_of(plain, damping=0.0), position).output
+        for rate, share in ((1e-4, 1.0), (2.0, np.exp(-2.0 * 0.3))):
+            values = values_of(relaxing, **twice, relaxation_rate=rate)
+            branch = force_of(relaxing, values, position).output - spring
+            early, late = branch[[399, 999]]
+            assert late == pytest.approx(share * early, rel=1e-3)
+            if rate < 1.0:
+                assert early == pytest.approx(spring[399], rel=1e-3)
+
+
+@pytest.mark.parametrize("form", range(2))
+def test_a_saturating_spring_is_straight_at_first_and_gives_way_with_depth(form):
+    composition = Composition(
+        "rigid_probe", effects=(EFFECTS["saturating_spring"].every_form[form],)
+    )
+    values = values_of(composition, stiffness=400.0, damping=0.0, softening_with_depth=500.0)
+
+    def held(depth):
+        return force_of(composition, values, np.full(9, depth)).output[0] / (400.0 * depth)
+
+    assert held(1e-7) == pytest.approx(1.0, abs=1e-4)
+    assert held(2e-3) == pytest.approx((0.5, np.tanh(1.0))[form])
+    assert held(-2e-3) == pytest.approx(held(2e-3))
+
+
+@pytest.mark.parametrize("form", range(3))
+def test_beside_a_straight_spring_quasi_linear_relaxation_is_linear(form):
+    linear = (EFFECTS["standard_linear_solid"], *EFFECTS["generalized_maxwell"].every_form)[form]
+    position = vibrating(np.arange(1000) * PERIOD)
+    forces = [
+        force_of(each, values_of(each), position).output
+        for each in (
+            Composition(effects=(effect,))
+            for effect in (linear, EFFECTS["quasi_linear_relaxation"].every_form[form])
+        )
+    ]
+    np.testing.assert_allclose(*forces, atol=1e-12)
+
+
+def test_a_bouc_wen_loop_of_free_shape_is_the_usual_one_where_beta_is_gamma():
+    usual, _, free = EFFECTS["bouc_wen_hysteresis"].every_form
+    force, length = 0.05, 2e-4
+    shape = dict.fromkeys(("loop_closing", "loop_bending"), 0.5 / length)
+    forces = [
+        force_of(each, values_of(each, **given), vibrating(np.arange(1000) * PERIOD)).output
+        for each, given in (
+            (Composition(effects=(usual,)), {"hysteretic_force": force}),
+            (Composition(effects=(free,)), {"hysteretic_stiffness": force / length, **shape}),
+        )
+    ]
+    np.testing.assert_allclose(*forces, atol=1e-9)
+
+
 def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_only():
     effect = EFFECTS["stribeck_friction"]
     for turn, same in ((1e-5, False), (1e-4, False), (1e-3, True)):
@@ -160,7 +225,8 @@ def test_where_stribeck_friction_turns_sharply_it_is_searched_at_other_speeds_on
 
 
 @pytest.mark.parametrize(
-    "stiffening", ["cubic_stiffening", "exponential_stiffening", "hertz_contact"]
+    "stiffening",
+    ["cubic_stiffening", "exponential_stiffening", "hertz_contact", "saturating_spring"],
 )
 @pytest.mark.parametrize("name", ["stiffness_step", "stiffness_ramp"])
 def test_a_stiffness_that_changes_does_so_in_all_that_is_elastic(name, stiffening):

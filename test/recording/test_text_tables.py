@@ -197,6 +197,7 @@ START = np.datetime64("2026-03-01T23:59:59.900", "ns")
         ("time", [str(START + np.timedelta64(n, "ms")) for n in range(ROWS)]),
         ("time", [f"{START + np.timedelta64(n, 'ms')}Z".replace("T", " ") for n in range(ROWS)]),
         ("time", [str(START + np.timedelta64(n, "ms"))[11:] for n in range(ROWS)]),
+        ("time", [str(START + np.timedelta64(n, "ms"))[14:] for n in range(ROWS)]),
         ("t", [str(1772409597000 + n) for n in range(ROWS)]),
         ("t", [str(1772409597_000000 + 1000 * n) for n in range(ROWS)]),
         ("t", [str(1772409597_000000000 + 1000000 * n) for n in range(ROWS)]),

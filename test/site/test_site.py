@@ -12,12 +12,12 @@ from pydantic import BaseModel
 
 import tissue_probe
 from tissue_probe.cli import app
-from tissue_probe.nodes import driver, estimators, mapper, recorder, replay, scan, stage
+from tissue_probe.nodes import adapter, driver, estimators, mapper, recorder, replay, scan, stage
 from tissue_probe.physics.effects import EFFECTS
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "build" / "docs" / "html"
-NODES = driver, estimators, mapper, recorder, replay, scan, stage
+NODES = adapter, driver, estimators, mapper, recorder, replay, scan, stage
 
 pytestmark = pytest.mark.skipif(not SITE.is_dir(), reason="`make docs` builds the site")
 

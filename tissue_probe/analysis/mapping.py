@@ -22,10 +22,10 @@ from tissue_probe.analysis.result_table import Column, ResultTable, number, two_
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.chart import Chart
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
-from tissue_probe.mapping.exploration.choice import NextSite, next_sites
+from tissue_probe.mapping.exploration.choice import PURPOSES, NextSite, Purpose, next_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.posterior_map import CONTRAST, RASTER, read_out
-from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap
+from tissue_probe.mapping.posterior.results import Again, Inclusion, PosteriorMap
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.mapping.registration import Registration
 from tissue_probe.mapping.scatter import scatter
@@ -117,6 +117,7 @@ class MapResult(Alike):
             Column("stiffness", "stiffness [N/m]", number(4), right=True),
             Column("stiffness_sd", "±", number(2), right=True),
             Column("contrast", "over background", number(3), right=True),
+            Column("felt_by", "felt by", right=True),
         )
         names, found = [column.name for column in columns], self.map.inclusions
         rows = tuple(tuple(getattr(one, n) for n in names) for one in found)
@@ -125,6 +126,11 @@ class MapResult(Alike):
             places = [self.in_space(one) for one in found]
             rows = tuple((*row, *place) for row, place in zip(rows, places, strict=True))
         return ResultTable("Inclusions", columns, rows)
+
+    @property
+    def again(self) -> list[Again]:
+        """Where to palpate again: inclusions that one site alone feels, the most probable first."""
+        return list(self.map.again)
 
     @property
     def unusual(self) -> dict[str, int]:
@@ -213,12 +219,14 @@ class MapResult(Alike):
                     "stiffness": one.stiffness,
                     "stiffness_sd": one.stiffness_sd,
                     "contrast": one.contrast,
+                    "felt_by": one.felt_by,
                     "boundary_50": one.boundary_50.tolist(),
                     "boundary_90": one.boundary_90.tolist(),
                     "boundary_95": one.boundary_95.tolist(),
                 }
                 for one in found.inclusions
             ],
+            "again": [asdict(one) for one in found.again],
             "surface": {
                 "x": found.surface.x.tolist(),
                 "y": found.surface.y.tolist(),
@@ -316,6 +324,8 @@ def _layer(layer: np.ndarray) -> list[list[float | None]]:
     contrast=take.number(above=1.0, below=100.0),
     next=take.whole(),
     sought=take.optional(take.instance(Sought, SOUGHT)),
+    choose_for=take.choice(*PURPOSES),
+    outliers=take.optional(take.number(least=0.0, below=1.0)),
 )
 def map_sites(
     measured: Source,
@@ -330,6 +340,8 @@ def map_sites(
     next: int = 0,
     sought: Sought | None = None,
     register: Source | None = None,
+    choose_for: Purpose = "both",
+    outliers: float | None = None,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
@@ -363,6 +375,12 @@ def map_sites(
     register : path or table in memory, optional
         Point pairs: columns x, y and perhaps z [m] in the map's frame, X, Y and perhaps Z [m] in
         another one, in which the results are given, too.
+    choose_for : str
+        What further sites are chosen for: ``edge``, what inclusions are in doubt; ``find``, those
+        that no site has felt; ``both`` in turn.
+    outliers : float, optional
+        Share of the sites that err far more than they state, by a slip for one; by default it is
+        learnt. 0 where the robot verified contact at each.
 
     Raises
     ------
@@ -386,7 +404,7 @@ def map_sites(
         chart = Chart.of(sites)
         if area is not None:
             _check_near(area, sites, chart)
-        sampled = Sampled.of(chart.sites, area)
+        sampled = Sampled.of(chart.sites, area, outliers=outliers)
         found = read_out(sampled, chart.sites, raster=raster, contrast=contrast)
         placed = PlacedMap(chart.places, found)
         if pairs is not None:
@@ -399,7 +417,9 @@ def map_sites(
             return result
         last = len(sites.x) - 1 if sites.t is None else int(sites.t.argmax())
         start = float(sites.x[last]), float(sites.y[last])
-        chosen = next_sites(sampled, next, area, no_go=zones, start=start) if next else []
+        chosen: list[NextSite] = []
+        if next:
+            chosen = next_sites(sampled, next, area, no_go=zones, start=start, purpose=choose_for)
         known = answer(sampled, sought or Sought(contrast=contrast))
         return replace(result, next=tuple(chosen), answer=known)
 

@@ -179,6 +179,7 @@ def read(
     position_polarity: PositionPolarity = "into",
     samples_topic: str | None = None,
     clock: Clock | None = None,
+    adapter: str | None = None,
     progress: Progress | None = None,
 ) -> Measurements:
     """Read measurements of one specimen.
@@ -202,6 +203,9 @@ def read(
         Topic of the samples, where a recording of this suite has several.
     clock : {"stamps", "recorder"}, optional
         Whose clock counts in a bag whose clocks disagree.
+    adapter : str, optional
+        Parameter file of the node ``adapter``: a robot's bag is read as that node hears the robot,
+        to the last bit.
     progress : callable, optional
         Told the share that is read, from 0 to 1; an exception that it raises ends the reading.
 
@@ -226,6 +230,7 @@ def read(
         sample_rate=sample_rate,
         samples_topic=samples_topic,
         clock=clock,
+        adapter=adapter,
     )
     layout.check_signals()
     return read_by(layout, sources, progress)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tissue_probe.alike import Alike
 from tissue_probe.mapping.chart import Lift
 from tissue_probe.mapping.height import height_at
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
@@ -22,8 +23,8 @@ from tissue_probe.signals import FloatArray
 _LOCAL = 0.5e-3
 
 
-@dataclass(frozen=True)
-class PlacedMap:
+@dataclass(frozen=True, eq=False)
+class PlacedMap(Alike):
     """Where the results of a map lie in space.
 
     Attributes
@@ -42,16 +43,22 @@ class PlacedMap:
         return self.lift(x, y)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return inclusions, surface, and what could hide, in space."""
+        """Return inclusions, surface, what could hide, and places to palpate again, in space."""
         found = self.map
         return {
             "inclusions": [self._inclusion(one) for one in found.inclusions],
             "surface": self._raster(found.surface),
             "could_hide": self._raster(found.could_hide),
+            "again": [self._place(one.x, one.y) for one in found.again],
         }
 
+    def _place(self, x: float, y: float) -> list[float]:
+        """Return one place in space."""
+        place: list[float] = self.places(np.array([x]), np.array([y]))[0].tolist()
+        return place
+
     def _inclusion(self, one: Inclusion) -> dict[str, Any]:
-        x, y, z = self.places(np.array([one.x]), np.array([one.y]))[0].tolist()
+        x, y, z = self._place(one.x, one.y)
         beside = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]) * _LOCAL
         right, left, up, down = self.places(one.x + beside[0], one.y + beside[1])
         across = np.column_stack([right - left, up - down]) / (2.0 * _LOCAL)
@@ -70,7 +77,7 @@ class PlacedMap:
         return {name: places[..., i].tolist() for i, name in enumerate("xyz")}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RegisteredMap(PlacedMap):
     """Where the results of a map lie in another frame.
 

@@ -255,19 +255,27 @@ def _written(value: Any) -> str:
 
 
 def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
-    """Refuse effects to add that are not known, or in the model already.
+    """Refuse effects to add that are not known, in the model already, or one law with another.
 
     Raises
     ------
     ParameterError
         For the first of them.
     """
+    own = {each.name: each for each in asked.composition.all_effects}
     for name in wanted:
         if name not in asked.library:
             known = ", ".join(asked.library)
             raise ParameterError(f"`add` {name}: no such effect; known are {known}")
         if name in asked.composition.names:
             raise ParameterError(f"`add` {name}: the model has it already; leave it out")
+        own[name] = asked.library[name]
+        for other in own:
+            if other != name and not own[other].unknowns.isdisjoint(own[name].unknowns):
+                raise ParameterError(
+                    f"`add` {name}: it is a form of the law of {other}, which has the same "
+                    "unknowns; leave one of them out"
+                )
 
 
 def _begun(

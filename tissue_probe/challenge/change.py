@@ -70,6 +70,8 @@ class Effect:
         Range of strengths; ``typical`` shows clearly unless a Kelvin-Voigt model absorbs it.
     sets_preload : bool
         Whether it needs a preload of its own.
+    beside : tuple of str
+        Effects of which one has to be hidden too, since it is another one without; none usually.
     """
 
     family: str
@@ -78,6 +80,7 @@ class Effect:
     typical: float
     strongest: float
     sets_preload: bool = False
+    beside: tuple[str, ...] = ()
 
 
 def log_uniform(random: np.random.Generator, low: float, high: float) -> float:

@@ -55,8 +55,22 @@ def _springpot(strength: float, at: Situation, random: Random) -> Change:
     )
 
 
+def _quasi_linear_relaxation(strength: float, at: Situation, random: Random) -> Change:
+    """One to three branches whose springs are curved as the tissue's own (Fung, 1993, 7.6)."""
+    times = [log_uniform(random, 0.01, 0.03), log_uniform(random, 0.1, 0.6)]
+    times = [times, times[:1], [*times, log_uniform(random, 1.0, 3.0)]][random.integers(3)]
+    change = _branches(at, [strength / len(times)] * len(times), times)
+    return Change({**change.specimen, "branch_curved": 1.0})
+
+
 def _cubic_stiffening(strength: float, at: Situation, random: Random) -> Change:
     return Change({"cubic": strength * at.specimen.stiffness / at.depth**2})
+
+
+def _saturating_spring(strength: float, at: Situation, random: Random) -> Change:
+    """Soften by a hyperbola (Kondner, 1963), or, as often, by a tanh."""
+    law = ("hyperbola_depth", "saturation_depth")[random.integers(2)]
+    return Change({law: at.depth / strength})
 
 
 def _exponential_stiffening(strength: float, at: Situation, random: Random) -> Change:
@@ -123,8 +137,20 @@ def _stribeck_friction(strength: float, at: Situation, random: Random) -> Change
 
 
 def _bouc_wen_hysteresis(strength: float, at: Situation, random: Random) -> Change:
+    """Friction that yields first: with beta = gamma, or, as often, with a loop of another shape.
+
+    It slides at z = 1 / (beta + gamma) = 1; the less gamma, the fuller the loop.
+    """
     yielding = log_uniform(random, 3e-5, 2e-4)
-    return Change({"bouc_force": strength * _vibration(at), "bouc_yield": yielding})
+    beta = float(random.choice((0.5, random.uniform(0.3, 2.0))))
+    return Change(
+        {
+            "bouc_force": strength * _vibration(at),
+            "bouc_yield": yielding,
+            "bouc_beta": beta,
+            "bouc_gamma": 1.0 - beta,
+        }
+    )
 
 
 def _vibration(at: Situation) -> float:
@@ -186,9 +212,17 @@ MECHANICAL: dict[str, Effect] = {
     "standard_linear_solid": Effect("relaxation", _standard_linear_solid, 3e-3, 0.5, 10.0),
     "generalized_maxwell": Effect("relaxation", _generalized_maxwell, 3e-3, 0.5, 10.0),
     "springpot": Effect("relaxation", _springpot, 3e-3, 0.5, 10.0),
+    "quasi_linear_relaxation": Effect(
+        *("relaxation", _quasi_linear_relaxation, 3e-3, 0.5, 10.0),
+        beside=(
+            *("cubic_stiffening", "exponential_stiffening", "hertz_contact"),
+            "saturating_spring",
+        ),
+    ),
     "cubic_stiffening": Effect("stiffening", _cubic_stiffening, 1e-3, 0.3, 10.0),
     "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
+    "saturating_spring": Effect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
     "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
     "adhesion": Effect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),

@@ -37,10 +37,6 @@ def _quadratic_drag(strength: float, at: Situation, random: Random) -> Change:
     return Change({"drag": strength * at.specimen.damping / at.speed})
 
 
-def _saturating_spring(strength: float, at: Situation, random: Random) -> Change:
-    return Change({"saturation_depth": at.depth / strength})
-
-
 def _interference_bursts(strength: float, at: Situation, random: Random) -> Change:
     return Change(
         instrument={
@@ -63,7 +59,6 @@ OUTSIDE: dict[str, Effect] = {
     "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
     "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
     "quadratic_drag": Effect("outside", _quadratic_drag, 1e-3, 0.3, 10.0),
-    "saturating_spring": Effect("outside", _saturating_spring, 0.03, 0.7, 6.0),
     "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
     "parametric_damping": Effect("outside", _parametric_damping, 1e-3, 0.3, 0.95),
 }

@@ -34,7 +34,8 @@ Hide = Literal["one", "two", "none", "outside", "spoilt", "mixed"]
 SHARES: dict[str, float] = {"one": 0.6, "two": 0.15, "none": 0.1, "outside": 0.1, "spoilt": 0.05}
 """What a recording may hide, and how often it does in ``mixed``."""
 
-PACKS = {"one": LIBRARY, "outside": OUTSIDE, "spoilt": SPOILT}
+_ALONE = {name: effect for name, effect in LIBRARY.items() if not effect.beside}
+PACKS = {"one": _ALONE, "outside": OUTSIDE, "spoilt": SPOILT}
 
 SHOWN = 0.95 * WEAKEST_OF_TWO
 """What each of two effects must leave alone, in units of the noise."""
@@ -118,5 +119,11 @@ def _pair(random: np.random.Generator) -> Effects:
     while True:
         one, other = random.choice(list(LIBRARY), 2, replace=False).tolist()
         preloads = EFFECTS[one].sets_preload and EFFECTS[other].sets_preload
-        if EFFECTS[one].family != EFFECTS[other].family and not preloads:
+        same = EFFECTS[one].family == EFFECTS[other].family
+        if not (same or preloads or _is_another(one, other) or _is_another(other, one)):
             return one, other
+
+
+def _is_another(one: str, other: str) -> bool:
+    """Whether an effect beside another one is a third."""
+    return bool(EFFECTS[one].beside) and other not in EFFECTS[one].beside

@@ -36,9 +36,11 @@ class Specimen(NamedTuple):
     depth_damping: float = 0.0  # lambda [N s / m^(1+n)]
     depth_exponent: float = 1.0
     saturation_depth: float = 0.0  # [m]; 0: no saturation
+    hyperbola_depth: float = 0.0  # [m]; 0: no hyperbola
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()
+    branch_curved: float = 0.0  # 1: the branches' springs are curved as the tissue's own
     # contact
     unilateral: float = 0.0  # 1: tissue cannot pull
     pull_off: float = 0.0  # [N]
@@ -48,6 +50,8 @@ class Specimen(NamedTuple):
     stribeck_velocity: float = 1.0  # [m/s]
     bouc_force: float = 0.0  # [N]
     bouc_yield: float = 1e-4  # [m]
+    bouc_beta: float = 0.5  # [-]
+    bouc_gamma: float = 0.5  # [-]
     corrugation: float = 0.0  # [N]
     corrugation_period: float = 1e-4  # [m]
     # inertia

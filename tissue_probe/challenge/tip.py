@@ -14,7 +14,7 @@ import math
 
 from numba import njit
 
-from tissue_probe.challenge.tissue import elastic, stiffness, surface, viscous
+from tissue_probe.challenge.tissue import elastic, steepness, stiffness, surface, viscous
 
 POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, BRANCHES = range(7)
 TOUCHING, SLIDING, ENGAGED = range(3)
@@ -78,9 +78,10 @@ def rates(p, time, u, u_rate, state, modes, result):
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
     result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = 0.0
     if p.bouc_force != 0.0:
-        # Bouc (1967), Wen (1976) with A = 1, beta = gamma = 1/2, n = 1.
+        # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
-        result[BOUC] = (v - 0.5 * (abs(v) * z + v * abs(z))) / p.bouc_yield
+        closing = p.bouc_beta * abs(v) * z + p.bouc_gamma * v * abs(z)
+        result[BOUC] = (v - closing) / p.bouc_yield
     if p.mode_mass != 0.0:
         result[MODE] = state[MODE_VELOCITY]
         pull = p.mode_stiffness * (state[POSITION] - state[MODE])
@@ -90,6 +91,8 @@ def rates(p, time, u, u_rate, state, modes, result):
     if p.softening != 0.0:
         result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
     rate = v - d_rate if modes[TOUCHING] else 0.0
+    if p.branch_curved != 0.0:
+        rate *= steepness(p, state[POSITION] - d)
     for branch in range(p.branches):
         decay = p.branch_rate[branch] * state[BRANCHES + branch]
         result[BRANCHES + branch] = p.branch_stiffness[branch] * rate - decay

@@ -39,7 +39,8 @@ def elastic(p, k, depth):
     """Return the spring's force.
 
     Fung (1993), section 7.5: (k/a)(exp(a e) - 1). Hertz-like: K e^n, none for e < 0, with K so that
-    it is k e at ``hertz_depth``. Saturating: k L tanh(e / L). Else k e + k3 e^3.
+    it is k e at ``hertz_depth``. Saturating: k L tanh(e / L), or k e / (1 + |e| / L). Else
+    k e + k3 e^3.
     """
     if p.fung != 0.0:
         return k / p.fung * math.expm1(p.fung * depth)
@@ -47,7 +48,24 @@ def elastic(p, k, depth):
         return k * p.hertz_depth * (max(depth, 0.0) / p.hertz_depth) ** p.hertz_exponent
     if p.saturation_depth != 0.0:
         return k * p.saturation_depth * math.tanh(depth / p.saturation_depth)
+    if p.hyperbola_depth != 0.0:
+        return k * depth / (1.0 + abs(depth) / p.hyperbola_depth)
     return k * depth + p.cubic * depth**3
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def steepness(p, depth):
+    """Slope of ``elastic`` over k, of k as it is at the beginning [-]."""
+    if p.fung != 0.0:
+        return math.exp(p.fung * depth)
+    if p.hertz_exponent != 0.0:
+        n = p.hertz_exponent
+        return n * (max(depth, 0.0) / p.hertz_depth) ** (n - 1.0)
+    if p.saturation_depth != 0.0:
+        return 1.0 / math.cosh(depth / p.saturation_depth) ** 2
+    if p.hyperbola_depth != 0.0:
+        return 1.0 / (1.0 + abs(depth) / p.hyperbola_depth) ** 2
+    return 1.0 + 3.0 * p.cubic * depth**2 / p.stiffness
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -26,6 +26,7 @@ from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
+from tissue_probe.cli.study import study
 from tissue_probe.cli.workbench import workbench
 from tissue_probe.one_line import sentence
 
@@ -52,6 +53,7 @@ app.command()(improve)
 app.command()(workbench)
 app.add_typer(challenge, name="challenge")
 app.add_typer(calibrate, name="calibrate")
+app.add_typer(study, name="study")
 
 
 def _print_version(wanted: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,14 @@ TOLD = 0.5
 FOUND = 0.9
 #: Head of a column, no wider than its numbers: all are to fit 80 characters.
 PROBABILITY = "proba-\nbility"
+
+
+class ChooseFor(StrEnum):
+    """What further sites are chosen for."""
+
+    edge = "edge"
+    find = "find"
+    both = "both"
 
 
 @grouped
@@ -74,11 +83,22 @@ def map_command(
         int,
         typer.Option("--next", metavar="N", min=0, help="Further sites to choose in the area."),
     ] = 0,
+    choose_for: Annotated[
+        ChooseFor,
+        typer.Option(help="Of further sites: edges of inclusions, to find unseen ones, or both."),
+    ] = ChooseFor.both,
     register: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
             help="Point pairs, x, y, z [m] here and X, Y, Z [m] in another frame: results there.",
+        ),
+    ] = None,
+    outliers: Annotated[
+        float | None,
+        typer.Option(
+            help="Share of the sites that err far more than they state; 0 where contact was "
+            "verified.  [default: learnt]",
         ),
     ] = None,
     json_file: Annotated[
@@ -118,7 +138,7 @@ def map_command(
         if layout != Layout():
             raise ValueError(
                 f"{samples} is a table of sites, which has no samples: leave out the options on "
-                "position, force, time, topic and clock"
+                "position, force, time, topic, clock and adapter"
             )
     else:
         if layout == Layout():
@@ -135,6 +155,8 @@ def map_command(
         no_go=no_go or [],
         next=next_count,
         register=register,
+        choose_for=choose_for.value,
+        outliers=outliers,
     )
     result.plot().savefig(output, dpi=100)
     if json_file is not None:
@@ -213,9 +235,9 @@ def tell_next(result: MapResult) -> None:
 
     if not result.next:
         return
-    table = Table("next site", "x, y [mm]", "settles [mm²]")
+    table = Table(*_columns(["next site", "x, y [mm]", "settles [mm²]", "chosen for"]))
     for number, one in enumerate(result.next, 1):
-        table.add_row(str(number), _place(one), f"{1e6 * one.gain:.2f}")
+        table.add_row(str(number), _place(one), f"{1e6 * one.gain:.2f}", one.purpose)
     Console(highlight=False, markup=False).print(table)
 
 

@@ -131,6 +131,18 @@ ForceUnit = Annotated[
 ]
 
 
+AdapterFile = Annotated[
+    str | None,
+    typer.Option(
+        "--adapter",
+        metavar="FILE",
+        help="Parameter file of the node adapter: read a robot's bag as that node hears the robot, "
+        "to the last bit.",
+        show_default=False,
+    ),
+]
+
+
 class Clock(str, Enum):
     """Whose clock counts in a bag."""
 
@@ -195,6 +207,7 @@ class Signals:
     position_polarity: PositionPolarity = Direction.into
     topic: SamplesTopic = None
     clock: ClockOption = None
+    adapter: AdapterFile = None
 
     def layout(self) -> Layout:
         """Make of the options what the readers take.
@@ -218,6 +231,7 @@ class Signals:
             sample_rate=self.sample_rate,
             samples_topic=self.topic,
             clock=self.clock.value if self.clock else None,
+            adapter=self.adapter,
         )
         found.check_signals()
         return found

@@ -16,6 +16,7 @@ from scipy.linalg import orthogonal_procrustes
 from scipy.spatial import Delaunay, QhullError
 from scipy.spatial.distance import pdist, squareform
 
+from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.height import height_over
 from tissue_probe.mapping.posterior.domain import TIP
@@ -77,12 +78,12 @@ class Chart:
             return _bent(sites, flat, told, plane)
         upright = plane.axes[2, 2]
         if upright >= 1.0 - FORM:
-            return Chart(sites, _over(points), "")
+            return Chart(sites, _Over(points), "")
         note = (
             f"the sites lie in a plane tilted by {np.degrees(np.arccos(upright)):.0f} degrees: x "
             "and y of the map run in that plane; X, Y, Z are the sites' own frame"
         )
-        return Chart(_moved(sites, flat), _over(flat, plane), note)
+        return Chart(_moved(sites, flat), _Over(flat, plane), note)
 
 
 def seen_from_above(sites: Sites) -> str:
@@ -97,8 +98,8 @@ def seen_from_above(sites: Sites) -> str:
     return f"{where}, and this map is seen from above: distances in it are too short"
 
 
-@dataclass(frozen=True)
-class _Plane:
+@dataclass(frozen=True, eq=False)
+class _Plane(Alike):
     """A plane through the middle of points, and its axes, the normal last, shape (3, 3)."""
 
     middle: FloatArray
@@ -176,16 +177,12 @@ def _bent(sites: Sites, flat: FloatArray, told: np.ndarray, plane: _Plane) -> Ch
     _refuse_fold(sites, flat, told)
     surface = _pooled(flat[told])
     laid = _laid_flat(surface)
-    to_plane = RBFInterpolator(laid, surface)
-
-    def lift(x: FloatArray, y: FloatArray) -> FloatArray:
-        return plane.lifted(to_plane(np.column_stack([x, y])))
-
     note = (
         "the sites lie on a bent surface: x and y of the map run along it; X, Y, Z are the sites' "
         "own frame"
     )
-    return Chart(_moved(sites, RBFInterpolator(surface[:, :2], laid)(flat[:, :2])), lift, note)
+    places = RBFInterpolator(surface[:, :2], laid)(flat[:, :2])
+    return Chart(_moved(sites, places), _Unrolled(laid, surface, plane), note)
 
 
 def _pooled(flat: FloatArray) -> FloatArray:
@@ -250,11 +247,27 @@ def _moved(sites: Sites, flat: FloatArray) -> Sites:
     return Sites(flat[:, 0], flat[:, 1], np.zeros(len(flat)), sites.t, sites.k, sites.k_sd)
 
 
-def _over(flat: FloatArray, plane: _Plane | None = None) -> Lift:
-    """Return the lift of a map of points on and off a plane; without one x and y are space's."""
+@dataclass(frozen=True, eq=False)
+class _Over(Alike):
+    """The lift of a map of points on and off a plane; without one x and y are space's."""
 
-    def lift(x: FloatArray, y: FloatArray) -> FloatArray:
-        places = np.column_stack([x, y, height_over(flat, x, y)])
-        return places if plane is None else plane.lifted(places)
+    flat: FloatArray
+    plane: _Plane | None = None
 
-    return lift
+    def __call__(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        places = np.column_stack([x, y, height_over(self.flat, x, y)])
+        return places if self.plane is None else self.plane.lifted(places)
+
+
+@dataclass(frozen=True, eq=False)
+class _Unrolled(Alike):
+    """The lift of a surface that was laid flat: from its points there to those on its plane."""
+
+    laid: FloatArray
+    surface: FloatArray
+    plane: _Plane
+
+    def __call__(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        from scipy.interpolate import RBFInterpolator
+
+        return self.plane.lifted(RBFInterpolator(self.laid, self.surface)(np.column_stack([x, y])))

@@ -1,19 +1,19 @@
 """The surface that an exploration comes to: a plane that is given, bent to where contact was felt.
 
-What belongs here: height and normal at the next site. What does not: how contact is felt.
+Contents: height and normal at the next site.
 
 The offset from the plane is a Gaussian process (C. E. Rasmussen and C. K. I. Williams, "Gaussian
-Processes for Machine Learning", 2006, eq. 2.23; Matern 5/2, eq. 4.17, and a plane, eq. 2.39): any
+Processes for Machine Learning", 2006, eq. 2.23; ``kernel``, and a plane, eq. 2.39): any
 number of felt heights will do, without any it is the plane, and the slope follows from the heights.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from tissue_probe.mapping.kernel import alike, slope
 from tissue_probe.signals import FloatArray
 
 #: A felt height is wrong by so much of the distance by which the surface is off the plane [-]:
@@ -71,9 +71,6 @@ class ExploredSurface:
         """Return how alike the offsets at places [m] are, and how that changes with ``here``."""
         here, there = ((each - self._middle[:2]) / self._bends_over for each in (here, there))
         off = here - there
-        r = math.sqrt(5.0) * np.linalg.norm(off, axis=-1)
-        fades = np.exp(-r)
-        bent = (1.0 + r + r**2 / 3.0) * fades
-        slope = -5.0 / 3.0 * ((1.0 + r) * fades)[..., None] * off
+        bent = alike(np.linalg.norm(off, axis=-1))
         # The plane may be given as wrong, in height and in tilt, as the surface is bent.
-        return bent + 1.0 + (here * there).sum(axis=-1), (slope + there) / self._bends_over
+        return bent + 1.0 + (here * there).sum(axis=-1), (slope(off) + there) / self._bends_over

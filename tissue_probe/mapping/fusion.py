@@ -1,7 +1,6 @@
 """What several estimators found at each site, fused into one map.
 
-What belongs here: which estimates count for which cell, and how the estimators' values become one.
-What does not: interpolation between cells (``surface``), which sites make the grid (``palpated``).
+Contents: which estimates count for which cell, and how the estimators' values become one.
 
 Of a dwell, the last estimate of each estimator counts, with its status: a filter without forgetting
 has put every earlier sample into it, and only at the end has every sample of the dwell been held

@@ -1,7 +1,6 @@
 """The grid of sites that a scan palpates.
 
-What belongs here: where the sites are, how they are numbered, which cell a position falls into.
-What does not: what was measured there (``stiffness_map``).
+Contents: where the sites are, how they are numbered, which cell a position falls into.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How high the tissue's surface is between the sites.
 
-What belongs here: height, and the normal that follows from it. What does not: stiffness.
+Contents: height, and the normal that follows from it.
 """
 
 from __future__ import annotations

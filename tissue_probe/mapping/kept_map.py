@@ -1,7 +1,6 @@
 """A map that outlives its process: what was found before a restart is taken up again.
 
-What belongs here: when kept results are taken up, and when they are kept. What does not: the file
-(``site_results``) and the map (``fusion``).
+Contents: when kept results are taken up, and when they are kept.
 
 Announcements reach who joins late, with the time at which each was sent. If the first dwell that is
 heard of stands in the file as sent at that very time, the file is of the scan that goes on.

@@ -1,7 +1,6 @@
 """When a dwell has told enough: the probe may leave before its longest time is over.
 
-What belongs here: the test, fed with the samples and estimates of one dwell. What does not: the
-probe's motion, and what becomes of the estimates (``fusion``).
+Contents: the test, fed with the samples and estimates of one dwell.
 
 A filter's variance is of white noise alone. Its other errors, of which those of the tip's unknown
 motion at the start are the largest, recur with the drive and fade: they show as a course of the

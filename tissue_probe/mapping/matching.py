@@ -1,6 +1,6 @@
 """Found places held against true ones, one to one.
 
-What belongs here: pairing. What does not: finding (``posterior``).
+Contents: pairing.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Where the probe palpated: the scans that were announced, and the grid through their sites.
 
-What belongs here: which sites make the grid of a map. What does not: what was measured there
-(``fusion``), and how a grid numbers its cells (``grid``).
+Contents: which sites make the grid of a map.
 
 The rule is one for a map that grows while a scan goes on and for the map of a recorded scan, so
 that both are the same map.

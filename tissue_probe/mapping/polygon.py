@@ -1,6 +1,6 @@
 """A polygon over the tissue: where something is sought, or where no probe may go.
 
-What belongs here: corners, checked, and what is inside. What does not: what is done there.
+Contents: corners, checked, and what is inside.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A map in another frame: the rigid motion between point pairs, and how wrong it may be.
 
-What belongs here: the motion and its errors. What does not: the table of pairs, and the results
-that are moved.
+Contents: the motion and its errors.
 
 The rotation is that of least squares (Kabsch 1976; Umeyama 1991, without scale). Errors after
 J. M. Fitzpatrick, J. B. West and C. R. Maurer, "Predicting error in rigid-body point-based

@@ -1,7 +1,4 @@
-"""The noise of sites whose table does not tell it, from their scatter about their neighbours.
-
-What belongs here: that alone. What does not: noise that a filter or a table tells (``sites``).
-"""
+"""The noise of sites whose table does not tell it, from their scatter about their neighbours."""
 
 from __future__ import annotations
 

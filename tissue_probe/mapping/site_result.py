@@ -1,7 +1,6 @@
 """What was found at one visit of one site.
 
-What belongs here: the result, and a list of them as ``Sites``. What does not: how filters' values
-became one (``fusion``).
+Contents: the result, and a list of them as ``Sites``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What was found at each site, kept in a file for a mapper that is started again.
 
-What belongs here: the file. What does not: when it is taken up again (``kept_map``), and how a map
-is made of dwells (``fusion``).
+Contents: the file.
 
 The file is text, one JSON object a line, and only grows while a scan goes on: a line that was cut
 off costs that line. The last line of a dwell counts.

@@ -1,7 +1,6 @@
 """A list of sites: where tissue was felt, and how stiff it was there.
 
-What belongs here: the list, checked, and which of its rows tell something. What does not: how a
-value came about (``fusion``), and what follows from them all (``posterior``).
+Contents: the list, checked, and which of its rows tell something.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The map: what is known of the tissue in each cell of a grid.
 
-What belongs here: the arrays of one map, checked. What does not: how they came about (``fusion``)
-and what is read out of them (``surface``, ``regions``).
+Contents: the arrays of one map, checked.
 """
 
 from __future__ import annotations

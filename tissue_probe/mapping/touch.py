@@ -1,7 +1,6 @@
 """Contact of a tip that vibrates, felt by the load cell.
 
-What belongs here: the test, fed with the samples of one descent. What does not: the motion
-(``nodes.contact``).
+Contents: the test, fed with the samples of one descent.
 
 The steady force is that part of the force, over a period of the motion, which follows neither the
 position nor the velocity: by least squares the constant of F = constant + a u + b u'. In free air

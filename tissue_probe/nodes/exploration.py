@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import time
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,7 @@ class ExploredSites(Source):
         self._process: DecisionProcess | None = None
         self._decision: Future[Decision] | None = None
         self._answer: Answer | None = None
-        self._over = ""
+        self._over = self._why = ""
 
     def prepare(self, wait: Wait) -> None:
         """Read the earlier part, choose the first sites, have the decisions compiled."""
@@ -113,6 +114,7 @@ class ExploredSites(Source):
                 decision = self._decided(wait)
             self._answer = decision.answer
             if decision.site is not None:
+                self._why = f"the site probed now is one {decision.site.why}"
                 return self._site((decision.site.x, decision.site.y))
             self._over = "the question is answered"
         self._finish(wait)
@@ -157,7 +159,10 @@ class ExploredSites(Source):
             sites_unreachable=len(self._missed),
             site=announced,
             answer=self._answer.text if self._answer else "",
-            open=list(self._answer.open) if self._answer else [],
+            open=[
+                *(self._answer.open if self._answer else ()),
+                *([self._why] if self._why else ()),
+            ],
         )
 
     def result(self, how: str) -> Any:
@@ -207,7 +212,7 @@ class ExploredSites(Source):
         self._decision = self._process.submit(
             decide,
             sites_of(results),
-            self._question,
+            replace(self._question, purpose=self.explore_for),
             start=self._felt[-1][:2] if self._felt else None,
             pending=pending,
             unreachable=list(self._missed),

@@ -176,7 +176,8 @@ def offered_by_all(wanted: QoSProfile, offers: Sequence[TopicEndpointInfo]) -> Q
 
 def node_name(info: TopicEndpointInfo) -> str:
     """Return the name of a publisher's node with its namespace; empty while it is not known."""
-    if info.node_name.startswith("_NODE_NAME_UNKNOWN"):
+    # What DDS without ROS publishes has no node; rmw_fastrtps says so by this name.
+    if info.node_name.startswith(("_NODE_NAME_UNKNOWN", "_CREATED_BY_BARE_DDS_APP")):
         return ""
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"
 

@@ -8,7 +8,7 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -66,6 +66,9 @@ class ScanSettings(ContactSettings, RobotSettings, FusedEstimators):
     samples_timeout: float = setting(0.5, "s", "longest silence of the driver", ge=0.05, le=60.0)
     map_timeout: float = setting(
         2.0, "s", "longest wait for the map to tell of the last site", ge=0.0, le=60.0
+    )
+    explore_for: Literal["edge", "find", "both"] = setting(
+        "both", "", "what explore chooses sites for: edges, inclusions unseen yet, both in turn"
     )
 
 
@@ -227,6 +230,7 @@ class Scan(Node):
     def _scan(self, source: Source, goal_handle: ServerGoalHandle) -> Any:
         """Palpate the sites; return how it ended, once the probe is lifted."""
         self._settings = self._robot.settings = read(self, ScanSettings)
+        source.explore_for = self._settings.explore_for
         wait = partial(self._wait, partial(self._check, goal_handle))
         try:
             self._refuse_second_scan()

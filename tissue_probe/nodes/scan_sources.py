@@ -50,6 +50,8 @@ class Source(ABC):
         Those where no surface was found.
     begins : list of int
         When each dwell began [ns since the epoch].
+    explore_for : str
+        What sites are chosen for, where they are chosen on the way (``exploration``).
     """
 
     ACTION: ClassVar[type]
@@ -62,6 +64,7 @@ class Source(ABC):
         self.visited: list[Site] = []
         self.untouched: list[Site] = []
         self.begins: list[int] = []
+        self.explore_for = "both"
 
     @abstractmethod
     def prepare(self, wait: Wait) -> None:

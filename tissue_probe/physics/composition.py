@@ -123,6 +123,14 @@ class Composition:
         return _composed(self.rig, self.tissue, tuple(effects), self.scale)
 
     @cached_property
+    def has_curved_spring(self) -> bool:
+        """Whether an effect bends the force that indentation alone gives."""
+        from tissue_probe.physics.effects.effect import INDENTATION
+        from tissue_probe.physics.rigs.composing import elastic_depth
+
+        return bool(elastic_depth(self.all_effects) != INDENTATION)
+
+    @cached_property
     def model(self) -> Model:
         """The symbols."""
         from tissue_probe.physics.tissues import TISSUES

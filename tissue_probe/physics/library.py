@@ -25,6 +25,7 @@ from tissue_probe.physics.effects import EFFECTS, Effect, Extent
 from tissue_probe.physics.effects.effect import (
     DAMPING,
     ELASTIC_DEPTH,
+    ELASTIC_RATE,
     FORCE,
     INDENTATION,
     NET_FORCE,
@@ -52,8 +53,8 @@ from tissue_probe.physics.tissues import EXTENSION
 #: Entry points of this group are effects, too.
 GROUP = "tissue_probe.effects"
 SIGNALS = (
-    INDENTATION, ELASTIC_DEPTH, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE, POSITION,
-    POSITION_RATE, TIME,
+    INDENTATION, ELASTIC_DEPTH, ELASTIC_RATE, TIP_VELOCITY, TISSUE_FORCE, STRETCH, NET_FORCE, FORCE,
+    POSITION, POSITION_RATE, TIME,
 )  # fmt: skip
 MODEL = (MASS, CELL_STIFFNESS, CELL_DAMPING, CONTACT, STIFFNESS, DAMPING)
 ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
@@ -205,7 +206,9 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
     # One and the same switch, such as contact, may serve several effects.
     shared = {switch for other in library.values() for switch in other.switches}
     for other in library.values():
-        taken |= {str(symbol): f"of the effect {other.name}" for symbol in _own(other)}
+        # Effects of which no model has both may share their unknowns.
+        if other.name not in effect.excludes:
+            taken |= {str(symbol): f"of the effect {other.name}" for symbol in _own(other)}
     for symbol in _own(effect):
         if any(switch.symbol == symbol for switch in shared.intersection(effect.switches)):
             continue

@@ -17,6 +17,7 @@ from tissue_probe.physics.composition import TISSUE, state_unit
 from tissue_probe.physics.effects.effect import (
     DAMPING,
     ELASTIC_DEPTH,
+    ELASTIC_RATE,
     FORCE,
     INDENTATION,
     NET_FORCE,
@@ -41,7 +42,7 @@ from tissue_probe.physics.scale import Scale
 _SIGNALS = {
     TIME: "s",
     **dict.fromkeys((POSITION, POSITION_BEFORE, INDENTATION, STRETCH, ELASTIC_DEPTH), "m"),
-    **dict.fromkeys((POSITION_RATE, TIP_VELOCITY), "m/s"),
+    **dict.fromkeys((POSITION_RATE, TIP_VELOCITY, ELASTIC_RATE), "m/s"),
     POSITION_ACCELERATION: "m/s^2",
     STIFFNESS: "N/m",
     DAMPING: "N s/m",

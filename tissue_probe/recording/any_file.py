@@ -62,11 +62,19 @@ def read_file(
     """
     path = Path(path)
     if not is_bag(path):
+        if layout.adapter:
+            raise RecordingError(f"{path} is no bag of a robot: leave out `adapter`")
         return ReadFile(*read_table(path, layout, progress), is_own=False)
     from tissue_probe.recording.bags.foreign_bag import read_foreign_bag
     from tissue_probe.recording.bags.reader import recording_of
 
     bag = open_bag(path)
+    if layout.adapter:
+        from tissue_probe.recording.bags.robot_bag import read_robot_bag
+        from tissue_probe.recording.robot.settings import read_settings
+
+        read = read_robot_bag(bag, path, read_settings(layout.adapter), progress)
+        return ReadFile(*read, is_own=False)
     if _is_own(bag, layout):
         _refuse_statements(path, layout)
         own = recording_of(bag, path, layout.samples_topic, progress)

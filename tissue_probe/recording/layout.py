@@ -67,6 +67,7 @@ KINDS: dict[str, take.Kind] = {
     "sample_rate": take.optional(take.number(above=0.0, below=NANOSECONDS, unit="Hz")),
     "samples_topic": take.optional(take.text),
     "clock": take.optional(take.choice(*get_args(Clock))),
+    "adapter": take.optional(take.text),
 }
 
 
@@ -97,11 +98,15 @@ class Layout:
         Whose clock counts in a bag, where it is not clear: that of the stamps, or the recorder's.
     samples_topic : str, optional
         Which topic of this suite's samples, where a recording has several.
+    adapter : str, optional
+        Parameter file of the node ``adapter``: a bag is read as that node hears the robot, and
+        nothing else is to be stated.
 
     Raises
     ------
     ParameterError
-        If a statement is of another kind, or a rate is stated together with a column of time.
+        If a statement is of another kind, a rate is stated together with a column of time, or
+        anything beside ``adapter``.
     """
 
     position: str | None = None
@@ -115,12 +120,16 @@ class Layout:
     sample_rate: float | None = None
     samples_topic: str | None = None
     clock: Clock | None = None
+    adapter: str | None = None
 
     def __post_init__(self) -> None:
         for name, kind in KINDS.items():
             object.__setattr__(self, name, kind(name, getattr(self, name)))
         if self.sample_rate is not None and (self.time or self.time_unit):
             raise ParameterError("`time` and `sample_rate` exclude each other; give one of them")
+        if self.adapter and len(self.stated) > 1:
+            others = ", ".join(f"`{name}`" for name, _ in self.stated if name != "adapter")
+            raise ParameterError(f"`adapter` says all of a bag: leave out {others}")
 
     def check_signals(self) -> None:
         """Refuse one column or field for two signals.

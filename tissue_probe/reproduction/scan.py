@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
+from scipy.interpolate import RBFInterpolator
 
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.mapping.grid import Grid
@@ -16,7 +17,6 @@ from tissue_probe.mapping.matching import match
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
-from tissue_probe.mapping.surface import interpolate
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.reproduction.drawing import LABELS
@@ -28,6 +28,8 @@ from tissue_probe.signals import FloatArray, TissueEstimates
 GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
 #: An inclusion that is declared has this probability.
 SURE = 0.9
+#: Places of the picture between two sites.
+FINE = 10
 #: What is drawn in each row: the paper averages its filters.
 COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
 
@@ -112,11 +114,21 @@ def _draw(maps: dict[str, StiffnessMapData], phantom: Phantom) -> Figure:
     return figure
 
 
+def _between(values: FloatArray) -> FloatArray:
+    """Return values of the sites over the picture, by thin plates through them."""
+    sites = np.column_stack([each.ravel() for each in np.meshgrid(GRID.x, GRID.y)])
+    fine = [np.linspace(a[0], a[-1], FINE * (a.size - 1) + 1) for a in (GRID.x, GRID.y)]
+    places = np.column_stack([each.ravel() for each in np.meshgrid(*fine)])
+    scale = np.abs(values).max()
+    between = RBFInterpolator(sites / GRID.spacing, values.ravel() / scale)(places / GRID.spacing)
+    return np.asarray(scale * between.reshape(fine[1].size, fine[0].size))
+
+
 def _surface(axes: Axes, values: FloatArray, phantom: Phantom) -> AxesImage:
-    half, millimetres = GRID.spacing / 2.0, 1e3
-    extent = (GRID.x[0] - half, GRID.x[-1] + half, GRID.y[0] - half, GRID.y[-1] + half)
+    millimetres = 1e3
+    extent = GRID.x[0], GRID.x[-1], GRID.y[0], GRID.y[-1]
     image = axes.imshow(
-        interpolate(GRID, values, np.zeros(GRID.shape)).mean,
+        _between(values),
         origin="lower",
         extent=[millimetres * edge for edge in extent],
         interpolation="bilinear",

@@ -70,12 +70,17 @@ def families(fit: Fit) -> tuple[str, ...]:
 
 
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Return what may stand beside a model's effects: no second form of a law that it has."""
-    own = composition.all_effects
+    """Return what may stand beside a model's effects: no second form of a law that it has.
+
+    And nothing that follows the spring where that is straight: it is one of its simpler effects.
+    """
+    own, straight = composition.all_effects, not composition.has_curved_spring
     return {
         name: effect
         for name, effect in library.items()
-        if name not in composition.names and not any(exclude(effect, each) for each in own)
+        if name not in composition.names
+        and not any(exclude(effect, each) for each in own)
+        and not (straight and effect.follows_spring)
     }
 
 

@@ -75,11 +75,22 @@ def _tried(fit: Fit, alone: Composition, effects: Iterable[Effect]) -> list[Effe
 
 
 def _ordered(fit: Fit, scores: Iterable[tuple[Effect, float]]) -> list[Promise]:
-    """Return the best form of each effect, what promises most first."""
+    """Return the best form of each effect, what promises most first.
+
+    Of forms with more values than others these have to be paid for, by the criterion of fits.
+    """
+    promises = [Promise(form, max(fit.cost - score, 0.0)) for form, score in scores]
     best: dict[str, Promise] = {}
-    for form, score in sorted(scores, key=lambda each: -each[1]):
-        best.setdefault(form.name, Promise(form, max(fit.cost - score, 0.0)))
-    return list(best.values())
+    for promise in sorted(promises, key=lambda each: _criterion(fit, each)):
+        best.setdefault(promise.effect.name, promise)
+    return sorted(best.values(), key=lambda each: each.cost)
+
+
+def _criterion(fit: Fit, promise: Promise) -> float:
+    """Return minus twice the logarithm of how probable a form is, of forms of one effect."""
+    samples = float(fit.samples)
+    left = max(promise.cost, np.finfo(float).tiny)
+    return float(samples * np.log(left) + len(promise.effect.parameters) * np.log(samples))
 
 
 def _tests(

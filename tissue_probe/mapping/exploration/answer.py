@@ -82,12 +82,15 @@ class KnownInclusion:
         That there is one.
     boundary_sd : float
         Standard deviation of its boundary, root mean square around it [m].
+    felt_by_one : bool
+        Whether one site alone feels it, and is to be palpated again: it may have slipped.
     """
 
     x: float
     y: float
     probability: float
     boundary_sd: float
+    felt_by_one: bool
 
 
 @dataclass(frozen=True)
@@ -143,14 +146,20 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
         )
         return Answer(sought, none, none, (), False, "not known yet", (few,))
     nearest = _nearest(relevant, sampled.found)
+    doubted = {doubt.number for doubt in sampled.doubts if doubt.alone}
     known = tuple(
         KnownInclusion(
-            *(float(each) / _MM for each in one.centre), one.probability, _boundary_sd(one) / _MM
+            *(float(each) / _MM for each in one.centre),
+            one.probability,
+            _boundary_sd(one) / _MM,
+            number in doubted,
         )
         for number, one in enumerate(sampled.found)
         if np.unique(state[nearest == number]).size >= LEAST_PROBABILITY * states
     )
-    certain = [one for one in known if one.probability >= sought.probability]
+    certain = [
+        one for one in known if one.probability >= sought.probability and not one.felt_by_one
+    ]
     further = np.ones(len(relevant), dtype=bool)
     for one in certain:
         further &= _distance(relevant, one) >= LINK
@@ -184,7 +193,7 @@ def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray,
 
     One whose middle is beyond the area's edge may reach into it: it counts, too.
     """
-    rows, count, _ = sampled.states.flat()
+    rows, count, _, _ = sampled.states.flat()
     state, place = np.nonzero(np.arange(rows.shape[1]) < count[:, None])
     each = rows[state, place]
     large = np.exp(each[:, LOG_RADIUS]) >= _MM * sought.radius
@@ -212,7 +221,12 @@ def _open(
     """Say what is still to be learnt."""
     told = []
     for one in known:
-        if one.probability < sought.probability:
+        if one.felt_by_one:
+            told.append(
+                f"the inclusion near {_place(one.x, one.y)}, {_stated(one.probability)}, is felt "
+                "by one site: palpate again"
+            )
+        elif one.probability < sought.probability:
             told.append(
                 f"an inclusion may be near {_place(one.x, one.y)}, {_stated(one.probability)}"
             )

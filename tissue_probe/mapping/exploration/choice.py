@@ -15,6 +15,10 @@ It counts inclusions that may hide where nothing was felt, and the edges of thos
 in one currency. A place that was felt before tells again where states differ in what they expect
 of it: where they cannot tell drift from an inclusion, for one.
 
+That refines edges first: so every other site is chosen where it most probably feels an inclusion
+that none has felt (``unseen``). And an inclusion that hangs on one site is palpated again beside it
+before anything else: it may be a slip.
+
 Of places that tell as much as any, the one is taken that tells most per second, way included.
 Of several sites each is chosen after the states' deviations were reduced by those before it, whose
 values are not known yet but whose covariances are (square-root filter, Whitaker and Hamill,
@@ -26,14 +30,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.exploration.places import spread
+from tissue_probe.mapping.exploration.unseen import Unseen
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.boundary import inside_each
 from tissue_probe.mapping.posterior.domain import TIP
+from tissue_probe.mapping.posterior.doubt import ASIDE
 from tissue_probe.mapping.posterior.felt_surface import sums_at
 from tissue_probe.mapping.posterior.sampled import Sampled
 from tissue_probe.signals import FloatArray
@@ -48,6 +55,16 @@ _TOLD_APART = 0.2
 #: Of candidates, and of places in question: in 40 x 40 mm a tip's radius, 3 mm, is two apart.
 _CANDIDATES, _PLACES = 800, 400
 MOST_AT_ONCE = 100
+#: Where no site finds an unseen inclusion with this probability, none is chosen for that.
+_LEAST_FOUND = 0.005
+_WHY = {
+    "again": "palpated again, beside a site that may have slipped",
+    "edge": "where most of the area in doubt is settled",
+    "find": "where an inclusion that no site has felt is most probable",
+}
+#: What sites are chosen for.
+Purpose = Literal["edge", "find", "both"]
+PURPOSES: tuple[Purpose, ...] = get_args(Purpose)
 
 
 @dataclass(frozen=True)
@@ -87,11 +104,20 @@ class NextSite:
         Its place [m].
     gain : float
         By how much it is expected to reduce the area in doubt, after those before it [m^2].
+    purpose : str
+        What it is chosen for: ``again`` beside a site that may have slipped, ``edge`` by its gain,
+        ``find`` for an inclusion that no site has felt.
     """
 
     x: float
     y: float
     gain: float
+    purpose: str
+
+    @property
+    def why(self) -> str:
+        """What it is chosen for, in words."""
+        return _WHY[self.purpose]
 
 
 def next_sites(
@@ -104,6 +130,7 @@ def next_sites(
     pending: Sequence[tuple[float, float]] = (),
     unreachable: Sequence[tuple[float, float]] = (),
     travel: Travel = USUAL,
+    purpose: Purpose = "both",
 ) -> list[NextSite]:
     """Return the next sites, in their order.
 
@@ -125,40 +152,80 @@ def next_sites(
         Places that the robot did not reach [m]: what is nearer to them than a tip is not tried.
     travel : Travel
         How long a site takes.
+    purpose : str
+        What sites are chosen for: ``edge``, ``find``, or ``both`` in turn.
 
     Raises
     ------
     ParameterError
-        If ``count`` is out of its range, or no place is left.
+        If ``count`` is out of its range, ``purpose`` is none of these, or no place is left.
     """
+    if purpose not in PURPOSES:
+        raise ParameterError(f"purpose is {purpose!r}; give one of {', '.join(PURPOSES)}")
     if not 1 <= count <= MOST_AT_ONCE:
         raise ParameterError(f"next is {count}; give a number of sites from 1 to {MOST_AT_ONCE}")
     x, y = _candidates(sampled, within, no_go, unreachable)
     given = _MM * np.array(pending, dtype=float).reshape(-1, 2)
+    again = _again(sampled, np.column_stack([x, y]), given)
     x, y = np.append(x, given[:, 0]), np.append(y, given[:, 1])
     candidates = x.size - len(given)
     question = _Question.of(sampled, within, x, y)
+    begun = sampled.felt.x.size + len(given)
+    turns = [
+        purpose == "find" or (purpose == "both" and n % 2) for n in range(begun, begun + count)
+    ]
+    turns[: len(again)] = [False] * len(turns[: len(again)])
+    unseen = Unseen(sampled, x, y, question.noise) if any(turns) else None
+    asked = [question, unseen] if unseen else [question]
     for i in range(candidates, x.size):
-        question.answer(i)
+        for one in asked:
+            one.answer(i)
     here = None if start is None else _MM * np.array(start, dtype=float)
     if len(given):
         here = given[-1]
     chosen: list[NextSite] = []
-    for _ in range(count):
+    for to_find in turns:
         gains = question.gains()[:candidates]
-        seconds = np.full(candidates, travel.at_site)
-        if here is not None:
-            seconds += np.hypot(x[:candidates] - here[0], y[:candidates] - here[1]) / (
-                _MM * travel.speed
-            )
-        as_good = gains >= (1.0 - _TOLD_APART) * gains.max()
-        best = int(np.where(as_good, gains / seconds, -1.0).argmax())
-        chosen.append(
-            NextSite(float(x[best]) / _MM, float(y[best]) / _MM, float(gains[best]) / _MM**2)
-        )
+        worth, what = gains, "edge"
+        if again:
+            worth, what = (np.arange(candidates) == again.pop(0)).astype(float), "again"
+        elif unseen and to_find:
+            finds = unseen.probabilities()[:candidates]
+            if finds.max() >= _LEAST_FOUND:
+                worth, what = finds, "find"
+        best = _soonest(worth, x[:candidates], y[:candidates], here, travel)
+        place = float(x[best]) / _MM, float(y[best]) / _MM
+        chosen.append(NextSite(*place, float(gains[best]) / _MM**2, what))
         here = np.array([x[best], y[best]])
-        question.answer(best)
+        for one in asked:
+            one.answer(best)
     return chosen
+
+
+def _soonest(
+    worth: FloatArray, x: FloatArray, y: FloatArray, here: FloatArray | None, travel: Travel
+) -> int:
+    """Return which place [mm], of those that are worth as much as any, is worth most per second."""
+    seconds = np.full(x.size, travel.at_site)
+    if here is not None:
+        seconds += np.hypot(x - here[0], y - here[1]) / (_MM * travel.speed)
+    as_good = worth >= (1.0 - _TOLD_APART) * worth.max()
+    return int(np.where(as_good, worth / seconds, -1.0).argmax())
+
+
+def _again(sampled: Sampled, places: FloatArray, given: FloatArray) -> list[int]:
+    """Return the candidates that are nearest to where doubted sites are to be palpated again.
+
+    A doubt that a decided site answers is left out.
+    """
+    found, reach = [], ASIDE * sampled.domain.spacing
+    for doubt in sampled.doubts:
+        there = np.array([doubt.x, doubt.y])
+        away = np.hypot(*(places - there).T)
+        decided = len(given) and np.hypot(*(given - there).T).min() < 2.0 * reach
+        if not decided and away.min() < 2.0 * reach:
+            found.append(int(away.argmin()))
+    return found
 
 
 class _Question:
@@ -169,14 +236,14 @@ class _Question:
     """
 
     def __init__(self, inside: FloatArray, felt: FloatArray, noise: FloatArray, cell: float):
-        self._inside, self._felt, self._noise, self._cell = inside, felt, noise, cell
+        self._inside, self._felt, self.noise, self._cell = inside, felt, noise, cell
 
     @staticmethod
     def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _Question:
-        rows, count, level = sampled.states.some(_STATES)
+        rows, count, level, kinds = sampled.states.some(_STATES)
         px, py, step = spread(within, _PLACES)
         inside = inside_each(rows, count, _MM * px, _MM * py)
-        felt, noise = _expected(sampled, rows, count, level, x, y)
+        felt, noise = _expected(sampled, rows, count, level, kinds, x, y)
         return _Question(
             (inside - inside.mean(axis=0)).astype(np.float32),
             (felt - felt.mean(axis=0)).astype(np.float32),
@@ -187,7 +254,7 @@ class _Question:
     def gains(self) -> FloatArray:
         """Return the gain of each site [mm^2]."""
         states = len(self._felt)
-        own = (self._felt**2).mean(axis=0) + self._noise
+        own = (self._felt**2).mean(axis=0) + self.noise
         shared = (self._inside.T @ self._felt) / states
         return self._cell * (shared**2).sum(axis=0) / own
 
@@ -195,32 +262,25 @@ class _Question:
         """Reduce the deviations as the value of a site will."""
         column = self._felt[:, site].copy()
         spread = float(column @ column) / column.size
-        total = spread + float(self._noise[site])
+        total = spread + float(self.noise[site])
         if not total > 0.0:
             return
-        gain = 1.0 / (1.0 + math.sqrt(float(self._noise[site]) / total)) / total / column.size
+        gain = 1.0 / (1.0 + math.sqrt(float(self.noise[site]) / total)) / total / column.size
         for deviations in (self._inside, self._felt):
             deviations -= np.outer(column, gain * (column @ deviations))
 
 
-def _expected(sampled: Sampled, rows, count, level, x, y) -> tuple[FloatArray, FloatArray]:
+def _expected(sampled: Sampled, rows, count, level, kinds, x, y) -> tuple[FloatArray, FloatArray]:
     """Return the mean of log k at sites [mm] in each state, and its mean variance in a state."""
     background, log_k = sampled.background, sampled.felt.log_k
-    felt = np.log(sums_at(rows, count, x, y))
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
+    middle, variance = background.told(level, kinds, residuals, x, y)
     # A further site is as exact as those before.
     stated = float(np.median(sampled.felt.noise)) ** 2
-    noise = np.zeros(x.size)
-    for used in np.unique(level):
-        here = level == used
-        cross, own = background.cross(int(used), x, y)
-        explained = cross @ background.precision[used]
-        felt[here] += residuals[here] @ explained.T
-        left = np.maximum(own - (explained * cross).sum(axis=1), 0.0)
-        share, _ = background.levels.kind(int(used))
-        left += (1.0 - share) * background.levels.size(int(used)) ** 2 + stated
-        noise += here.mean() * left
-    return felt, noise
+    levels = background.levels
+    alone = [(1.0 - levels.kind(int(one))[0]) * levels.size(int(one)) ** 2 for one in level]
+    noise = variance.mean(axis=0) + float(np.mean(alone)) + stated
+    return np.log(sums_at(rows, count, x, y)) + middle, noise
 
 
 def _candidates(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tissue_probe.mapping.exploration.answer import Answer, Sought, answer
-from tissue_probe.mapping.exploration.choice import USUAL, NextSite, Travel, next_sites
+from tissue_probe.mapping.exploration.choice import USUAL, NextSite, Purpose, Travel, next_sites
 from tissue_probe.mapping.exploration.first import first_sites
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.sampled import Sampled
@@ -33,11 +33,14 @@ class Question:
         Where no site may be; inclusions may.
     sought : Sought
         Which inclusions matter, and how surely the answer is to be given.
+    purpose : str
+        What sites are chosen for, as for ``next_sites``.
     """
 
     within: Polygon
     no_go: tuple[Polygon, ...] = ()
     sought: Sought = field(default_factory=Sought)
+    purpose: Purpose = "both"
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,7 @@ def decide(
         pending=pending,
         unreachable=unreachable,
         travel=travel,
+        purpose=question.purpose,
     )
     return Decision(told, site)
 

@@ -17,7 +17,9 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
-from tissue_probe.signals import FloatArray
+from tissue_probe.mapping.kernel import alike
+from tissue_probe.mapping.posterior.outliers import VARIANCES, with_outliers
+from tissue_probe.signals import FloatArray, IntArray
 
 #: Standard deviations of the coefficients of log k: level, tilt from middle to edge, curvature.
 #: A tilt of 50 % and a curvature of 10 % are ordinary.
@@ -124,7 +126,7 @@ class Background:
         distance = cdist(np.column_stack([x, y]), np.column_stack([x, y]))
         precision, weight = [], []
         for share, length, prior in levels.kinds:
-            varied = share * _matern(distance, length) + (1.0 - share) * np.eye(x.size)
+            varied = share * alike(distance / length) + (1.0 - share) * np.eye(x.size)
             for size in levels.sizes:
                 factor = cho_factor(known + size**2 * varied, lower=True)
                 precision.append(cho_solve(factor, np.eye(x.size)))
@@ -145,16 +147,60 @@ class Background:
         trend = _trend(self.x, self.y, self._middle, self._half)
         there = _trend(x, y, self._middle, self._half)
         distance = cdist(np.column_stack([x, y]), np.column_stack([self.x, self.y]))
-        shared = there @ trend.T + share * size**2 * _matern(distance, length)
+        shared = there @ trend.T + share * size**2 * alike(distance / length)
         return shared, (there**2).sum(axis=1) + share * size**2
 
-    def trend(self, level: int, log_k: FloatArray) -> Trend:
-        """Return the trend through log k of the sites, less that of inclusions, at one level."""
-        weighted = self.precision[level] @ log_k
+    def precision_of(self, level: int, kinds: IntArray) -> FloatArray:
+        """Return the precision at one level, of sites that err as ``kinds`` say."""
+        if not kinds.any():
+            return self.precision[level]
+        precision = np.empty_like(self.precision[level])
+        with_outliers(self.precision[level], kinds, precision)
+        return precision
+
+    def told(
+        self, level: IntArray, kinds: IntArray, log_k: FloatArray, x: FloatArray, y: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return mean and variance of the background at places [mm], as the sites tell it.
+
+        Both have shape (states, places).
+
+        Parameters
+        ----------
+        level : array, shape (states,)
+            Of each state.
+        kinds : array, shape (states, n)
+            How each site errs in each state.
+        log_k : array, shape (states, n)
+            Of the sites, less that of inclusions.
+        x, y : array, shape (places,)
+            The places [mm].
+        """
+        mean, variance = (np.empty((level.size, x.size)) for _ in range(2))
+        for used in np.unique(level):
+            here = np.flatnonzero(level == used)
+            precision = self.precision[used]
+            cross, own = self.cross(int(used), x, y)
+            explained = cross @ precision
+            mean[here] = log_k[here] @ explained.T
+            variance[here] = own - (explained * cross).sum(axis=1)
+            for state in here[kinds[here].any(axis=1)]:
+                at = np.flatnonzero(kinds[state])
+                through = explained[:, at]
+                spread = np.diag(1.0 / VARIANCES[kinds[state, at]]) + precision[np.ix_(at, at)]
+                lost = np.linalg.solve(spread, through.T)
+                mean[state] -= (precision[at] @ log_k[state]) @ lost
+                variance[state] += (through.T * lost).sum(axis=0)
+        return mean, np.maximum(variance, 0.0)
+
+    def trend(self, level: int, kinds: IntArray, log_k: FloatArray) -> Trend:
+        """Return the trend through log k of the sites, less that of inclusions, in one state."""
+        precision = self.precision_of(level, kinds)
+        weighted = precision @ log_k
         coefficients = self._trend.T @ weighted
         column = self._trend[:, 0]
         # Of a coefficient with prior variance 1, given the sites.
-        left = 1.0 - column @ self.precision[level] @ column
+        left = 1.0 - column @ precision @ column
         at_first = int(np.abs(self._drift).sum(axis=1).argmax())
         drift = self._drift[at_first] @ (self._drift.T @ weighted)
         return Trend(
@@ -178,8 +224,3 @@ def _drift(t: FloatArray) -> FloatArray:
     return np.column_stack(
         [_DRIFT * (np.exp(-since / tau) - np.exp(-1.0 / tau)) for tau in _RELAXATION]
     )
-
-
-def _matern(distance: FloatArray, length: float) -> FloatArray:
-    q = np.sqrt(5.0) * distance / length
-    return (1.0 + q + q**2 / 3.0) * np.exp(-q)

@@ -26,33 +26,40 @@ from tissue_probe.mapping.posterior.moves import (
     redrawn,
     scratch_for,
 )
+from tissue_probe.mapping.posterior.outliers import erred
 from tissue_probe.mapping.posterior.prior import MOST
 
-#: Of all moves: birth or death, an inclusion drawn anew, the level; the rest changes an inclusion.
-_JUMP, _REDRAWN, _LEVEL_MOVE = 0.25, 0.1, 0.05
+#: Of all moves: birth or death, an inclusion drawn anew, the level, how each site errs; the rest
+#: changes an inclusion.
+_JUMP, _REDRAWN, _LEVEL_MOVE, _ERRED = 0.25, 0.1, 0.05, 0.05
 #: Moves of each rung between exchanges.
 _EXCHANGE = 10
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(state, count, level, beta, region, precision, log_weight, scratch):
+def _move(state, count, level, beta, region, precision, log_weight, outliers, scratch):
     """Make one move; return number of inclusions and level then."""
-    Q, choice = precision[level], np.random.random()
+    choice = np.random.random()
     if choice < 0.5 * _JUMP:
-        count = born(state, count, beta, Q, region, scratch)
+        count = born(state, count, beta, region, scratch)
     elif choice < _JUMP:
-        count = died(state, count, beta, Q, region, scratch)
+        count = died(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN:
-        redrawn(state, count, beta, Q, region, scratch)
+        redrawn(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
         level = another_level(state, level, beta, precision, log_weight, scratch)
+    elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE + _ERRED:
+        erred(state, beta, outliers)
     else:
-        changed_one(state, count, np.random.randint(KINDS), beta, Q, region, scratch)
+        changed_one(state, count, np.random.randint(KINDS), beta, region, scratch)
     return count, level
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run(seed, y, region, precision, log_weight, betas, ends, steps, thin, rows, kept, levels):
+def run(
+    seed, y, region, precision, log_weight, outliers, betas, ends, kinds, steps, thin, rows, kept,
+    levels, errors,
+):  # fmt: skip
     """Run a chain of each beta on, and keep every ``thin``-th state of the first.
 
     Parameters
@@ -65,27 +72,35 @@ def run(seed, y, region, precision, log_weight, betas, ends, steps, thin, rows, 
         Where sites and inclusions may be.
     precision, log_weight : array
         As in ``Background``.
+    outliers : array, shape (2,)
+        Beta prior of the share of outliers.
     betas : array, shape (b,)
         How much of what the data say each chain is told, the first 1.
     ends : array, shape (b, MOST + 1, PARAMETERS)
         The inclusions, and in the last row their number and the level; left as the chains end.
+    kinds : array, shape (b, n)
+        How each site errs in each chain; left as the chains end.
     steps, thin : int
         Moves of the stretch.
-    rows, kept, levels : array, shapes (s, MOST, PARAMETERS), (s,) and (s,)
-        Written: inclusions, their number, and the level of each kept state.
+    rows, kept, levels, errors : array, shapes (s, MOST, PARAMETERS), (s,), (s,) and (s, n)
+        Written: inclusions, their number, the level, and how each site errs, of each kept state.
     """
     np.random.seed(seed)
     rungs, written, scratch = betas.size, 0, scratch_for(y.size)
     count, level = ends[:, MOST, 0].astype(np.int64), ends[:, MOST, 1].astype(np.int64)
     rows_of, Q = ends[:, :MOST].copy(), precision
-    states = [begun(rows_of[k], count[k], Q[level[k]], y, region) for k in range(rungs)]
+    kinds_of = kinds.copy()
+    states = [
+        begun(rows_of[k], count[k], kinds_of[k], Q[level[k]], y, region) for k in range(rungs)
+    ]
     at = np.arange(rungs)  # the state of each rung
     for step in range(steps):
         for rung in range(rungs):
             k = at[rung]
             count[k], level[k] = _move(
-                states[k], count[k], level[k], betas[rung], region, precision, log_weight, scratch
-            )
+                states[k], count[k], level[k], betas[rung], region, precision, log_weight,
+                outliers, scratch,
+            )  # fmt: skip
         if rungs > 1 and (step + 1) % _EXCHANGE == 0:
             rung = np.random.randint(rungs - 1)
             a, b = at[rung], at[rung + 1]
@@ -96,9 +111,9 @@ def run(seed, y, region, precision, log_weight, betas, ends, steps, thin, rows, 
         if (step + 1) % thin == 0:
             k = at[0]
             rows[written, : count[k]] = states[k].inclusions[: count[k]]
-            kept[written], levels[written] = count[k], level[k]
+            kept[written], levels[written], errors[written] = count[k], level[k], states[k].kinds
             written += 1
     for rung in range(rungs):
         k = at[rung]
-        ends[rung, :MOST] = states[k].inclusions
+        ends[rung, :MOST], kinds[rung] = states[k].inclusions, states[k].kinds
         ends[rung, MOST, 0], ends[rung, MOST, 1] = count[k], level[k]

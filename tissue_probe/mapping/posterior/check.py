@@ -40,19 +40,21 @@ def predictive_probability(states: States, background: Background, log_k: FloatA
     sizes = background.levels.sizes[states.level % background.levels.sizes.size]
     if np.median(states.count) > 0.75 * MOST or np.median(sizes) > LARGEST_VARIATION:
         return 0.0
-    rows, count, level = states.some(_STATES)
+    rows, count, level, kinds = states.some(_STATES)
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
     places = np.column_stack([background.x, background.y])
     neighbour = cKDTree(places).query(places, k=min(2, len(places)))[1].reshape(len(places), -1)
     beside = neighbour[:, -1]
     rng = np.random.default_rng(len(places))
-    odd, factors = [], {}
-    for r, used in zip(residuals, level, strict=True):
-        precision = background.precision[used]
+    odd, known = [], {}
+    for r, used, erring in zip(residuals, level, kinds, strict=True):
+        state = int(used), erring.tobytes()
+        if state not in known:
+            precision = background.precision_of(int(used), erring)
+            known[state] = precision, cholesky(precision, lower=True)
+        precision, factor = known[state]
         scale = 1.0 / np.sqrt(np.diag(precision))
-        if used not in factors:
-            factors[used] = cholesky(precision, lower=True)
-        drawn = (factors[used] @ rng.standard_normal((len(places), _DRAWS))).T * scale
+        drawn = (factor @ rng.standard_normal((len(places), _DRAWS))).T * scale
         ours = (precision @ r) * scale
         odd.append(_properties(drawn, beside) >= _properties(ours[None], beside))
     return float(np.concatenate(odd, axis=1).mean(axis=1).min())

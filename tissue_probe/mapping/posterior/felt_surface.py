@@ -128,19 +128,13 @@ def surface_of(
     """
     coarse = [np.linspace(axis[0], axis[-1], _COARSE) for axis in (x, y)]
     places = [each.ravel() for each in np.meshgrid(*coarse)]
-    rows, count, level = states.some(_STATES)
+    rows, count, level, kinds = states.some(_STATES)
     of_sites = log_k - np.log(sums_at(rows, count, background.x, background.y))
+    middle, variance = background.told(level, kinds, of_sites, *places)
+    first = np.exp(middle + 0.5 * variance).reshape(-1, _COARSE, _COARSE)
+    second = np.exp(2.0 * middle + 2.0 * variance).reshape(-1, _COARSE, _COARSE)
     mean, square = np.zeros((y.size, x.size)), np.zeros((y.size, x.size))
-    for used in np.unique(level):
-        precision = background.precision[used]
-        cross, own = background.cross(int(used), *places)
-        explained = cross @ precision
-        variance = np.maximum(own - (explained * cross).sum(axis=1), 0.0)
-        here = np.flatnonzero(level == used)
-        middles = explained @ of_sites[here].T
-        for one, middle in zip(here, middles.T, strict=True):
-            first = np.exp(middle + 0.5 * variance).reshape(_COARSE, _COARSE)
-            second = np.exp(2.0 * middle + 2.0 * variance).reshape(_COARSE, _COARSE)
-            _add(rows[one], count[one], x, y, first, second, mean, square)
+    for one in range(count.size):
+        _add(rows[one], count[one], x, y, first[one], second[one], mean, square)
     mean /= count.size
     return mean, np.sqrt(np.maximum(square / count.size - mean**2, 0.0))

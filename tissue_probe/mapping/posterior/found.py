@@ -62,7 +62,7 @@ class Found:
 
 def found_in(states: States) -> list[Found]:
     """Return the inclusions of all states, the most probable first."""
-    rows, count, _ = states.flat()
+    rows, count, _, _ = states.flat()
     chains, each = states.count.shape
     present = np.arange(rows.shape[1]) < count[:, None]
     state, place = np.nonzero(present)

@@ -130,13 +130,13 @@ def could_hide(
     x, y : array
         The raster [mm].
     """
-    rows, count, level = states.some(_STATES)
+    rows, count, level, kinds = states.some(_STATES)
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
-    weighted = np.array(
-        [background.precision[used] @ r for used, r in zip(level, residuals, strict=True)]
-    )
-    used, times = np.unique(level, return_counts=True)
-    precision = np.tensordot(times / level.size, background.precision[used], axes=1)
+    precision, weighted = np.zeros_like(background.precision[0]), np.empty_like(residuals)
+    for out, used, erring, r in zip(weighted, level, kinds, residuals, strict=True):
+        of_state = background.precision_of(int(used), erring)
+        precision += of_state / level.size
+        out[:] = of_state @ r
     radii = np.empty((y.size, x.size))
     _radii(
         x, y, contrast - 1.0, background.x, background.y, precision, weighted, rows, count, radii

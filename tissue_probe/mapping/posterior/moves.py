@@ -1,13 +1,14 @@
 """The moves of a chain: an inclusion is born, dies, is drawn anew, or changes; the level changes.
 
 What belongs here: what a move proposes, and when it is accepted. What does not: their order and
-number (``chain``), the prior (``prior``), the shape of an inclusion (``shape``).
+number (``chain``), the prior (``prior``), the shape of an inclusion (``shape``), sites that err
+(``outliers``).
 
-The background is integrated out, so that a state is a list of inclusions and a level of variation.
-Its log density is the prior's and beta times what the data say: the level's weight less r'Qr / 2,
-where r is log k less that of the inclusions and Q the level's precision. beta is 1 for the
-posterior, and less for a chain that goes farther (``chain``). With r changed at the few sites that
-a move reaches, r'Qr is changed by these alone.
+The background is integrated out, so that a state is a list of inclusions, a level of variation, and
+which sites are outliers. Its log density is the prior's and beta times what the data say: the
+level's weight less r'Qr / 2, where r is log k less that of the inclusions and Q the level's
+precision, outliers counted. beta is 1 for the posterior, and less for a chain that goes farther
+(``chain``). With r changed at the few sites that a move reaches, r'Qr is changed by these alone.
 
 P. J. Green, Reversible jump Markov chain Monte Carlo computation and Bayesian model determination,
 Biometrika 82 (1995) 711.
@@ -21,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from tissue_probe.mapping.posterior.outliers import with_outliers
 from tissue_probe.mapping.posterior.prior import (
     ANGLE,
     FURTHER,
@@ -69,7 +71,8 @@ class State(NamedTuple):
     """Inclusions, shape (MOST, PARAMETERS), and what follows from them at the sites.
 
     ``shapes`` and ``excesses`` are g and e of each inclusion, ``sum_felt`` is 1 + sum e g, ``r``
-    log k less its log, ``residual`` Qr.
+    log k less its log, ``residual`` Qr. ``kinds`` says how each site errs, ``precision`` is Q with
+    that, and ``log_det``, of one element, what that adds to half its log determinant.
     """
 
     inclusions: np.ndarray
@@ -78,10 +81,16 @@ class State(NamedTuple):
     sum_felt: np.ndarray
     r: np.ndarray
     residual: np.ndarray
+    kinds: np.ndarray
+    precision: np.ndarray
+    log_det: np.ndarray
 
 
 class Scratch(NamedTuple):
-    """Arrays that moves write to: a new inclusion, its shape and sum; the state without one."""
+    """Arrays that moves write to: a new inclusion, its shape and sum; the state without one.
+
+    ``precision`` is that of another level.
+    """
 
     new: np.ndarray
     shape: np.ndarray
@@ -93,6 +102,7 @@ class Scratch(NamedTuple):
     without_sum: np.ndarray
     without_r: np.ndarray
     without_residual: np.ndarray
+    precision: np.ndarray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -105,7 +115,7 @@ def _inside(px, py, hull):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _log_apart(rows, count, row, skipped):
+def log_apart(rows, count, row, skipped):
     """Return the log prior of an inclusion beside the others: two that overlap are rather one."""
     total = 0.0
     for j in range(count):
@@ -304,12 +314,13 @@ def _propose(state_sum, residual, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _leave_out(state, j, Q, region, scratch):
+def _leave_out(state, j, region, scratch):
     """Write the state without an inclusion to scratch.
 
     Return the gain in log likelihood and the log density with which a birth would bring it back;
     NaN if the rest is no state.
     """
+    Q = state.precision
     changed = _changed(
         scratch.nothing, 0.0, state.shapes[j], state.excesses[j], state.sum_felt, state.r,
         scratch.without_sum, scratch.change, scratch.where,
@@ -330,11 +341,11 @@ def _leave_out(state, j, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def born(state, count, beta, Q, region, scratch):
+def born(state, count, beta, region, scratch):
     """Propose one more inclusion; return how many there are then."""
     if count == MOST:
         return count
-    new, shape = scratch.new, scratch.shape
+    new, shape, Q = scratch.new, scratch.shape, state.precision
     _weights(state.residual, Q, scratch.weights)
     density = _propose(state.sum_felt, state.residual, Q, region, scratch)
     if not _allowed(new, region):
@@ -349,7 +360,7 @@ def born(state, count, beta, Q, region, scratch):
     log_ratio = (
         beta * _gain(scratch.change, scratch.where, changed, state.residual, Q)
         + math.log(FURTHER)
-        + _log_apart(state.inclusions, count, new, -1)
+        + log_apart(state.inclusions, count, new, -1)
         - math.log(region.area)
         + log_prior_of_contrast(new[LOG_CONTRAST])
         - density
@@ -364,16 +375,16 @@ def born(state, count, beta, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def died(state, count, beta, Q, region, scratch):
+def died(state, count, beta, region, scratch):
     """Propose one inclusion fewer; return how many there are then."""
     if count == 0:
         return count
     j = np.random.randint(count)
-    gain, density = _leave_out(state, j, Q, region, scratch)
+    gain, density = _leave_out(state, j, region, scratch)
     log_ratio = (
         beta * gain
         - math.log(FURTHER)
-        - _log_apart(state.inclusions, count, state.inclusions[j], j)
+        - log_apart(state.inclusions, count, state.inclusions[j], j)
         + math.log(region.area)
         - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
         + density
@@ -389,16 +400,17 @@ def died(state, count, beta, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def redrawn(state, count, beta, Q, region, scratch):
+def redrawn(state, count, beta, region, scratch):
     """Propose another inclusion instead of one, as if that had died and this were born."""
     if count == 0:
         return
     j, new, shape = np.random.randint(count), scratch.new, scratch.shape
-    gain, density = _leave_out(state, j, Q, region, scratch)
+    Q = state.precision
+    gain, density = _leave_out(state, j, region, scratch)
     if gain != gain:
         return
     log_ratio = beta * gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
-    log_ratio -= _log_apart(state.inclusions, count, state.inclusions[j], j)
+    log_ratio -= log_apart(state.inclusions, count, state.inclusions[j], j)
     log_ratio -= _propose(scratch.without_sum, scratch.without_residual, Q, region, scratch)
     if not _allowed(new, region):
         return
@@ -410,7 +422,7 @@ def redrawn(state, count, beta, Q, region, scratch):
     if changed < 0:
         return
     log_ratio += beta * _gain(scratch.change, scratch.where, changed, scratch.without_residual, Q)
-    log_ratio += _log_apart(state.inclusions, count, new, j)
+    log_ratio += log_apart(state.inclusions, count, new, j)
     log_ratio += log_prior_of_contrast(new[LOG_CONTRAST])
     if math.log(np.random.random()) < log_ratio:
         _take(
@@ -429,19 +441,21 @@ def another_level(state, level, beta, precision, log_weight, scratch):
         other = level + (1 if np.random.random() < 0.5 else -1)
     if other == level or not 0 <= other < log_weight.size:
         return level
-    new_quadratic = _apply(precision[other], state.r, scratch.without_residual)
-    log_ratio = log_weight[other] - log_weight[level]
+    log_det = with_outliers(precision[other], state.kinds, scratch.precision)
+    new_quadratic = _apply(scratch.precision, state.r, scratch.without_residual)
+    log_ratio = log_weight[other] + log_det - log_weight[level] - state.log_det[0]
     log_ratio -= 0.5 * (new_quadratic - np.dot(state.r, state.residual))
     if math.log(np.random.random()) >= beta * log_ratio:
         return level
     state.residual[:] = scratch.without_residual
+    state.precision[:], state.log_det[0] = scratch.precision, log_det
     return other
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def log_told(state, level, log_weight):
     """Return what the data say of a state: its log density at a beta of 1, less the prior's."""
-    return log_weight[level] - 0.5 * np.dot(state.r, state.residual)
+    return log_weight[level] + state.log_det[0] - 0.5 * np.dot(state.r, state.residual)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -465,12 +479,13 @@ def _same_at_nearest(state, j, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def changed_one(state, count, kind, beta, Q, region, scratch):
+def changed_one(state, count, kind, beta, region, scratch):
     """Propose another place, extent, contrast or shape of an inclusion: ``kind`` of ``KINDS``."""
     if count == 0:
         return
     j = np.random.randint(count)
     old, new, shape = state.inclusions[j], scratch.new, scratch.shape
+    Q = state.precision
     _moved(old, new, kind, region.spacing)
     if not _allowed(new, region):
         return
@@ -493,8 +508,8 @@ def changed_one(state, count, kind, beta, Q, region, scratch):
         - log_prior_of_shape(old)
         + log_prior_of_contrast(new[LOG_CONTRAST])
         - log_prior_of_contrast(old[LOG_CONTRAST])
-        + _log_apart(state.inclusions, count, new, j)
-        - _log_apart(state.inclusions, count, old, j)
+        + log_apart(state.inclusions, count, new, j)
+        - log_apart(state.inclusions, count, old, j)
     )
     if math.log(np.random.random()) < log_ratio:
         state.inclusions[j], state.shapes[j], state.excesses[j] = new, shape, excess
@@ -503,18 +518,20 @@ def changed_one(state, count, kind, beta, Q, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begun(inclusions, count, Q, y, region):
-    """Return the state of inclusions."""
+def begun(inclusions, count, kinds, Q, y, region):
+    """Return the state of inclusions and of the kinds of errors of sites."""
     n = y.size
     state = State(
-        inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n)
-    )
+        inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n),
+        kinds, np.empty((n, n)), np.empty(1),
+    )  # fmt: skip
+    state.log_det[0] = with_outliers(Q, kinds, state.precision)
     for j in range(count):
         felt(inclusions[j], region.sx, region.sy, state.shapes[j])
         state.excesses[j] = math.exp(inclusions[j, LOG_CONTRAST]) - 1.0
         state.sum_felt[:] += state.excesses[j] * state.shapes[j]
     state.r[:] = y - np.log(state.sum_felt)
-    _apply(Q, state.r, state.residual)
+    _apply(state.precision, state.r, state.residual)
     return state
 
 
@@ -523,5 +540,5 @@ def scratch_for(n):
     """Return scratch for the moves of states of n sites."""
     return Scratch(
         np.empty(PARAMETERS), np.empty(n), np.zeros(n), np.empty(n), np.empty(n),
-        np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n), np.empty(n),
+        np.empty(n, np.int64), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, n)),
     )  # fmt: skip

@@ -15,11 +15,13 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.boundary import boundaries, share_inside
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
+from tissue_probe.mapping.posterior.doubt import Doubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
 from tissue_probe.mapping.posterior.found import Found
 from tissue_probe.mapping.posterior.hidden import could_hide
 from tissue_probe.mapping.posterior.process import LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
+    Again,
     Check,
     CouldHide,
     Inclusion,
@@ -99,11 +101,16 @@ def read_out(
         mean, sd = (
             math.exp(felt.level) * each for each in surface_of(states, background, felt.log_k, x, y)
         )
-        rows, count, _ = states.some(_SHARE_STATES)
+        rows, count, _, _ = states.some(_SHARE_STATES)
         share = share_inside(rows[np.arange(rows.shape[1]) < count[:, None]], count.size, x, y)
-        inclusions = [_inclusion(one, mean, sd, x, y) for one in found]
+        inclusions = [
+            _inclusion(one, rows.size, mean, sd, x, y)
+            for one, rows in zip(found, sampled.felt_by, strict=True)
+        ]
+    doubts = sampled.doubts if model == "inclusions" else []
     if len(felt.visits) < LEAST_SITES:
-        inclusions = []
+        inclusions, doubts = [], []
+    notes += [_doubted(one, felt) for one in doubts]
     unknown = ~domain.known(x, y)
     for layer in (mean, sd, share):
         layer[unknown] = np.nan
@@ -124,6 +131,7 @@ def read_out(
         CouldHide(hx / _MM, hy / _MM, hidden / _MM, contrast),
         tissue,
         Check(model, probability, disagreement, chains * kept, tuple(notes)),
+        tuple(Again(one.x / _MM, one.y / _MM, one.probability) for one in doubts),
     )
 
 
@@ -173,8 +181,17 @@ def _contradictions(felt: Felt) -> list[str]:
     return told
 
 
+def _doubted(one: Doubt, felt: Felt) -> str:
+    hangs = "is felt by one site" if one.alone else "is none if one site slipped"
+    return (
+        f"the inclusion at the site at x {felt.x[one.row]:.4g} mm, y {felt.y[one.row]:.4g} mm, "
+        f"P = {one.probability:.2f}, {hangs}: palpate again, at x {one.x:.4g} mm, "
+        f"y {one.y:.4g} mm"
+    )
+
+
 def _inclusion(
-    one: Found, mean: FloatArray, sd: FloatArray, x: FloatArray, y: FloatArray
+    one: Found, felt_by: int, mean: FloatArray, sd: FloatArray, x: FloatArray, y: FloatArray
 ) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
@@ -186,6 +203,7 @@ def _inclusion(
         float(mean[row, column]),
         float(sd[row, column]),
         one.contrast,
+        felt_by,
         *(lines[percent] / _MM for percent in (50, 90, 95)),
     )
 
@@ -196,11 +214,11 @@ def _tissue(states: States, background: Background, felt: Felt) -> TissueBackgro
     A site alone may lie on an inclusion or not, and states differ by that: their spread is in the
     error, and the median follows what most of them say.
     """
-    rows, count, level = states.some(_TREND_STATES)
+    rows, count, level, kinds = states.some(_TREND_STATES)
     added = np.log(sums_at(rows, count, background.x, background.y))
     trends = [
-        background.trend(int(used), felt.log_k - one)
-        for used, one in zip(level, added, strict=True)
+        background.trend(int(used), erring, felt.log_k - one)
+        for used, erring, one in zip(level, kinds, added, strict=True)
     ]
     levels = np.array([trend.level for trend in trends])
     middle = float(np.median(levels))

@@ -128,5 +128,6 @@ def _inclusion(
         float(stiffness[row, column]),
         float(sd[row, column]),
         float(np.exp(found.above[row, column])),
+        None,
         *(lines[percent] / _MM for percent in (50, 90, 95)),
     )

@@ -26,6 +26,8 @@ class Inclusion:
         Felt over its middle [N/m].
     contrast : float
         How many times stiffer that is than the background.
+    felt_by : int or None
+        How many visits feel it; one may be a slip. None where ``Check.model`` knows no inclusions.
     boundary_50, boundary_90, boundary_95 : array, shape (points, 2)
         Closed polygons of x and y [m], given that it is there: around the places more likely inside
         than outside; around the whole inclusion with 90 and 95 %.
@@ -38,6 +40,7 @@ class Inclusion:
     stiffness: float
     stiffness_sd: float
     contrast: float
+    felt_by: int | None
     boundary_50: FloatArray
     boundary_90: FloatArray
     boundary_95: FloatArray
@@ -140,6 +143,23 @@ class TissueBackground:
 
 
 @dataclass(frozen=True)
+class Again:
+    """A place to palpate again: an inclusion there is felt by one site alone, which may err.
+
+    Attributes
+    ----------
+    x, y : float
+        A little aside of that site [m].
+    probability : float
+        Of the inclusion.
+    """
+
+    x: float
+    y: float
+    probability: float
+
+
+@dataclass(frozen=True)
 class PosteriorMap:
     """All that the sites say.
 
@@ -147,6 +167,8 @@ class PosteriorMap:
     ----------
     inclusions : tuple of Inclusion
         The most probable first; those of 5 % and more.
+    again : tuple of Again
+        Where to palpate again, the most probable inclusion first.
     """
 
     inclusions: tuple[Inclusion, ...]
@@ -154,3 +176,4 @@ class PosteriorMap:
     could_hide: CouldHide
     background: TissueBackground
     check: Check
+    again: tuple[Again, ...] = ()

@@ -7,6 +7,7 @@ is read out of the states (``posterior_map``), and what follows for the next sit
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.domain import Domain
+from tissue_probe.mapping.posterior.doubt import Doubt, doubts_of, felt_by
 from tissue_probe.mapping.posterior.found import Found, found_in
+from tissue_probe.mapping.posterior.outliers import prior_of
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, STRETCH, Chains, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray, IntArray
@@ -86,8 +89,25 @@ class Sampled:
     found: list[Found]
     disagreement: float
 
+    @cached_property
+    def felt_by(self) -> list[IntArray]:
+        """The rows of the visits that feel each inclusion."""
+        return [felt_by(one, self.states, self.background) for one in self.found]
+
+    @cached_property
+    def doubts(self) -> list[Doubt]:
+        """The inclusions that hang on one site, and where to palpate again; surest first."""
+        places = np.column_stack([self.felt.x, self.felt.y])
+        return doubts_of(self.found, self.felt_by, self.states, self.domain, places)
+
     @staticmethod
-    def of(sites: Sites, within: Polygon | None = None, *, quick: bool = False) -> Sampled:
+    def of(
+        sites: Sites,
+        within: Polygon | None = None,
+        *,
+        quick: bool = False,
+        outliers: float | None = None,
+    ) -> Sampled:
         """Run chains until their halves agree. The same sites have the same states, bit for bit.
 
         Parameters
@@ -100,12 +120,16 @@ class Sampled:
         quick : bool
             Run them half a stretch each, whether they agree or not: for a choice that is made again
             with the next site, not for a probability that is told.
+        outliers : float, optional
+            Share of sites that err far more than they state, 0 to below 1; by default it is learnt.
 
         Raises
         ------
         ParameterError
-            If no site has a value.
+            If no site has a value, or ``outliers`` is out of its range.
         """
+        if outliers is not None and not 0.0 <= outliers < 1.0:
+            raise ParameterError(f"outliers is {outliers}; give a share from 0 to below 1")
         if not sites.felt.any():
             raise ParameterError(
                 f"none of {sites.x.size} sites has a stiffness above 0: there is nothing to map"
@@ -115,7 +139,8 @@ class Sampled:
         domain = Domain.of(felt.x, felt.y, hanging, within)
         error = np.hypot(felt.noise, FORM)
         background = Background.of(felt.x, felt.y, felt.t, error)
-        chains = Chains(felt.log_k, domain.region(felt.x, felt.y), background)
+        region = domain.region(felt.x, felt.y)
+        chains = Chains(felt.log_k, region, background, prior_of(outliers))
         parts: list[States] = []
         while True:
             parts.append(chains.further(STRETCH // 2 if quick else STRETCH))

@@ -27,7 +27,7 @@ _THIN = 10
 #: Chains that do not agree run on for so many stretches, and longer while moves of one chain times
 #: sites are fewer: a move takes longer the more sites it is told by, and few sites leave more to be
 #: weighed. Together 0.4 s of processor time for 81 sites.
-_STRETCHES, _WORK = 3, 0.4e6
+_STRETCHES, _WORK = 2, 0.4e6
 #: Two halves of the chains may differ so much in the probability of an inclusion. Two runs, each
 #: of all the chains, then differ by less: each has twice as many states as a half.
 AGREEMENT = 0.05
@@ -43,25 +43,32 @@ class States:
         Of each state, those beyond its number are meaningless.
     count, level : array, shape (chains, states)
         Number of inclusions, and level of the background's variation.
+    kinds : array, shape (chains, states, n)
+        How each site errs: 0, or its place among the sizes of outliers.
     """
 
     inclusions: FloatArray
     count: IntArray
     level: IntArray
+    kinds: IntArray
 
-    def flat(self) -> tuple[FloatArray, IntArray, IntArray]:
-        """Return all chains' states as if of one chain."""
+    def flat(self) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+        """Return all chains' states as if of one chain: inclusions, their number, level and kinds.
+
+        Shapes (states, MOST, PARAMETERS), (states,), (states,) and (states, n).
+        """
         return (
             self.inclusions.reshape(-1, MOST, PARAMETERS),
             self.count.ravel(),
             self.level.ravel(),
+            self.kinds.reshape(self.count.size, -1),
         )
 
-    def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray]:
+    def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
         """Return at most so many states, evenly chosen from all chains, as ``flat`` does."""
         chosen = np.unique(np.linspace(0, self.count.size - 1, most).astype(int))
-        rows, count, level = self.flat()
-        return rows[chosen], count[chosen], level[chosen]
+        rows, count, level, kinds = (each[chosen] for each in self.flat())
+        return rows, count, level, kinds
 
     @staticmethod
     def joined(parts: list[States]) -> States:
@@ -69,7 +76,7 @@ class States:
         return States(
             *(
                 np.concatenate([getattr(part, name) for part in parts], axis=1)
-                for name in ("inclusions", "count", "level")
+                for name in ("inclusions", "count", "level", "kinds")
             )
         )
 
@@ -85,15 +92,20 @@ class Chains:
         The sites, and where inclusions may be.
     background : Background
         Of these sites.
+    outliers : array, shape (2,)
+        Beta prior of the share of sites that are outliers.
     """
 
-    def __init__(self, y: FloatArray, region: Region, background: Background) -> None:
-        self._data = (y, region, background.precision, background.log_weight)
+    def __init__(
+        self, y: FloatArray, region: Region, background: Background, outliers: FloatArray
+    ) -> None:
+        self._data = (y, region, background.precision, background.log_weight, outliers)
         self._seeds = np.random.default_rng(_digest(y, region.sx, region.sy))
         self._ends = np.zeros((CHAINS, _BETAS.size, MOST + 1, PARAMETERS))
         # The chains begin at levels of their own, and without inclusions.
         levels = np.linspace(0, background.log_weight.size - 1, CHAINS).astype(int)
         self._ends[:, :, MOST, 1] = levels[:, None]
+        self._kinds = np.zeros((CHAINS, _BETAS.size, y.size), dtype=np.int8)
         self.stretches = 0
 
     def further(self, moves: int = STRETCH) -> States:
@@ -113,11 +125,12 @@ class Chains:
         kept = steps // _THIN
         rows = np.zeros((CHAINS, kept, MOST, PARAMETERS))
         count, level = (np.zeros((CHAINS, kept), dtype=np.int64) for _ in range(2))
+        kinds = np.zeros((CHAINS, kept, self._data[0].size), dtype=np.int8)
         for i in range(CHAINS):
             seed = int(self._seeds.integers(2**31))
-            of = (rows[i], count[i], level[i])
-            run(seed, *self._data, _BETAS, self._ends[i], steps, _THIN, *of)
-        return States(rows, count, level)
+            of = (rows[i], count[i], level[i], kinds[i])
+            run(seed, *self._data, _BETAS, self._ends[i], self._kinds[i], steps, _THIN, *of)
+        return States(rows, count, level, kinds)
 
 
 def _digest(*arrays: FloatArray) -> int:

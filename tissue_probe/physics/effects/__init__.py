@@ -21,6 +21,8 @@ from tissue_probe.physics.effects.hertz_contact import HERTZ_CONTACT
 from tissue_probe.physics.effects.hunt_crossley import HUNT_CROSSLEY
 from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STIFFNESS_ERROR
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
+from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
+from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
 from tissue_probe.physics.effects.springpot import SPRINGPOT
 from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
 from tissue_probe.physics.effects.stiffness_ramp import STIFFNESS_RAMP
@@ -38,9 +40,11 @@ EFFECTS = {
         STANDARD_LINEAR_SOLID,
         GENERALIZED_MAXWELL,
         SPRINGPOT,
+        QUASI_LINEAR_RELAXATION,
         CUBIC_STIFFENING,
         EXPONENTIAL_STIFFENING,
         HERTZ_CONTACT,
+        SATURATING_SPRING,
         HUNT_CROSSLEY,
         CONTACT_LOSS,
         ADHESION,

@@ -13,7 +13,7 @@ CUBIC_STIFFENING = Effect(
     says="the force grows with the cube of the depth, by {cubic_stiffness:N/m^3}",
     parameters=(Parameter(CUBIC, "N/m^3", default=1e8, lower=0.0, upper=1e12),),
     force=CUBIC * INDENTATION**3,
-    excludes=("exponential_stiffening", "hertz_contact", "hunt_crossley"),
+    excludes=("exponential_stiffening", "hertz_contact", "hunt_crossley", "saturating_spring"),
     assumptions="The same in compression and tension",
     reference="Duffing's oscillator; Fung (1993), section 7.5, expanded to third order",
 )

@@ -6,6 +6,7 @@ What does not: particular effects (a file each), how they are composed (``rigs``
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, SupportsIndex
@@ -25,7 +26,7 @@ INDENTATION, TIP_VELOCITY = sp.symbols("indentation tip_velocity", real=True)
 STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
 NET_FORCE = sp.Symbol("net_force", real=True)
-ELASTIC_DEPTH = sp.Symbol("elastic_depth", real=True)
+ELASTIC_DEPTH, ELASTIC_RATE = sp.symbols("elastic_depth elastic_rate", real=True)
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,8 @@ class Parameter:
 class State:
     """A state that an effect brings along.
 
-    ``motion`` is its rate of change; ``start`` its value where the probe has been at rest for long,
+    ``motion`` is its rate of change, in which ``ELASTIC_RATE`` [m/s] stands for that of
+    ``ELASTIC_DEPTH``; ``start`` its value where the probe has been at rest for long,
     of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
     (of the order of the indentation at the start, or of any where the probe is not at rest),
     "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
@@ -97,8 +99,8 @@ class _Told(float):
     """A value that writes itself in the unit that a form asks for."""
 
     def __format__(self, spec: str) -> str:
-        if spec == "period":
-            return engineering(1.0 / self, "s")
+        if unit := {"period": "s", "depth": "m"}.get(spec):
+            return engineering(1.0 / self if self else math.inf, unit)
         known = spec[:1].isalpha()
         return engineering(float(self), spec) if known else super().__format__(spec)
 
@@ -193,8 +195,9 @@ class Effect:
         Where it holds, and where it comes from.
     says : str
         What its values mean, in a few words: a form that is filled with them by name, each in its
-        unit (``{coulomb_force:N}``), as the time of a rate (``{relaxation_rate:period}``), or as a
-        number (``{contact_exponent:.2f}``).
+        unit (``{coulomb_force:N}``), as the time of a rate (``{relaxation_rate:period}``), as the
+        depth of which it is the inverse (``{softening_with_depth:depth}``), or as a number
+        (``{contact_exponent:.2f}``).
     """
 
     name: str
@@ -271,6 +274,16 @@ class Effect:
     def changes_contact(self) -> bool:
         """Whether, as it is written here, it changes what the tissue's force does to the tip."""
         return bool(self.contact != TISSUE_FORCE)
+
+    @property
+    def follows_spring(self) -> bool:
+        """Whether it moves as the spring's force does: beside a straight spring, as the tip."""
+        return any(sp.sympify(state.motion).has(ELASTIC_RATE) for state in self.states)
+
+    @property
+    def unknowns(self) -> set[str]:
+        """Names of the parameters of all of its forms."""
+        return {each.name for form in self.every_form for each in form.parameters}
 
     @property
     def every_form(self) -> tuple[Effect, ...]:

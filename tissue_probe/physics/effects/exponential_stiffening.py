@@ -27,7 +27,7 @@ def _form(shape: sp.Expr, assumptions: str, forms: tuple[Effect, ...] = ()) -> E
         force=STRENGTH * shape,
         starts=starts,
         forms=forms,
-        excludes=("cubic_stiffening", "hertz_contact", "hunt_crossley"),
+        excludes=("cubic_stiffening", "hertz_contact", "hunt_crossley", "saturating_spring"),
         assumptions=assumptions,
         reference="Fung, American J. Physiology 213 (1967), 1532; Biomechanics (1993), eq. 7.5:1",
     )

@@ -58,7 +58,12 @@ def _form(lost: sp.Expr, switches: tuple[Switch, ...], forms: tuple[Effect, ...]
         forms=forms,
         simpler=("contact_loss",),
         limit=str(EXPONENT),
-        excludes=("cubic_stiffening", "exponential_stiffening", "hunt_crossley"),
+        excludes=(
+            "cubic_stiffening",
+            "exponential_stiffening",
+            "hunt_crossley",
+            "saturating_spring",
+        ),
         assumptions="Elastic half space; n is 1 for a flat punch, 3/2 for a sphere, 2 for a cone; "
         "the damping acts in contact",
         reference="Hertz (1881); Johnson, Contact Mechanics (1985), section 4.2; stiffness is the "

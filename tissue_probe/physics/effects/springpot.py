@@ -64,7 +64,7 @@ SPRINGPOT = Effect(
     ),
     starts=starts,
     near=near,
-    excludes=("standard_linear_solid", "generalized_maxwell"),
+    excludes=("standard_linear_solid", "generalized_maxwell", "quasi_linear_relaxation"),
     assumptions="Small strains; relaxation times between 0.3 ms and 3000 s, what is faster being "
     "the damping's and what is slower the stiffness's",
     reference="Koeller, J. Applied Mechanics 51 (1984), 299; Schmidt and Gaul, "

@@ -48,7 +48,7 @@ STANDARD_LINEAR_SOLID = Effect(
     states=(State(COMPRESSION, TIP_VELOCITY - RATE * COMPRESSION, spread="branch"),),
     starts=starts,
     near=near,
-    excludes=("springpot", "generalized_maxwell"),
+    excludes=("springpot", "generalized_maxwell", "quasi_linear_relaxation"),
     assumptions="Small strains; one relaxation time",
     reference="Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), section 2.11",
 )

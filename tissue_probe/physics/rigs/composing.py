@@ -15,6 +15,7 @@ import sympy as sp
 from tissue_probe.physics.effects.effect import (
     DAMPING,
     ELASTIC_DEPTH,
+    ELASTIC_RATE,
     FORCE,
     INDENTATION,
     NET_FORCE,
@@ -62,7 +63,10 @@ class Pressed:
             TIP_VELOCITY: v - sum(effect.surface[1] for effect in effects),
         }
         whole = tissue.force + sum(effect.force for effect in effects)
-        self.bonded = self.at(sp.sympify(whole).subs(ELASTIC_DEPTH, _elastic_depth(effects)))
+        depth = elastic_depth(effects)
+        self.bonded = self.at(sp.sympify(whole).subs(ELASTIC_DEPTH, depth))
+        #: How fast the spring's force over its stiffness changes [m/s], of the tip's motion.
+        self.elastic_rate = depth.diff(INDENTATION) * TIP_VELOCITY
         self.force = self.bonded
         for effect in effects:
             self.force = self.at(effect.contact).subs(TISSUE_FORCE, self.force)
@@ -222,13 +226,13 @@ def _rest(state: State) -> tuple[sp.Expr, str]:
 
 def _placed(state: State, pressed: Pressed, at: Callable[[sp.Expr], sp.Expr]) -> State:
     """Give a state its motion under this tip: out of contact no surface follows it."""
-    motion = sp.sympify(state.motion)
+    motion = sp.sympify(state.motion).subs(ELASTIC_RATE, pressed.elastic_rate)
     if state.spread == "branch":
         motion = motion.subs(TIP_VELOCITY, TIP_VELOCITY * pressed.touching)
     return State(state.symbol, at(motion), *_rest(state))
 
 
-def _elastic_depth(effects: Sequence[Effect]) -> sp.Expr:
+def elastic_depth(effects: Sequence[Effect]) -> sp.Expr:
     """Return the force that indentation alone gives, over the stiffness [m]."""
     forces = [sp.sympify(effect.force) for effect in effects]
     values = {entry.symbol for effect in effects for entry in effect.parameters}

@@ -23,7 +23,8 @@ in other ranges, so that a number tells its unit."""
 LONGEST = 1e10
 """More seconds than any date has: three centuries."""
 
-DAY = np.timedelta64(24, "h")
+_TURNS = {86_400.0: "midnight", 3_600.0: "a full hour"}
+"""After how long a clock begins anew [s]. One set back in autumn goes on as if it had not been."""
 _TELLING = ("s", "ms", "us", "ns")
 
 
@@ -204,11 +205,13 @@ def _dates(column: np.ndarray) -> Times:
 
 
 def _clock(column: np.ndarray) -> Times:
+    """Return times of a clock that begins anew: at midnight, or each hour where it shows none."""
     seconds = (column / np.timedelta64(1, "s")).astype(np.float64)
-    known = np.isfinite(seconds)
-    day = DAY / np.timedelta64(1, "s")
-    turns = np.cumsum(np.diff(seconds[known]) < -day / 2.0)
-    if not turns.size or not turns[-1]:
-        return Times(0, seconds)
-    seconds[np.flatnonzero(known)[1:]] += day * turns
-    return Times(0, seconds, ("the clock passed midnight",))
+    known, told = np.flatnonzero(np.isfinite(seconds)), []
+    for turn, word in _TURNS.items():
+        back = -np.diff(seconds[known])
+        turns = np.cumsum((back > turn / 2.0) & (back <= turn))
+        if turns.size and turns[-1]:
+            seconds[known[1:]] += turn * turns
+            told.append(f"the clock passed {word}")
+    return Times(0, seconds, tuple(told))

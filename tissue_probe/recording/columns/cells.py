@@ -41,7 +41,8 @@ _NUMBER = {
     ",": re.compile(r"[+-]?(\d+(,\d+)?|,\d+)([eEdD][+-]?\d+)?|[+-]?inf(inity)?", re.IGNORECASE),
 }
 _WHOLE = re.compile(r"[+-]?\d+")
-_CLOCK = re.compile(r"(\d{1,3}):(\d\d):(\d\d(?:[.,]\d+)?)")
+#: Minutes and seconds without hours are told from hours and minutes by their fraction.
+_CLOCK = re.compile(r"(?:(\d{1,3}):(?=\d\d:)|(?=\d{1,4}:\d\d[.,]))(\d{1,4}):(\d\d(?:[.,]\d+)?)")
 _DATE = re.compile(
     r"(?P<date>\d{1,4}[-./]\d{1,2}[-./]\d{1,4})[T ,]+"
     r"(?P<clock>\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\s*(?P<half>[AP]M)?"
@@ -143,9 +144,9 @@ def _clock(cell: Cell) -> np.timedelta64:
     return np.timedelta64(_nanoseconds(*found.groups()), "ns")
 
 
-def _nanoseconds(hours: str, minutes: str, seconds: str) -> int:
+def _nanoseconds(hours: str | None, minutes: str, seconds: str) -> int:
     whole, _, fraction = seconds.replace(",", ".").partition(".")
-    return (int(hours) * 3600 + int(minutes) * 60 + int(whole)) * 10**9 + int(
+    return (int(hours or 0) * 3600 + int(minutes) * 60 + int(whole)) * 10**9 + int(
         (fraction + "0" * 9)[:9]
     )
 

@@ -1,0 +1,56 @@
+"""Hysteresis whose loops are of another shape than friction's that yields."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from tissue_probe.diagnosis.diagnosis import diagnose
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.rigs import RIGID_PROBE
+
+STILL = Instrument(RIGID_PROBE, RIGID_PROBE.known | {"tip_mass": (0.0, 0.0)})
+LIBRARY = {
+    name: EFFECTS[name]
+    for name in (
+        *("bouc_wen_hysteresis", "coulomb_friction", "stribeck_friction"),
+        *("standard_linear_solid", "cubic_stiffening", "force_drift"),
+    )
+}
+STIFFNESS, BETA, GAMMA, NOISE = 900.0, 400.0, -500.0, 2e-3
+TURNS = 2.0 * np.pi * np.array([0.5, 1.3, 2.9])
+
+
+def way(times, phases):
+    """Three sines [m], and their speed [m/s]."""
+    angles = np.multiply.outer(times, TURNS) + phases
+    return np.sin(angles) @ [2e-3, 1e-3, 4e-4], np.cos(angles) @ (TURNS * [2e-3, 1e-3, 4e-4])
+
+
+def recorded(seed):
+    """Record a spring, a damper and a loop that hardens, by another integrator."""
+    random = np.random.default_rng(seed)
+    phases, times = random.uniform(0.0, 2.0 * np.pi, 3), np.arange(0.0, 6.0, 4e-3)
+
+    def slope(time, z):
+        speed = way(time, phases)[1]
+        return STIFFNESS * speed - BETA * np.abs(speed) * z - GAMMA * speed * np.abs(z)
+
+    z = solve_ivp(slope, (0.0, 6.0), [0.0], t_eval=times, max_step=4e-3, rtol=1e-8, atol=1e-9).y[0]
+    position, speed = way(times, phases)
+    force = 500.0 * position + 3.0 * speed + z + NOISE * random.standard_normal(times.size)
+    return Measurement(position, force, 4e-3)
+
+
+def test_a_loop_that_hardens_is_named_with_its_shape_and_carries_over():
+    found = diagnose(Composition("rigid_probe"), [recorded(1)], STILL, LIBRARY, [recorded(2)])
+    assert (found.verdict, found.effects) == ("missing", ("bouc_wen_hysteresis",))
+    final = found.ladder.final
+    assert found.heldout(final) < 1.15 * NOISE
+    values, deviations = final.named(), final.deviations()
+    for name, truth in (
+        ("hysteretic_stiffness", STIFFNESS), ("loop_closing", BETA), ("loop_bending", GAMMA)
+    ):  # fmt: skip
+        assert abs(values[name] - truth) < 4.0 * deviations[name]
+        assert deviations[name] < 0.02 * abs(truth)

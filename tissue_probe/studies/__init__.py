@@ -1,0 +1,1 @@
+"""Studies: many recordings, one row each, in one table."""
