@@ -17,6 +17,8 @@ PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard c
 LIVE := test/nodes test/launch test/benchmarks
 # Tests in a browser, which take minutes: `make test-page` runs them.
 PAGE := test/workbench/test_workbench_page.py test/workbench/test_one_answer.py
+# Tests of the site of documents, which `make docs` builds.
+SITE := test/site
 # Tests of many seeds or many cases of a kind, of which `make test` runs some: `make test-slow` runs them.
 SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
@@ -24,7 +26,7 @@ SIDE_BY_SIDE := --numprocesses 2 --dist
 # for processes for most of their time, so that there is work for a third and a fourth.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo hidden-effect test test-slow test-page lint lint-page benchmark setup clean help
+.PHONY: demo hidden-effect test test-slow test-page docs lint lint-page benchmark setup clean help
 
 help: ## List the targets.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -34,17 +36,22 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE))
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
 	$(BIN)/python -m pytest --numprocesses 5 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --timeout-method thread -m crowded test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE))
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m $(SLOW) $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
 
 test-page: $(VENV)/packages.done $(VENV)/development.done ## Test the workbench's page in Chromium.
 	@if command -v chromium >/dev/null; then $(BIN)/python test/kernels.py && $(BIN)/python -m pytest $(PAGE); \
 		else echo "The page is not tested: there is no chromium (apt-get install chromium)."; fi
+
+docs: export OPENBLAS_NUM_THREADS := 1
+docs: $(VENV)/packages.done $(VENV)/docs.done ## Build the site of documents into build/docs/html; runs the notebooks.
+	$(BIN)/python docs/site build/docs
+	$(BIN)/python -m pytest --quiet $(SITE)
 
 hidden-effect: $(VENV)/packages.done ## Hide two effects in a recording and find them; leaves hidden-effect/.
 	rm -rf hidden-effect
@@ -92,6 +99,10 @@ $(VENV)/wheels.done: requirements/python.txt requirements/daq.txt requirements/w
 	touch $@
 
 $(VENV)/development.done: requirements/development.txt $(VENV)/wheels.done
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -r $<
+	touch $@
+
+$(VENV)/docs.done: requirements/docs.txt $(VENV)/development.done
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -r $<
 	touch $@
 

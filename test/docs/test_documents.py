@@ -41,7 +41,7 @@ PROGRAM = typer.main.get_command(app)
 
 def code_lines(text: str) -> list[str]:
     """Return the lines of all fenced blocks, those that end in a backslash joined."""
-    blocks = re.findall(r"^```\w*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    blocks = re.findall(r"^```[^\n]*\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     return "\n".join(blocks).replace("\\\n", " ").splitlines()
 
 
@@ -215,7 +215,7 @@ def test_every_package_that_is_imported_and_required_is_explained():
     explained = {
         name.strip().lower() for row in rows.splitlines() for name in row.split("|")[1].split(",")
     }
-    names = ("python.txt", "daq.txt", "workbench.txt", "study.txt", "development.txt")
+    names = ("python.txt", "daq.txt", "workbench.txt", "study.txt", "development.txt", "docs.txt")
     files = (ROOT / "requirements" / name for name in names)
     required = {
         re.match(r"[\w-]+", line)[0].lower()

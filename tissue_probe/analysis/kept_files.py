@@ -22,7 +22,7 @@ from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.asked import NAMED
 from tissue_probe.analysis.diagnosing import DiagnosisResult
 from tissue_probe.analysis.measurements import ReadRecording
-from tissue_probe.analysis.symbols import letter
+from tissue_probe.analysis.symbols import latex, letter
 from tissue_probe.diagnosis.answer import correlations, values
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -226,16 +226,16 @@ def equations(composition: Composition) -> tuple[str, ...]:
     """Return a model's equations in LaTeX: each state's rate, what is measured, and switches."""
     model = composition.model
     lines = [
-        f"\\frac{{d}}{{dt}} {_latex(state)} = {_latex(rate)}"
+        f"\\frac{{d}}{{dt}} {latex(state)} = {latex(rate)}"
         for state, rate in zip(model.states, model.motion, strict=True)
     ]
     measured = "F" if composition.output is FORCE else "u"
     turns = [
-        f"{_latex(each.symbol)}: \\; {turn} \\text{{ as soon as }} {_latex(past)} < 0"
+        f"{latex(each.symbol)}: \\; {turn} \\text{{ as soon as }} {latex(past)} < 0"
         for each in model.switches
         for turn, past in (("1 \\to 0", each.on), ("0 \\to 1", each.off))
     ]
-    return (*lines, f"{measured} = {_latex(model.output)}", *turns)
+    return (*lines, f"{measured} = {latex(model.output)}", *turns)
 
 
 def symbols(composition: Composition, units: Mapping[str, str]) -> tuple[ReportSymbol, ...]:
@@ -297,15 +297,6 @@ def _said(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, str(value)
 
 
-def _latex(expression: sp.Expr) -> str:
-    """Set an expression with the letters of the field, and words where it has none.
-
-    Factors have dots between them: a mere space would not part words from words.
-    """
-    names = {symbol: letter(str(symbol)) for symbol in expression.free_symbols}
-    return str(sp.latex(expression, symbol_names=names, mul_symbol="dot"))
-
-
 def _rung(fit: Fit, before: Fit | None) -> str:
     if before is None:
         return fit_shown.title(fit)
@@ -326,7 +317,7 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
     return tuple(
         ReportParameter(
             entry.name,
-            _latex(sp.Symbol(entry.name)),
+            latex(sp.Symbol(entry.name)),
             values[entry.name],
             values[entry.name] - 1.96 * deviations[entry.name],
             values[entry.name] + 1.96 * deviations[entry.name],

@@ -1,9 +1,11 @@
-"""The letters of the field for the symbols of models, in LaTeX; words where it has none.
-
-What belongs here: that table. What does not: equations (``kept_files``).
-"""
+"""The letters of the field for the symbols of models, in LaTeX; words where it has none."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 #: By the symbol's name in a model.
 LETTERS = {
@@ -104,3 +106,14 @@ def letter(name: str) -> str:
     if not number.isdigit():
         stem, number = name, ""
     return f"\\text{{{stem.replace('_', ' ')}}}" + (f"_{{{number}}}" if number else "")
+
+
+def latex(expression: sp.Expr) -> str:
+    """Set an expression with the letters of the field, and words where it has none.
+
+    Factors have dots between them: a mere space would not part words from words.
+    """
+    import sympy as sp
+
+    names = {symbol: letter(str(symbol)) for symbol in expression.free_symbols}
+    return str(sp.latex(expression, symbol_names=names, mul_symbol="dot"))

@@ -1,0 +1,86 @@
+"""The force of a model with typical values under a given motion, with an effect and without."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.analysis.simulating import simulate
+from tissue_probe.diagnosis.advice.separation import AMPLITUDE
+from tissue_probe.excitation import parse_excitation
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import Effect
+from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.rigs import RIGS, Rig
+from tissue_probe.quantities import POSITION
+from tissue_probe.signals import FloatArray
+
+#: Samples a second of the suite's probe [Hz].
+SAMPLE_RATE = 2000.0
+#: The motion sets in over this time [s], a tenth of the shortest experiment.
+SETTING_IN = 0.2
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion of the drive, from rest at the surface.
+
+    Attributes
+    ----------
+    excitation : mapping
+        As ``parse_excitation`` takes it, without an amplitude.
+    preload : float
+        Mean position [m].
+    duration : float
+        [s]
+    """
+
+    excitation: Mapping[str, object]
+    preload: float
+    duration: float
+
+    @property
+    def times(self) -> FloatArray:
+        """Times of the samples [s]."""
+        return np.arange(round(self.duration * SAMPLE_RATE)) / SAMPLE_RATE
+
+    @property
+    def position(self) -> FloatArray:
+        """Position at each sample [m]."""
+        signal = parse_excitation({**self.excitation, "amplitude": AMPLITUDE})(self.times)
+        return np.asarray(_gently(self.times) * (self.preload + signal), dtype=np.float64)
+
+    def __str__(self) -> str:
+        told = self.excitation
+        band = f"{told.get('start', told.get('frequency')):g}"
+        band += f" to {told['stop']:g}" if "stop" in told else ""
+        about = f"about {1e3 * self.preload:g} mm" if self.preload else "about the surface"
+        return f"{told['kind']}, {band} Hz, {1e3 * AMPLITUDE:g} mm {about}, {self.duration:g} s"
+
+
+def _gently(times: FloatArray) -> FloatArray:
+    """Return a factor from 0 to 1 without a jump of speed or acceleration (minimum jerk).
+
+    A jump would tell effects apart that the experiment itself does not.
+    """
+    share = np.minimum(times / SETTING_IN, 1.0)
+    return np.asarray(share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
+
+
+def rig_for(effect: Effect) -> Rig:
+    """Return the rig on which an effect is shown: one whose tip is the position, if it can be."""
+    rigs = [rig for rig in RIGS.values() if rig.input is POSITION and rig.admits(effect)]
+    return sorted(rigs, key=lambda rig: not rig.tip_is_position)[0]
+
+
+def typical(composition: Composition) -> dict[str, float]:
+    """Return the typical value of each number of a model [SI]."""
+    return {entry.name: entry.default for entry in composition.values}
+
+
+def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
+    """Return the force of a model at each sample of a motion [N]."""
+    model = FittedModel(composition, dict(values), {})
+    return simulate(model, motion.position, sample_rate=SAMPLE_RATE).force
