@@ -1,8 +1,7 @@
 """The driver on a DAQ, which is there only as its vendor's protocol, for as long as one likes.
 
-What belongs here: that no sample is lost between the DAQ's clock and the recording, how fast its
-digital lines are read, and what is found where the position comes over them. What does not: the
-estimators, which do not know where samples come from (``live``).
+Contents: that no sample is lost between the DAQ's clock and the recording, how fast its digital
+lines are read, and what is found where the position comes over them.
 """
 
 from __future__ import annotations

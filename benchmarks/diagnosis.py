@@ -1,7 +1,6 @@
 """How far the diagnosis can be trusted: sealed challenges of seeds that no test uses.
 
-What belongs here: dealing the challenges, diagnosing them, marking the diagnoses.
-What does not: tables (``diagnosis_report``), what counts as right (``challenge.grading``).
+Contents: dealing the challenges, diagnosing them, marking the diagnoses.
 """
 
 from __future__ import annotations

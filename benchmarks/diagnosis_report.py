@@ -1,7 +1,6 @@
 """The battery of challenges as tables: what was to be reached, the suite, sparse regression.
 
-What belongs here: rows, and the confusion matrix. What does not: measuring (``diagnosis``), the
-file of the results (``report``).
+Contents: rows, and the confusion matrix.
 """
 
 from __future__ import annotations

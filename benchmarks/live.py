@@ -1,7 +1,6 @@
 """The live suite, as it runs and as it ran before, held for a while and measured.
 
-What belongs here: which runs are made and what is gathered of each. What does not: how a run is
-started (``suite``), or read (``recorded``).
+Contents: which runs are made and what is gathered of each.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """How many readers of single samples the driver bears before it sheds them.
 
-What belongs here: one run after another, with a reader more in each. What does not: when single
-samples are shed (``tissue_probe.nodes.shedding``).
+Contents: one run after another, with a reader more in each.
 """
 
 from __future__ import annotations

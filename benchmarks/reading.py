@@ -1,7 +1,6 @@
 """Strangers' files: whether each kind is read rightly, and how much memory a long one takes.
 
-What belongs here: making the files, reading them, counting. What does not: writing containers
-(``written_tables``).
+Contents: making the files, reading them, counting.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Bags: how many combinations of MCAP's features are read rightly, what damage does, what it costs.
 
-What belongs here: making the bags, reading them, counting. What does not: how the combinations are
-written (``mcap_variants``).
+Contents: making the bags, reading them, counting.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What a recorded run tells of its own speed and losses.
 
-What belongs here: everything that is measured by messages, since each is recorded with the time at
-which it was published. What does not: the machine's resources (``usage``).
+Contents: everything that is measured by messages, since each is recorded with the time at which it
+was published.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The live suite, held for long: what it keeps of memory, files and threads, and what it loses.
 
-What belongs here: one long run, and the target that it is held against. What does not: how a run is
-started (``suite``), or read (``recorded``).
+Contents: one long run, and the target that it is held against.
 """
 
 from __future__ import annotations

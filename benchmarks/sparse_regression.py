@@ -1,7 +1,7 @@
 """What a user has today: sparse regression of the force balance (SINDy; Brunton et al., 2016).
 
-What belongs here: one column or more for each effect, linear in its amplitude, at typical values of
-whatever else it has; STLSQ of PySINDy; a ranking. What does not: marks (``diagnosis``).
+Contents: one column or more for each effect, linear in its amplitude, at typical values of whatever
+else it has; STLSQ of PySINDy; a ranking.
 
 With the nominal rig the tip is at x = u - F / k0, and F + beta0 (u' - x') - m x'' is the force of
 the tissue; what k x + beta x' leaves of it is regressed. ``force_gain`` and

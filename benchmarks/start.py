@@ -1,6 +1,6 @@
 """How long a command takes to start, beside an earlier revision: processor time.
 
-What belongs here: the commands, and both trees. What does not: what they compute.
+Contents: the commands, and both trees.
 """
 
 from __future__ import annotations

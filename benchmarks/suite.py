@@ -1,6 +1,6 @@
 """The suite as the benchmark runs it: on tissue from the start, without a scan.
 
-What belongs here: starting, holding and ending one run. What does not: what is measured of it.
+Contents: starting, holding and ending one run.
 """
 
 from __future__ import annotations

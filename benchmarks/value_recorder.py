@@ -1,6 +1,6 @@
 """The recorder as it was when it recorded each estimate four times: whole, and number by number.
 
-What belongs here: the other side of a comparison (``live``). What does not: anything that is used.
+Contents: the other side of a comparison (``live``).
 """
 
 from __future__ import annotations

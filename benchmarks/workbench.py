@@ -1,7 +1,6 @@
 """The workbench in a real browser: how soon a picture follows an action, and what Live costs.
 
-What belongs here: actions on the page, and their times. What does not: whether they are right
-(``test/workbench``).
+Contents: actions on the page, and their times.
 
 Times are taken on the page, from the action to the first frame in which its picture is drawn.
 """

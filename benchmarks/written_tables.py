@@ -1,6 +1,6 @@
 """Files of the kinds that laboratories have, all of one recording.
 
-What belongs here: writing them. What does not: reading them, or judging what was read.
+Contents: writing them.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Force and position of one instant, where one channel is later than the other.
 
-What belongs here: the correction of a delay that is known. What does not: how it is found
-(``identification.delay``).
+Contents: the correction of a delay that is known.
 """
 
 from __future__ import annotations

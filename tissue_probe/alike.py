@@ -1,7 +1,4 @@
-"""Whether two results say the same: by content, arrays and values that are not known among it.
-
-What belongs here: that alone. What does not: what results hold.
-"""
+"""Whether two results say the same: by content, arrays and values that are not known among it."""
 
 from __future__ import annotations
 

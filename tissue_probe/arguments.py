@@ -1,7 +1,6 @@
 """What a caller states, checked where it comes in: a value of its kind, or one true sentence.
 
-What belongs here: kinds of values, and the sentence that refuses what is none of a kind. What does
-not: which kind a parameter is of, which stands with its function, and what its value means.
+Contents: kinds of values, and the sentence that refuses what is none of a kind.
 
 A kind is a function of a parameter's name and of what was given for it. It returns the value as the
 function takes it, of Python's own types. It imports no NumPy: a program that refuses takes none.

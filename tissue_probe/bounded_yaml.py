@@ -1,7 +1,7 @@
 """YAML of files and recordings, which may come from anywhere, read within bounds.
 
-What belongs here: how large, how deep and how much repeated a document may be, and what is said of
-one that cannot be read. What does not: the fields of any document.
+Contents: how large, how deep and how much repeated a document may be, and what is said of one that
+cannot be read.
 
 Every reader of YAML in the package is this one. libyaml scans: PyYAML's own scanner takes minutes
 for a hundred thousand brackets.

@@ -1,7 +1,6 @@
 """The one family of errors that tell a user something to mend.
 
-What belongs here: the family, and its members that no package has to itself. What does not: members
-that one package raises (``recording.errors``, ``settings``), faults of a running device.
+Contents: the family, and its members that no package has to itself.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """What the coil is told to do: periodic and swept signals as functions of time.
 
-What belongs here: signals that excite the tissue, each with its amplitude in the unit of whatever
-it drives (volts at the coil of a probe, metres of its tip in a simulation).
-What does not: judging how well they excite (``estimation``), or playing them (``devices``).
+Contents: signals that excite the tissue, each with its amplitude in the unit of whatever it drives
+(volts at the coil of a probe, metres of its tip in a simulation).
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Where samples jump: a step that is not the slope of either side.
 
-What belongs here: finding jumps in samples. What does not: how a signal goes on between its samples
-(``physics.interpolation``, ``recording.even_grid``).
+Contents: finding jumps in samples.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What is kept for as long as a call of the Python interface lasts, and goes with it.
 
-What belongs here: such caches. What does not: what is the same for every record, which a program
-keeps (``functools.cache``).
+Contents: such caches.
 
 A fit asks for the same thing of the same samples again and again. Once it is done nobody does:
 of a long record a cache would hold hundreds of megabytes for as long as the program runs.

@@ -1,6 +1,6 @@
 """An error as one line for the user.
 
-What belongs here: that alone, of any error. What does not: the errors themselves.
+Contents: that alone, of any error.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The two signals of an instrument, as what they are called and measured in.
 
-What belongs here: name, unit, and the units in which people read them.
-What does not: which of them drives and which answers (``physics.rigs``), samples (``signals``).
+Contents: name, unit, and the units in which people read them.
 
 It imports no NumPy: names are asked for before there are numbers.
 """

@@ -1,8 +1,7 @@
 """The signals of one run, as checked arrays in SI units.
 
-What belongs here: samples as the probe measured them, where it measured them, and the
-estimates made of them; what every other part of the package exchanges.
-What does not: reading or writing them (``recording``), or computing them (``estimation``).
+Contents: samples as the probe measured them, where it measured them, and the estimates made of
+them; what every other part of the package exchanges.
 """
 
 from __future__ import annotations

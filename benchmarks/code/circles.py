@@ -1,7 +1,6 @@
 """Circles of imports: modules of which each needs, by some way, each of the others.
 
-What belongs here: which module imports which, and the circles. What does not: which may import
-which (the contracts in ``pyproject.toml``).
+Contents: which module imports which, and the circles.
 
 An import in a function, or for types only, is deferred: it lets modules of a circle be loaded, and
 the circle stays.

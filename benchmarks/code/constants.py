@@ -1,6 +1,6 @@
 """How many numbers a module assigns to constants.
 
-What belongs here: which numbers count. What does not: whether they are right.
+Contents: which numbers count.
 
 A number that decides, such as a threshold, stands in a name of capitals at the level of the module.
 Each has to be justified, so each counts: those of a tuple, of a dictionary's values and of a call's

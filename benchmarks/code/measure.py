@@ -1,7 +1,6 @@
 """Size of packages: lines, constants, the worst function, circles of imports.
 
-What belongs here: the counts of a package, and the table. What does not: how constants and circles
-are counted (``constants``, ``circles``).
+Contents: the counts of a package, and the table.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What differs between two results of the golden records.
 
-What belongs here: the records that changed and how, ratios of work and of time. What does not:
-printing them (``tables``), making a result (``told``).
+Contents: the records that changed and how, ratios of work and of time.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Experiments of kinds that users made: instruments, laws, readings that once asked for a repair.
 
-What belongs here: which specimen, course, channels and noise each has, and which answer is right.
-What does not: equations of motion (``specimens``), drawn records (``benchmarks.protocols``).
+Contents: which specimen, course, channels and noise each has, and which answer is right.
 
 They are made here, and no files are read: so everybody has the same ones, and the truth stands
 beside each. ``right`` of each lists the sets of effects that are a right answer, an empty one for

@@ -1,7 +1,6 @@
 """Which records there are: fixed names and seeds, so that each is the same every time.
 
-What belongs here: the list, and making a record by its name. What does not: what is in a record
-(``challenge``, ``benchmarks.protocols``, ``experiments``), what is said of it (``told``).
+Contents: the list, and making a record by its name.
 """
 
 from __future__ import annotations

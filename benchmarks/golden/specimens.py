@@ -1,7 +1,6 @@
 """What a specimen does: the force of a pressed one, the motion of a driven one, by SciPy alone.
 
-What belongs here: equations of motion. What does not: which specimens, courses and noise there are
-(``experiments``). Nothing of ``tissue_probe`` is imported.
+Contents: equations of motion. Nothing of ``tissue_probe`` is imported.
 
     pressed  F = f(x, x') + the forces of branches,  x given
     driven   m x'' = F(t) - f(x, x', z),             F given

@@ -1,6 +1,6 @@
 """What is said of the golden records, as tables; and as JSON, for a later comparison.
 
-What belongs here: how a result looks and is read again. What does not: what differs (``compared``).
+Contents: how a result looks and is read again.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What the diagnosis says of a record, as far as it is kept and compared.
 
-What belongs here: asking about one record, and about all in two processes. What does not: which
-records there are (``records``), comparing (``compared``), tables (``tables``).
+Contents: asking about one record, and about all in two processes.
 
 Each record is asked about in a process of its own that shares no search with a copy: which of two
 processes is ahead is chance, and the last digits with it. So two runs agree in all but the time.

@@ -1,6 +1,5 @@
 """The instrument and the numerics: records that show whether these are told as tissue.
 
-What belongs here: kinds of records whose truth is known, made by SciPy and closed forms alone,
-asking the diagnosis through its public interface, marks, tables. What does not: hidden effects of
-ordinary records (``protocols``, ``third_party``).
+Contents: kinds of records whose truth is known, made by SciPy and closed forms alone, asking the
+diagnosis through its public interface, marks, tables.
 """

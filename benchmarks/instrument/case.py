@@ -1,7 +1,6 @@
 """A record of the instrument's measure, the truth, and how a user would ask.
 
-What belongs here: what it consists of, and what its maker needs to draw. What does not: making it,
-asking, marks.
+Contents: what it consists of, and what its maker needs to draw.
 """
 
 from __future__ import annotations

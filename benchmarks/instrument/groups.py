@@ -1,7 +1,6 @@
 """The groups of records: who makes each, how it is asked about, and what is marked.
 
-What belongs here: a line and a function a group. What does not: making (each group's own file),
-single marks (``outcome``).
+Contents: a line and a function a group.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Driven tips that are in motion at the first sample, with a clean and with a noisy force.
 
-What belongs here: drawing such records: one kind as the Silverbox benchmark (Wigren and Schoukens,
-Three free data sets for development and benchmarking in nonlinear system identification, 2013), one
-faster and stiffer. What does not: laws, motion, marks.
+Contents: drawing such records: one kind as the Silverbox benchmark (Wigren and Schoukens, Three
+free data sets for development and benchmarking in nonlinear system identification, 2013), one
+faster and stiffer.
 """
 
 from __future__ import annotations

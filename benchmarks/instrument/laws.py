@@ -1,8 +1,7 @@
 """Forces of a tissue beside its spring and its damper, by numbers.
 
-What belongs here: the equations, the names of their values, to which effect and family of the
-library each belongs. What does not: how the tip moves (``motion``), how strong a law is drawn
-(``resonance``). The equations are written from the literature named in the library's effects.
+Contents: the equations, the names of their values, to which effect and family of the library each
+belongs. The equations are written from the literature named in the library's effects.
 """
 
 from __future__ import annotations

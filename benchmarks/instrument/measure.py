@@ -1,6 +1,6 @@
 """Records of the instrument's measure, two at a time.
 
-What belongs here: processes, and telling of each record. What does not: groups, marks, tables.
+Contents: processes, and telling of each record.
 """
 
 from __future__ import annotations

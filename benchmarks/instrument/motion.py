@@ -2,8 +2,8 @@
 
     m x'' = F(t) - k x - beta x' - law,    e' = x' - r e
 
-What belongs here: the equation of motion, of several sets of values at once; the closed form of a
-linear tip. What does not: laws (``laws``), a tip of known position (``pressed``).
+Contents: the equation of motion, of several sets of values at once; the closed form of a linear
+tip.
 """
 
 from __future__ import annotations

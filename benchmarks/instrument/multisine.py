@@ -1,7 +1,6 @@
 """A sum of sines, known between the samples as exactly as at them.
 
-What belongs here: drawing one, its values, what a linear system makes of it. What does not: what
-it drives (``motion``, ``pressed``).
+Contents: drawing one, its values, what a linear system makes of it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What was said of one record, and which of it is right.
 
-What belongs here: marks of an answer for programs beside the truth. What does not: asking
-(``asking``), which marks a group has (``groups``).
+Contents: marks of an answer for programs beside the truth.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
     F = spring(x) + beta x' + sum_i q_i,    q_i' = k_i x' - r_i q_i
 
-What belongs here: forces of motions that have gone on for ever, and of ramps and holds from rest.
-What does not: driven tips (``motion``), sensors (the groups).
+Contents: forces of motions that have gone on for ever, and of ramps and holds from rest.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Tips driven near their resonance: tests of integrator and course of the input.
 
-What belongs here: drawing such records. What does not: laws, motion, marks.
+Contents: drawing such records.
 """
 
 from __future__ import annotations

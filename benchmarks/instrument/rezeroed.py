@@ -1,6 +1,6 @@
 """Two parts with a silence between, after which the force may have another zero.
 
-What belongs here: drawing such records. What does not: forces (``pressed``), marks.
+Contents: drawing such records.
 """
 
 from __future__ import annotations

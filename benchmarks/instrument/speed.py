@@ -1,7 +1,6 @@
 """Processor time of a diagnosis in process, beside an earlier revision.
 
-What belongs here: three records, processes that stay warm, and turns. What does not: how long a
-command takes to start (``start``).
+Contents: three records, processes that stay warm, and turns.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The marks of the instrument's measure as tables.
 
-What belongs here: shares with their 95 % intervals, medians, and what was wrong, by seed. What does
-not: marks.
+Contents: shares with their 95 % intervals, medians, and what was wrong, by seed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Ramps and holds, of which a slow recorder writes the holds more seldom.
 
-What belongs here: drawing such records. What does not: forces (``pressed``), marks.
+Contents: drawing such records.
 """
 
 from __future__ import annotations

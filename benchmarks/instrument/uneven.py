@@ -1,6 +1,6 @@
 """Uneven times, and samples of the force that a cheap converter spoilt.
 
-What belongs here: drawing such records. What does not: forces (``pressed``), marks.
+Contents: drawing such records.
 """
 
 from __future__ import annotations

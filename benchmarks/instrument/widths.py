@@ -2,7 +2,7 @@
 
     sd = sqrt diag (J'J)^-1 sigma,    J = d position / d values
 
-What belongs here: sensitivities by central differences, and widths. What does not: the simulation.
+Contents: sensitivities by central differences, and widths.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Recordings in a folder whose truth is known, by the command line.
 
-What belongs here: the recordings' names, options and truths, and marks of ``--json``. What does
-not: records that are drawn (``groups``); the files, which their user has.
+Contents: the recordings' names, options and truths, and marks of ``--json``.
 """
 
 from __future__ import annotations

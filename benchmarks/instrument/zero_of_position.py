@@ -1,6 +1,6 @@
 """Pressed tissue whose touch is not at the zero of the position, and is never lost.
 
-What belongs here: drawing such records. What does not: forces (``pressed``), marks.
+Contents: drawing such records.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """``python -m benchmarks explore``: tissues probed where it tells most, beside rasters.
 
-What belongs here: explorations in numbers, and what they stated. What does not: marks of one map
-(``marks``), tissues.
+Contents: explorations in numbers, and what they stated.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Tissues by finite elements: what a tip feels over a block, kept in a file.
 
-What belongs here: the felt stiffness over a block, and its sites. What does not: how a block is
-solved (``linear_block``, ``hyperelastic_block``), marks.
+Contents: the felt stiffness over a block, and its sites.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a map says, held against the tissue.
 
-What belongs here: marks of one map. What does not: tables (``tables``), tissues.
+Contents: marks of one map.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """``python -m benchmarks map``: maps of many tissues, marked.
 
-What belongs here: which tissues, and the time of a map. What does not: marks and tables.
+Contents: which tissues, and the time of a map.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Blocks of tissue with stiff spheres, and the tip that presses them.
 
-What belongs here: geometry, moduli, pressure. What does not: how the block is solved
-(``linear_block``, ``hyperelastic_block``).
+Contents: geometry, moduli, pressure.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Marks of many maps as tables, each number with its sampling error.
 
-What belongs here: sums, errors, tables. What does not: the marks of one map (``marks``).
+Contents: sums, errors, tables.
 """
 
 from __future__ import annotations

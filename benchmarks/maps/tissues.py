@@ -1,7 +1,7 @@
 """Random tissues: stiffness over place, from nodules of several shapes and a varying background.
 
-What belongs here: the truth, and how sites feel it. What does not: marks (``marks``). Nothing is
-taken from the package: a map would otherwise be held against its own assumptions.
+Contents: the truth, and how sites feel it. Nothing is taken from the package: a map would otherwise
+be held against its own assumptions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The protocols of laboratories.
 
-What belongs here: which course, how often sampled, what may be hidden. What does not: the parts
-that they share (``draft``), hiding (``deal``).
+Contents: which course, how often sampled, what may be hidden.
 """
 
 from __future__ import annotations

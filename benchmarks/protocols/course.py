@@ -1,7 +1,6 @@
 """Courses of a position or of a force: what a laboratory makes its machine do.
 
-What belongs here: values and derivatives at any time, and where an integrator has to stop.
-What does not: which course a protocol takes (``catalogue``), what answers to it (``motion``).
+Contents: values and derivatives at any time, and where an integrator has to stop.
 """
 
 from __future__ import annotations

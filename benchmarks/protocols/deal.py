@@ -1,7 +1,6 @@
 """Deals records: a protocol, a seed, and whether something is hidden.
 
-What belongs here: from a draft to records and their truth. What does not: the protocols
-(``catalogue``), judging what is said of a record (``ruler.marks``).
+Contents: from a draft to records and their truth.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A laboratory before anything is hidden: bench, two runs, and what its user would state.
 
-What belongs here: the parts that protocols share: specimens of a scale, sample times, noise.
-What does not: the protocols themselves (``catalogue``).
+Contents: the parts that protocols share: specimens of a scale, sample times, noise.
 """
 
 from __future__ import annotations

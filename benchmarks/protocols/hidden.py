@@ -1,7 +1,7 @@
 """What is hidden beside Kelvin-Voigt: one part in a form of the benchmark's own.
 
-What belongs here: each part's form, as a change of the bench that grows with a strength, and by
-which names it may be told. What does not: how strong it is made (``strength``).
+Contents: each part's form, as a change of the bench that grows with a strength, and by which names
+it may be told.
 
 | hidden | form here | names of the library, family |
 |---|---|---|

@@ -1,7 +1,6 @@
 """What a rig's tip does and its sensors would read without noise: by SciPy's integrators.
 
-What belongs here: equations of motion, with instants of contact and of sticking located.
-What does not: courses (``course``), the law of the tissue (``specimen``), noise (``sensors``).
+Contents: equations of motion, with instants of contact and of sticking located.
 
     rigid_probe      x = u(t),                              F = m u'' + f(e, u') + Fc sign u'
     compliant_probe  m x'' = k0 (u - x) + b0 (u' - x') - f, F = k0 (u - x)

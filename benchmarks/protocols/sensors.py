@@ -1,7 +1,6 @@
 """What a laboratory's channels make of position and force: gain, zero, delay, noise.
 
-What belongs here: the channels, and how much noise they leave to the best of models.
-What does not: the motion (``motion``).
+Contents: the channels, and how much noise they leave to the best of models.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The specimen under the tip, and the tip: what force an indentation meets.
 
-What belongs here: the law of the force, by numbers. What does not: how the tip comes to move
-(``motion``), how strong a hidden part is (``strength``).
+Contents: the law of the force, by numbers.
 """
 
 from __future__ import annotations

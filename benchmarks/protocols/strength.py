@@ -1,6 +1,6 @@
 """How strong a hidden part is made: by what the best Kelvin-Voigt fit leaves of it.
 
-What belongs here: the fit, and the search. What does not: the parts (``hidden``).
+Contents: the fit, and the search.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A record whose truth is known.
 
-What belongs here: what it consists of. What does not: making it, judging what is said of it.
+Contents: what it consists of.
 """
 
 from __future__ import annotations

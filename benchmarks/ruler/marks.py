@@ -1,7 +1,7 @@
 """What the diagnosis says of records whose truth is known, and whether it is right.
 
-What belongs here: asking through the public interface, and marks. What does not: making records,
-tables (``tables``). Of ``tissue_probe`` nothing but its public interface is imported.
+Contents: asking through the public interface, and marks. Of ``tissue_probe`` nothing but its public
+interface is imported.
 """
 
 from __future__ import annotations

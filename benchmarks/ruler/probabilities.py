@@ -1,7 +1,6 @@
 """Whether what is stated with a probability is right as often as it says.
 
-What belongs here: what an answer for programs states, beside the truth, and the table. What does
-not: making recordings and asking (``diagnosis``, ``marks``).
+Contents: what an answer for programs states, beside the truth, and the table.
 """
 
 from __future__ import annotations

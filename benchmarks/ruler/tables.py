@@ -1,7 +1,6 @@
 """The marks of records whose truth is known, as tables.
 
-What belongs here: shares with their 95 % intervals, for each protocol and in all. What does not:
-marking (``marks``).
+Contents: shares with their 95 % intervals, for each protocol and in all.
 """
 
 from __future__ import annotations

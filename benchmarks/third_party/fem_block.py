@@ -1,6 +1,6 @@
 """A block of tissue that a flat punch presses, by finite elements.
 
-What belongs here: force against depth. What does not: records (``fem_records``).
+Contents: force against depth.
 
 The block is a cylinder that rests on a floor without friction; a flat round punch, bonded, presses
 its middle. scikit-fem solves the axisymmetric linear block (quadratic triangles, x is the radius);

@@ -1,8 +1,7 @@
 """Records of indentation on blocks that finite elements solve.
 
-What belongs here: a quasi-static table of force against depth becomes a record: pressed in to a
-preload, then cycles about it, with a damping that is given. What does not: the blocks
-(``fem_block``), marks (``ruler``).
+Contents: a quasi-static table of force against depth becomes a record: pressed in to a preload,
+then cycles about it, with a damping that is given.
 """
 
 from __future__ import annotations

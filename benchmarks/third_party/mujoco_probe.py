@@ -1,7 +1,6 @@
 """A probe on tissue in MuJoCo: a tip on a slide joint, a tendon as load cell.
 
-What belongs here: the model, and its simulation. What does not: which are dealt
-(``mujoco_records``).
+Contents: the model, and its simulation.
 
 The coil is a slide joint whose position, speed and acceleration are set at every step. A fixed
 tendon joins it to the tip: its stiffness and damping are the load cell's, its length is u - x. The

@@ -1,7 +1,6 @@
 """Records by MuJoCo: clean ones, and eight effects in MuJoCo's own terms.
 
-What belongs here: drawing a specimen and its drive, how strong the effect is made. What does not:
-the model (``mujoco_probe``), marks (``ruler``).
+Contents: drawing a specimen and its drive, how strong the effect is made.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Keywords of a question in Python: their signature and their documentation.
 
-What belongs here: showing what is declared (``asked``) where a function takes it. What does not:
-its meaning (``question``).
+Contents: showing what is declared (``asked``) where a function takes it.
 """
 
 from __future__ import annotations

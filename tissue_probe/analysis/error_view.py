@@ -1,7 +1,6 @@
 """A model's error beside all that it is looked at over: time, frequency, depth, speed, phase.
 
-What belongs here: the samples of one stretch, and which of them a look at one axis means.
-What does not: where the error stands out (``diagnosis.residuals.localise``), drawing.
+Contents: the samples of one stretch, and which of them a look at one axis means.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """One fitted model, shown: its name, its values, and where it fails.
 
-What belongs here: the parts that ``compare``, ``diagnose`` and ``improve`` show alike of one model.
-What does not: the verdict (``verdict_in_words``), drawing itself (``figures``).
+Contents: the parts that ``compare``, ``diagnose`` and ``improve`` show alike of one model.
 """
 
 from __future__ import annotations

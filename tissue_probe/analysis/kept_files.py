@@ -1,6 +1,6 @@
 """The files of a diagnosis: model file, pictures, report.
 
-What belongs here: from a diagnosis to files. What does not: their layout (``report``, ``figures``).
+Contents: from a diagnosis to files.
 """
 
 from __future__ import annotations

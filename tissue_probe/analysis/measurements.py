@@ -1,7 +1,6 @@
 """Measurements of one specimen: files of any kind, data frames or arrays, as one object.
 
-What belongs here: ``read``, and how the result shows itself. What does not: the readers
-(``recording``), the stretches that are fitted (``segments``).
+Contents: ``read``, and how the result shows itself.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Whether measurements look like those of another rig than the one that is asked about.
 
-What belongs here: trying the other rigs where no effect explains a record, and telling a command
-by its lack of noise. What does not: the rigs (``physics.rigs``), the missing effect
-(``diagnosis``).
+Contents: trying the other rigs where no effect explains a record, and telling a command by its lack
+of noise.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The prediction of a fitted model at other values than those found.
 
-What belongs here: that alone; it is asked for while somebody moves a slider, so nothing is fitted.
-What does not: fits (``diagnosis``), simulation under another motion (``simulating``).
+Contents: that alone; it is asked for while somebody moves a slider, so nothing is fitted.
 """
 
 from __future__ import annotations

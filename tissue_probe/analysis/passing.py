@@ -1,9 +1,5 @@
 """A result as bytes, for another process of the same program on the same machine.
 
-What belongs here: that alone. What does not: files that last (``model_file``, ``kept_files``):
-these bytes say nothing to another version of the package, and are to be read from one's own
-processes only, since reading them runs what they name.
-
 Machine code cannot be copied, and the symbols of an effect need not be: a model goes by the names
 of its parts, and the reader finds its own.
 """

@@ -1,7 +1,6 @@
 """A map's results in space: in the sites' own frame, or in that of a robot, a camera, an image.
 
-What belongs here: the results moved, with the error of a registration. What does not: the surface
-laid flat (``mapping.chart``), and the motion between the frames (``mapping.registration``).
+Contents: the results moved, with the error of a registration.
 """
 
 from __future__ import annotations

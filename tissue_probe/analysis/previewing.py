@@ -1,7 +1,6 @@
 """What is in a file before it is known which of its signals are meant.
 
-What belongs here: names, units and first values, as a user looks at them to tell which column is
-the force. What does not: reading measurements (``measurements``).
+Contents: names, units and first values, as a user looks at them to tell which column is the force.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Which effects a recording promises, by one fit: a first look before a diagnosis.
 
-What belongs here: the question, and the table that answers it. What does not: fits of the effects,
-and what may be said of them (``diagnosing``).
+Contents: the question, and the table that answers it.
 """
 
 from __future__ import annotations

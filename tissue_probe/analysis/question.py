@@ -1,7 +1,6 @@
 """The model that is asked about: rig, tissue or model file, known constants, effects to try.
 
-What belongs here: from the user's words to a composition, an instrument and a library.
-What does not: measurements (``measurements``, ``segments``), fits (``diagnosis``).
+Contents: from the user's words to a composition, an instrument and a library.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A small table as results show it: text, HTML in a notebook, records, a data frame.
 
-What belongs here: showing. What does not: the values in it.
+Contents: showing.
 """
 
 from __future__ import annotations

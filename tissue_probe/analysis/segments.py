@@ -1,7 +1,6 @@
 """The stretches of measurements that are fitted: evenly spaced, without a hole, long enough.
 
-What belongs here: which stretches, and what is said of those left out. What does not: reading
-(``measurements``), fitting (``diagnosis``).
+Contents: which stretches, and what is said of those left out.
 """
 
 from __future__ import annotations

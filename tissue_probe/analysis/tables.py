@@ -1,7 +1,6 @@
 """The tables of a diagnosis: ranking, ladder, values.
 
-What belongs here: which values stand in which column. What does not: how tables show themselves
-(``result_table``).
+Contents: which values stand in which column.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The verdict of a diagnosis in words, and what to record or to calibrate next.
 
-What belongs here: sentences. What does not: the answer for programs (``diagnosis.answer``).
+Contents: sentences.
 """
 
 from __future__ import annotations

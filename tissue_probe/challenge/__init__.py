@@ -1,8 +1,7 @@
 """Recordings with a hidden effect, to learn how far a diagnosis can be trusted.
 
-What belongs here: a simulator that shares nothing with the models that are fitted, the search for
-the strength of what it hides, sealed answers, and marks. What does not: diagnosis, or ``physics``:
-an accuracy would be worth nothing if both sides shared formulas, code or grid.
+Contents: a simulator that shares nothing with the models that are fitted, the search for the
+strength of what it hides, sealed answers, and marks.
 """
 
 from tissue_probe.challenge.simulator import (

@@ -1,7 +1,6 @@
 """One measurement before noise is drawn: specimen, instrument and trajectory.
 
-What belongs here: putting the three together, and how much an effect leaves to a Kelvin-Voigt fit.
-What does not: choosing them (``simulator``).
+Contents: putting the three together, and how much an effect leaves to a Kelvin-Voigt fit.
 """
 
 from __future__ import annotations

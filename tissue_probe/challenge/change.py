@@ -1,7 +1,6 @@
 """What an effect is to a challenge: a family, a range of strengths, and what it sets.
 
-What belongs here: the shape of an entry in the tables. What does not: the entries
-(``mechanical``, ``instrumental``, ``outside``).
+Contents: the shape of an entry in the tables.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How a voice coil departs from the motion that it is told to make.
 
-What belongs here: harmonics and jitter. What does not: the motion that is told (``trajectory``).
+Contents: harmonics and jitter.
 """
 
 from __future__ import annotations

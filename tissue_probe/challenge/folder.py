@@ -1,7 +1,6 @@
 """Challenges as files: recordings in one folder, the answers sealed elsewhere.
 
-What belongs here: writing recordings and answers, reading answers.
-What does not: what diagnoses are worth (``grading``).
+Contents: writing recordings and answers, reading answers.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Marks for diagnoses of recordings with hidden effects.
 
-What belongs here: what counts as right, and the counts. What does not: printing them (``cli``).
+Contents: what counts as right, and the counts.
 
 A diagnosis *names* an effect if its verdict is ``missing`` or ``ambiguous``; it then claims that
 the first of its ranking, or one of those it declares indistinguishable, is there. ``adequate`` and

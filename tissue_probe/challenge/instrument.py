@@ -1,7 +1,6 @@
 """What load cell, encoder and converter make of force and position.
 
-What belongs here: gain, offset, lag, delay, lines, noise, encoder errors, clipping, stuck channels.
-What does not: the mechanics (``motion``).
+Contents: gain, offset, lag, delay, lines, noise, encoder errors, clipping, stuck channels.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Effects in the two channels: scale, offset, hum, timing, encoder, converter.
 
-What belongs here: what each sets of an ``Instrument``. What does not: computing it
-(``instrument``).
+Contents: what each sets of an ``Instrument``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The best that a Kelvin-Voigt model can do: a small output-error fit to measure an effect by.
 
-What belongs here: the fit that says how much of the force an effect leaves unexplained, with the
-constants of the rig known, or free within their tolerances.
-What does not: diagnosis; it has a fit of its own, and the two share nothing.
+Contents: the fit that says how much of the force an effect leaves unexplained, with the constants
+of the rig known, or free within their tolerances.
 """
 
 from __future__ import annotations

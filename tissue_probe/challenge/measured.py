@@ -1,7 +1,6 @@
 """A motion of the coil as it was measured: smooth, and known before the record too.
 
-What belongs here: a spline, and what came before it. What does not: making it of samples
-(``record``), named motions (``trajectory``).
+Contents: a spline, and what came before it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Effects in the mechanics: tissue, contact, friction, inertia, motion of the body.
 
-What belongs here: what each sets, from textbooks. What does not: the equations (``tissue``,
-``tip``), effects of the channels (``instrumental``).
+Contents: what each sets, from textbooks.
 """
 
 from __future__ import annotations

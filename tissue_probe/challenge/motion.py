@@ -1,6 +1,6 @@
 """Integration of the tip's motion: classical Runge-Kutta, every change of mode located in time.
 
-What belongs here: steps and events. What does not: the equations (``tip``, ``tissue``).
+Contents: steps and events.
 """
 
 from __future__ import annotations

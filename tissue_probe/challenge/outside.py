@@ -1,6 +1,6 @@
 """Effects that the library does not have: the right answer to them is ``unexplained``.
 
-What belongs here: physics that a probe may well meet. What does not: the library's own effects.
+Contents: physics that a probe may well meet.
 """
 
 from __future__ import annotations

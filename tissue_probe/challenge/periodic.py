@@ -1,7 +1,6 @@
 """Signals of known lines that repeat, and their derivatives, by a discrete Fourier transform.
 
-What belongs here: the transform, exact at evenly spaced instants. What does not: which lines there
-are (``trajectory``, ``coil``).
+Contents: the transform, exact at evenly spaced instants.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """From a record of positions to a motion that can be simulated.
 
-What belongs here: what a record must be to be followed, its band, the spline through it.
-What does not: reading files (``cli``), what came before the record (``measured``).
+Contents: what a record must be to be followed, its band, the spline through it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Series of challenges: which effects they hide.
 
-What belongs here: dealing names. What does not: their strength (``strength``), files (``folder``).
+Contents: dealing names.
 """
 
 from __future__ import annotations

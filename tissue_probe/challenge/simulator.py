@@ -1,7 +1,6 @@
 """Recordings with a hidden effect, and what was hidden.
 
-What belongs here: drawing a specimen, hiding effects in it, measuring it twice.
-What does not: files (``folder``), marks (``grading``).
+Contents: drawing a specimen, hiding effects in it, measuring it twice.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What is simulated: rig, tissue and hidden effects as one record of numbers.
 
-What belongs here: every number the equation of motion knows, each without effect at its default.
-What does not: which of them an effect sets, and how strongly (``effects``, ``outside``).
+Contents: every number the equation of motion knows, each without effect at its default.
 """
 
 from __future__ import annotations

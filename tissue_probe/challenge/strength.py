@@ -1,6 +1,6 @@
 """How strong a hidden effect is made: so that it leaves the residual that was asked for.
 
-What belongs here: the search for the strength. What does not: measuring it (``case``).
+Contents: the search for the strength.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The tip's equation of motion between two events.
 
-What belongs here: the rates of all states while contact, friction and play keep their mode, and the
-guards that say that one has ended. What does not: integrating them (``motion``).
+Contents: the rates of all states while contact, friction and play keep their mode, and the guards
+that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
 amplitude [m], then the force of each relaxation branch [N].

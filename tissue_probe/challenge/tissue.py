@@ -1,7 +1,6 @@
 """Forces of the tissue on the tip, positive where the tissue pushes back.
 
-What belongs here: the textbook formulas, compiled. What does not: contact made and lost, friction
-(``tip``).
+Contents: the textbook formulas, compiled.
 """
 
 from __future__ import annotations

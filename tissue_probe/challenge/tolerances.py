@@ -1,7 +1,6 @@
 """How far a rig may be off from its nominal constants.
 
-What belongs here: the tolerances, and a rig moved within them. What does not: drawing one
-(``simulator``), what a fit makes of them (``kelvin_voigt``).
+Contents: the tolerances, and a rig moved within them.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """What the coil does: analytic displacement and velocity at any time, before the record included.
 
-What belongs here: the five excitations, and how the probe is pressed in before them and before one
-that was measured. What does not: how a coil departs from them (``coil``), what was measured
-(``measured``), what is sampled of it (``instrument``).
+Contents: the five excitations, and how the probe is pressed in before them and before one that was
+measured.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The command line: one program beside the ROS executables.
 
-What belongs here: arguments, and what is printed. What does not: anything a script would want to
-call; that lies in the packages below. Each command imports what it needs when it runs, so that
+Contents: arguments, and what is printed. Each command imports what it needs when it runs, so that
 ``--help`` and shell completion answer at once.
 """
 

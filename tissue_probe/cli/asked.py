@@ -1,7 +1,6 @@
 """The options of ``compare``, ``diagnose`` and ``improve`` on model, instrument and samples.
 
-What belongs here: from their declaration (``analysis.asked``) to options, and back to keywords.
-What does not: the signals in a file (``measured``), the output of one command.
+Contents: from their declaration (``analysis.asked``) to options, and back to keywords.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Groups of options: a command takes them as one value, and has each of them on the command line.
-
-What belongs here: that alone. What does not: which groups there are (``measured``, ``asked``).
-"""
+"""Groups of options: a command takes them as one value, and has each of them by itself."""
 
 from __future__ import annotations
 

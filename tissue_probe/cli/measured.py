@@ -1,7 +1,6 @@
 """Options on measured data, which all commands share, and reading by them.
 
-What belongs here: how the user names the signals in any file. What does not: reading files
-(``recording``), the stretches that are fitted (``analysis.segments``).
+Contents: how the user names the signals in any file.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""From the parameters that an error names to the options that a user gives.
-
-What belongs here: that alone. What does not: the errors, which know no command line.
-"""
+"""From the parameters that an error names to the options that a user gives."""
 
 from __future__ import annotations
 

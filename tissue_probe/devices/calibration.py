@@ -1,7 +1,6 @@
 """What turns a probe's volts and counts into SI units and back, as one YAML file.
 
-What belongs here: the numbers, their intervals, and the two conversions. What does not: how they
-are found (``identification``).
+Contents: the numbers, their intervals, and the two conversions.
 """
 
 from __future__ import annotations

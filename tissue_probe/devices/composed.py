@@ -1,8 +1,7 @@
 """The simulated probe's mechanics with a composed model (``model.yaml``) behind the coil.
 
-What belongs here: coil and stage around a model's generated equations, and their integration: the
-classical Runge-Kutta scheme in short steps, each divided where a switch turns.
-What does not: clock, noise, encoder (``simulated``), the models' equations (``physics``).
+Contents: coil and stage around a model's generated equations, and their integration: the classical
+Runge-Kutta scheme in short steps, each divided where a switch turns.
 """
 
 from __future__ import annotations

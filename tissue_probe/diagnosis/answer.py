@@ -1,6 +1,6 @@
 """What a diagnosis tells other programs: the layout of ``--json``.
 
-What belongs here: names, types and meanings, version-numbered. What does not: how it is found.
+Contents: names, types and meanings, version-numbered.
 """
 
 from __future__ import annotations

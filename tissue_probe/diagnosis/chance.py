@@ -1,7 +1,6 @@
 """Chances: how often a quantity of a known distribution lies beyond a value.
 
-What belongs here: tails of distributions, by SciPy's special functions. What does not: what is
-tested by them.
+Contents: tails of distributions, by SciPy's special functions.
 
 ``scipy.stats`` has the same numbers, but takes longer to import than a recording to be fitted.
 """

@@ -1,8 +1,7 @@
 """Measurements made fit for a search: spoilt samples left out, noise and the air taken off.
 
-What belongs here: which samples are left out or corrected before any model is fitted, and the
-sentences that tell it. What does not: finding faults (``inspection``), outliers of a fit
-(``outliers``).
+Contents: which samples are left out or corrected before any model is fitted, and the sentences that
+tell it.
 """
 
 from __future__ import annotations

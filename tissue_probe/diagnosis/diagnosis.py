@@ -1,6 +1,6 @@
 """From measurements to a verdict: inspect, climb the ladder, prove on held-out data, advise.
 
-What belongs here: the order of the steps. What does not: the steps.
+Contents: the order of the steps.
 """
 
 from __future__ import annotations

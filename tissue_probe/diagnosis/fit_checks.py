@@ -1,7 +1,6 @@
 """Whether what was fitted can be what was measured: contact with a tissue, its softness, units.
 
-What belongs here: what only a fit of the base model tells of the measurements' worth.
-What does not: what the samples alone tell (``inspection``), what the model lacks (``ranking``).
+Contents: what only a fit of the base model tells of the measurements' worth.
 """
 
 from __future__ import annotations

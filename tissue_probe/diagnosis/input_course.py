@@ -1,6 +1,6 @@
 """How an input goes on between its samples: smoothly, straight, held by a converter, or jumping.
 
-What belongs here: telling it from the record. What does not: the course (``physics.response``).
+Contents: telling it from the record.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Values that belong to the instrument and not to the tissue, run by run and part by part.
 
-What belongs here: where a run touches, by how much zeros differ, and what cannot be told from them.
-What does not: fitting them (``fitting.problem``, ``fitting.runs``).
+Contents: where a run touches, by how much zeros differ, and what cannot be told from them.
 """
 
 from __future__ import annotations

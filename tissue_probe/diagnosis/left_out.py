@@ -1,7 +1,6 @@
 """Which samples a diagnosis left out of its fits, and why.
 
-What belongs here: the sentences. What does not: finding these samples (``fitting.corners``,
-``fitting.undecided``, ``fitting.outliers``), samples that are spoilt by themselves (``cleaning``).
+Contents: the sentences.
 """
 
 from __future__ import annotations

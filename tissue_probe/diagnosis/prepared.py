@@ -1,7 +1,6 @@
 """A question as it is answered: the order of all that comes before the first fit.
 
-What belongs here: that order. What does not: its steps (``sizing``, ``cleaning``,
-``input_course``).
+Contents: that order.
 """
 
 from __future__ import annotations

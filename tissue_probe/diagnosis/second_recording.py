@@ -1,7 +1,6 @@
 """Models tried on a second recording of the specimen, to which none of them is fitted.
 
-What belongs here: how that recording is weighed, the models' errors on it, how likely it makes
-them. What does not: what follows for the verdict (``evidence.conclusion``, ``diagnosis``).
+Contents: how that recording is weighed, the models' errors on it, how likely it makes them.
 """
 
 from __future__ import annotations

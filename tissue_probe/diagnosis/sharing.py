@@ -1,6 +1,6 @@
 """Work that this process shares with a copy of itself.
 
-What belongs here: who does what, and how it comes back. What does not: what is done.
+Contents: who does what, and how it comes back.
 
 Nearly half of a search is Python: of that two threads do one thing at a time, and hand over to one
 another so often that they gain a sixth. A copy of the process (fork) knows all that this one knows,

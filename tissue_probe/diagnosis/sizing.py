@@ -1,7 +1,6 @@
 """Of what size a record is, and the question put in that size: the one door of every comparison.
 
-What belongs here: telling the size, and turning model, instrument and library by it. What does not:
-what a size is (``physics.scale``), how a law is turned (``physics.resized``).
+Contents: telling the size, and turning model, instrument and library by it.
 """
 
 from __future__ import annotations

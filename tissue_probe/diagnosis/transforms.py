@@ -1,7 +1,6 @@
 """Signals seen otherwise: spectra, correlations, envelopes, derivatives of noisy samples, peaks.
 
-What belongs here: textbook transforms of evenly spaced samples. What does not: what is read from
-them.
+Contents: textbook transforms of evenly spaced samples.
 
 ``scipy.signal`` has them all, under other names, but takes longer to import than a recording to be
 fitted, since it imports ``scipy.stats``. The tests hold these to the same numbers.

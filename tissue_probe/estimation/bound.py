@@ -1,7 +1,7 @@
 """How well stiffness and damping can be known at all, before a run: the Cramer-Rao bound.
 
-What belongs here: the information in an excitation. It replaces the persistence of excitation of
-the paper's eqs. 11 and 12, which at 2 kHz, with u[t] so near u[t-1], say nothing practical.
+Contents: the information in an excitation. It replaces the persistence of excitation of the paper's
+eqs. 11 and 12, which at 2 kHz, with u[t] so near u[t-1], say nothing practical.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What an estimator's equations are written in: the matrices of its filter, as symbols.
 
-What belongs here: names for the quantities of a Kalman filter, and their way into code.
-What does not: the equations themselves (``ekf``, ``ukf``, ...).
+Contents: names for the quantities of a Kalman filter, and their way into code.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """One estimator on one stream of samples: gaps, repeats, restarts, and a kernel for the rest.
 
-What belongs here: what happens between blocks. What does not: numerics (``loop``, ``ekf``, ...).
+Contents: what happens between blocks.
 """
 
 from __future__ import annotations

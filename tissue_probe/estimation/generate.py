@@ -1,7 +1,6 @@
 """Source of the Kalman filters' kernels: model, discretisation and equations in, functions out.
 
-What belongs here: which functions a kernel module has, and how they are written.
-What does not: the equations (``ekf``, ...), the loop around them (``loop``).
+Contents: which functions a kernel module has, and how they are written.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """A model file as a filter can run it: without memory of switches, its further numbers held.
 
-What belongs here: which of a model's numbers a filter estimates, which it holds, what it assumes of
-them beforehand, and what cannot run live.
-What does not: the file (``physics.model_file``), the filter's equations (``equations``).
+Contents: which of a model's numbers a filter estimates, which it holds, what it assumes of them
+beforehand, and what cannot run live.
 """
 
 from __future__ import annotations

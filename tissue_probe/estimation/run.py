@@ -1,7 +1,6 @@
 """A kernel at work on one stream of samples.
 
-What belongs here: calling machine code with the addresses of arrays.
-What does not: what happens between blocks (``estimator``), what the code does (``entries``).
+Contents: calling machine code with the addresses of arrays.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Measured against predicted as a picture: how far off, and where.
 
-What belongs here: how a comparison looks on one page. What does not: where the model fails
-(``diagnosis``).
+Contents: how a comparison looks on one page.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Estimates over time as a picture: the first second at one site, and the whole scan.
 
-What belongs here: how estimates look beside the measured force, after figures 7 and 8 of the
-paper. What does not: how they were made (``estimation``).
+Contents: how estimates look beside the measured force, after figures 7 and 8 of the paper.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The ladder of an improvement as a picture: the error of each model, falling to the noise.
 
-What belongs here: how the ladder looks. What does not: which effect is added when
-(``diagnosis``).
+Contents: how the ladder looks.
 """
 
 from __future__ import annotations

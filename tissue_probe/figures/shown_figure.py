@@ -1,7 +1,7 @@
 """A figure that a notebook shows by itself.
 
-What belongs here: that alone. Pictures are drawn without pyplot, which would choose a window's
-toolkit and keep every figure; without it a notebook would show a figure's name only.
+Contents: that alone. Pictures are drawn without pyplot, which would choose a window's toolkit and
+keep every figure; without it a notebook would show a figure's name only.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The map as a picture: stiffness, P(inclusion), and what could still hide.
 
-What belongs here: how a map looks. What does not: what is in it (``mapping``).
+Contents: how a map looks.
 """
 
 from __future__ import annotations

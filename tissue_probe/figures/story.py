@@ -1,7 +1,6 @@
 """A diagnosis on one page: the base model, where it fails, what would explain it, what is left.
 
-What belongs here: how the three panels stand together, and the ranking's bars. What does not: the
-comparison and the ladder, which have pictures of their own (``compare``, ``ladder``).
+Contents: how the three panels stand together, and the ranking's bars.
 """
 
 from __future__ import annotations

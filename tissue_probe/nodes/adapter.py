@@ -1,8 +1,7 @@
 """The adapter node: samples of any robot that carries a force sensor, out of its pose and wrench.
 
-What belongs here: hearing the two topics, publishing, telling what is wrong. What does not: which
-samples they make (``recording.robot``), so that a bag of the topics gives the same. It commands
-nothing: whoever moves the robot also stops it.
+Contents: hearing the two topics, publishing, telling what is wrong. It commands nothing: whoever
+moves the robot also stops it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """The messages that flow all the time, as the bytes that DDS carries.
 
-What belongs here: messages that come 200 times a second and more. rclpy makes Python objects of
-each of a message's parts, and asks each for its value again to send it, which takes longer than all
-that the suite does with the values. What does not: messages that come now and then
-(``conversions``).
+Contents: messages that come 200 times a second and more. rclpy makes Python objects of each of a
+message's parts, and asks each for its value again to send it, which takes longer than all that the
+suite does with the values.
 
 Plain CDR: little-endian numbers in the order of the message's definition, each aligned to its own
 size, counted from behind a header of four bytes (OMG DDS-XTypes, section 7.4.1).

@@ -1,7 +1,6 @@
 """Contact by force: the tip goes down until the load cell feels the tissue, and no farther.
 
-What belongs here: the way down, and how it ends. What does not: how contact is told from samples
-(``mapping.touch``), how the robot moves (``robot``), what follows (``scan``).
+Contents: the way down, and how it ends.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Messages to and from the plain arrays that everything else works on.
 
-What belongs here: rclpy's message objects. What does not: bytes (``cdr``).
+Contents: rclpy's message objects.
 """
 
 from __future__ import annotations

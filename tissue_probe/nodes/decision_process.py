@@ -1,7 +1,6 @@
 """Decisions beside the scan: in a process of their own.
 
-What belongs here: starting it, asking it, ending it. What does not: what it computes
-(``mapping.exploration``).
+Contents: starting it, asking it, ending it.
 
 The loop that moves the probe must not wait for a decision, not even for the interpreter that a
 decision holds: a thread of lower priority that the system takes from the processor while it holds

@@ -1,7 +1,6 @@
 """Several estimators in one process, each a node as it is alone: samples are decoded once.
 
-What belongs here: which estimators, and that they share a process. What does not: what one of them
-does (``estimator``).
+Contents: which estimators, and that they share a process.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The sites of an exploration: each is chosen while the probe palpates the one before.
 
-What belongs here: the action's goal, its budget, and when a decision is made. What does not: the
-decision itself (``mapping.exploration``), the probe's motion (``scan``).
+Contents: the action's goal, its budget, and when a decision is made.
 
 A decision takes a tenth of a second, as the mapper does to tell of a site. So that the probe does
 not wait for both, the next site is chosen during a dwell: the site under the probe counts as

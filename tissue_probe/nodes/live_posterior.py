@@ -1,7 +1,6 @@
 """The posterior map of a scan that goes on, computed beside the node's own work.
 
-What belongs here: the thread, and when it computes. What does not: the map (``mapping.posterior``)
-and its messages (``map_messages``).
+Contents: the thread, and when it computes.
 
 A map takes some tenths of a second, and the first one of an installation compiles for half a
 minute: meanwhile estimates have to be taken and verdicts published.

@@ -1,6 +1,6 @@
 """The map and its sites as messages: results, inclusions, cloud, markers.
 
-What belongs here: turning data into messages. What does not: publishing them (``mapper``).
+Contents: turning data into messages.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What a thread with deadlines asks of the operating system, and whether it gets it.
 
-What belongs here: Linux's real-time priority and locked memory. What does not: keeping deadlines
-(``pacing``), or doing less where they cannot be kept (``shedding``).
+Contents: Linux's real-time priority and locked memory.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The robot that carries the probe, as a scan knows it: through CRTK alone.
 
 Setpoints go out on ``servo_cp``, poses come in on ``measured_cp``, and on ``operating_state``, from
-a robot that tells it, whether it is ready to move. What belongs here: where the probe is and how it
-is moved. What does not: where it should go, and when.
+a robot that tells it, whether it is ready to move.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Where the sites of a scan come from: a grid, or a list that the user gives.
 
-What belongs here: which site comes next, and what is told of the visited ones. What does not: the
-probe's motion (``scan``), sites that are chosen on the way (``exploration``).
+Contents: which site comes next, and what is told of the visited ones.
 """
 
 from __future__ import annotations

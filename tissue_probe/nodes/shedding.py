@@ -1,6 +1,6 @@
 """When single samples are left out so that acquisition keeps its deadlines.
 
-What belongs here: the decision, from times that were measured. What does not: publishing.
+Contents: the decision, from times that were measured.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A listener beside the suite: what its nodes say, for whoever shows it; what it asks of them.
 
-What belongs here: subscriptions and commands of a watcher. What does not: showing (``workbench``).
+Contents: subscriptions and commands of a watcher.
 
 It hears samples and estimates best-effort: a writer never waits for, nor repeats anything to, a
 reader that has not promised to keep up, so that a watcher that is slow, stopped or killed costs the

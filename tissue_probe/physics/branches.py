@@ -1,8 +1,6 @@
 """Branches of a relaxing tissue side by side, each a spring in series with a damper.
 
-What belongs here: the unknowns of two branches and more, and where a search for them begins.
-What does not: the laws (``effects``), what a branch may share with the tissue
-(``dynamic_stiffness``).
+Contents: the unknowns of two branches and more, and where a search for them begins.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Generated code kept on disk, compiled by Numba once and found again by later processes.
 
-What belongs here: where generated modules live and how they are found.
-What does not: what is in them (``program``); running them without Numba (``machine_code``).
+Contents: where generated modules live and how they are found.
 """
 
 from __future__ import annotations

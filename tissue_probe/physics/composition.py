@@ -2,8 +2,7 @@
 
 SymPy is imported where symbols are asked for: a model whose machine code is on disk needs none.
 
-What belongs here: what a model file names, and the way from there to symbols and compiled code.
-What does not: values (``diagnosis``), equations (``rigs``, ``tissues``, ``effects``).
+Contents: what a model file names, and the way from there to symbols and compiled code.
 """
 
 from __future__ import annotations

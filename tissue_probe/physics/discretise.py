@@ -1,7 +1,6 @@
 """From one sample to the next: discrete steps of a model, with their exact derivatives.
 
-What belongs here: how a model's motion is advanced by one sample period, in symbols.
-What does not: estimation; a model's equations.
+Contents: how a model's motion is advanced by one sample period, in symbols.
 """
 
 from __future__ import annotations

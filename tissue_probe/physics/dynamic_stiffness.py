@@ -1,6 +1,6 @@
 """Stiffness of tissue at the motion's frequency: what laws beside it may share with it.
 
-What belongs here: dividing it between Kelvin-Voigt tissue and such a law. What does not: the laws.
+Contents: dividing it between Kelvin-Voigt tissue and such a law.
 """
 
 from collections.abc import Mapping

@@ -1,7 +1,4 @@
-"""A number of a model, as far as fits and files know it: by name, without its symbol.
-
-What belongs here: that alone. What does not: symbols (``effects``, ``rigs``), values.
-"""
+"""A number of a model, as far as fits and files know it: by name, without its symbol."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Cubic spline through equally spaced samples, in Numba's Python.
 
-What belongs here: the spline's slopes, its pieces, and what it is a little earlier or later.
-What does not: calling it (``interpolation``). Imported only where machine code has to be made.
+Contents: the spline's slopes, its pieces, and what it is a little earlier or later. Imported only
+where machine code has to be made.
 
 The third derivative goes on through the second sample and the last but one ("not a knot", de Boor
 1978, chapter IV). Beside SciPy's ``CubicSpline``, with which it agrees to rounding, it is asked for

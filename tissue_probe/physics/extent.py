@@ -1,7 +1,4 @@
-"""How far a recording reaches.
-
-What belongs here: that alone. What does not: what is made of it (``effects``, ``diagnosis``).
-"""
+"""How far a recording reaches."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """A phantom from a table: the stiffness that a tip feels, computed or measured elsewhere.
 
-What belongs here: the table, its file, and the tissue between its points. What does not: the
-phantom of nodules (``phantom``), and how the probe moves in it.
+Contents: the table, its file, and the tissue between its points.
 
 Between the points stiffness, damping and height are linear, over the triangles of a Delaunay
 triangulation: a grid and scattered points are read alike. Beyond the outermost points it is the

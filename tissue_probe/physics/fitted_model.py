@@ -1,7 +1,4 @@
-"""A composed model with its numbers.
-
-What belongs here: that alone. What does not: its file (``model_file``).
-"""
+"""A composed model with its numbers."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Cubic splines through equally spaced samples.
 
-What belongs here: calling the machine code. What does not: the splines (``even_spline``).
+Contents: calling the machine code.
 """
 
 from __future__ import annotations

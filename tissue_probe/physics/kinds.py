@@ -1,7 +1,6 @@
 """Which tissues there are, and what is known of them without equations.
 
-What belongs here: names, which effects a tissue consists of, how far channels may be apart. What
-does not: the equations (``tissues``, ``effects``), which take SymPy; rigs (``rigs``).
+Contents: names, which effects a tissue consists of, how far channels may be apart.
 """
 
 from __future__ import annotations

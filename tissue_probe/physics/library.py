@@ -1,8 +1,7 @@
 """The library of effects: the suite's own, those of installed packages, and a user's own files.
 
-What belongs here: finding effects, and saying in one sentence what is wrong with one. Code runs
-only where the user has named its file, or has installed its package.
-What does not: the effects (``effects``), the contract that they follow (``effects.effect``).
+Contents: finding effects, and saying in one sentence what is wrong with one. Code runs only where
+the user has named its file, or has installed its package.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """An effect of the library by its place in it: name, form, size and odds.
 
-What belongs here: telling the place, and finding the effect again. What does not: the library
-(``library``), bytes (each class says how it becomes such).
+Contents: telling the place, and finding the effect again.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Functions in LLVM's language from symbols: expressions in, instructions out.
 
-What belongs here: turning expressions into instructions, reading and writing arrays, loops.
-What does not: which expressions (``response_code``), making machine code of it (``machine_code``).
+Contents: turning expressions into instructions, reading and writing arrays, loops.
 
 Numba would take ten times as long for the same functions, most of it to find the types of variables
 that here all are double precision.

@@ -1,7 +1,6 @@
 """Machine code of generated functions, kept on disk.
 
-What belongs here: from LLVM's text of functions to an object file, and back to functions.
-What does not: who writes the text (``llvm_code``, ``numba_code``), where files lie (``compiled``).
+Contents: from LLVM's text of functions to an object file, and back to functions.
 
 Who finds an object file here needs LLVM and ctypes only. Of a text only the entries remain visible,
 and the rest is optimised into them.

@@ -1,7 +1,6 @@
 """A symbolic model: motion, output and unknown parameters of an instrument on tissue.
 
-What belongs here: what a model consists of, whatever the instrument.
-What does not: particular equations (``rigs``, ``effects``) or numbers.
+Contents: what a model consists of, whatever the instrument.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """``model.yaml``: a composed model with its numbers, as the fit, the probe and the filters take it.
 
-What belongs here: the file's fields, and the way between them and a ``Composition``.
-What does not: fitting (``diagnosis``), running (``estimation``, ``devices``).
+Contents: the file's fields, and the way between them and a ``Composition``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Functions in LLVM's language from Numba's Python.
 
-What belongs here: from a module's compiled functions to LLVM's text.
-What does not: making machine code of it (``machine_code``).
+Contents: from a module's compiled functions to LLVM's text.
 
 Numba takes most of a second to be imported and to find its own compiled functions again, half of it
 for linear algebra that no kernel uses. Machine code of its text needs no Numba, and is faster, too:

@@ -1,7 +1,6 @@
 """Whether states and parameters can be told from the output: Lie derivatives (paper, II-C).
 
-What belongs here: the rank test on the model's symbols.
-What does not: how well a given excitation tells them (``estimation.bound``).
+Contents: the rank test on the model's symbols.
 """
 
 from __future__ import annotations

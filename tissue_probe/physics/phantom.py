@@ -1,7 +1,6 @@
 """A simulated phantom: the stiffness and damping that the tip feels at each place.
 
-What belongs here: the tissue as a function of place. What does not: how the probe moves in it, and
-tissue that was computed or measured elsewhere (``felt_table``).
+Contents: the tissue as a function of place.
 
 This is an *effective-stiffness* phantom, not a finite-element one. Each nodule adds a smooth bump
 to what the tip feels of the background, weaker and broader the deeper it lies:

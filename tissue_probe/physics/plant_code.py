@@ -1,7 +1,6 @@
 """Code of a composed model for whoever integrates it himself: rates, forces, switches.
 
-What belongs here: from a ``Model``'s symbols to the source of one generated module, no derivatives.
-What does not: the integration (``devices.composed``), tangents (``response_code``).
+Contents: from a ``Model``'s symbols to the source of one generated module, no derivatives.
 """
 
 from __future__ import annotations

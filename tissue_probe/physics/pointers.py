@@ -1,7 +1,6 @@
 """Pointers in Numba's Python: Numba takes half the time that it takes for arrays.
 
-What belongs here: how functions that work on pointers are compiled, and a pointer to what lies
-further on. What does not: those functions (``runge_kutta``, ``transition``).
+Contents: how functions that work on pointers are compiled, and a pointer to what lies further on.
 """
 
 from numba import types

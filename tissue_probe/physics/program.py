@@ -1,8 +1,6 @@
 """Straight-line code from symbols: matrix equations in, scalar Python for Numba out.
 
-What belongs here: turning expressions into assignments and assignments into source text.
-What does not: which equations (``discretise``, ``estimation``), or where the text is kept
-(``compiled``).
+Contents: turning expressions into assignments and assignments into source text.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """An effect's law in other units: as it is for a record that is not of the usual size.
 
-What belongs here: turning all that an effect declares. What does not: of what size a record is
-(``scale``), which effects are turned (``composition``, ``diagnosis``).
+Contents: turning all that an effect declares.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What a composed model answers to a measured motion or force of the coil, and its derivatives.
 
-What belongs here: the input's course, machine code of the model and its integration, delays.
-What does not: the models' own equations (``response_code``), their integration with the tangents by
-start and values (``runge_kutta``, ``transition``), fitting.
+Contents: the input's course, machine code of the model and its integration, delays.
 """
 
 from __future__ import annotations

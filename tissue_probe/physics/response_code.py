@@ -1,7 +1,6 @@
 """Code of a composed model for ``response``: its motion, output and switches, with tangents.
 
-What belongs here: from a ``Model``'s symbols to LLVM's text of its functions.
-What does not: running it.
+Contents: from a ``Model``'s symbols to LLVM's text of its functions.
 
 What depends on the values alone, such as the weights of a ladder of branches, is computed once a
 simulation by ``prepare``, and follows the values in ``p``.

@@ -1,7 +1,6 @@
 """The smooth course of a position that was measured in coarse steps.
 
-What belongs here: smoothing what an encoder has rounded, and what smoothing leaves uncertain.
-What does not: finding the step (``diagnosis.measurement``), the effect (``effects``).
+Contents: smoothing what an encoder has rounded, and what smoothing leaves uncertain.
 """
 
 from __future__ import annotations

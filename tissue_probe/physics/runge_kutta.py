@@ -1,8 +1,6 @@
 """A composed model integrated over a recording by Runge and Kutta's rule, with its tangents.
 
-What belongs here: the steps, and switches found within a step, in Numba's Python.
-What does not: the model's own equations, which are linked in (``model_functions``); steady linear
-models (``transition``); calling it (``response``).
+Contents: the steps, and switches found within a step, in Numba's Python.
 
 Imported only where machine code of a model has to be made: that takes seconds.
 """

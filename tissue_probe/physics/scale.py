@@ -1,8 +1,7 @@
 """Of what size a record is: the units in which a model's constants are of the usual size.
 
-What belongs here: how many times larger than usual lengths, forces and times are, and what that
-makes of a number by its unit. What does not: which numbers are turned (``effects``,
-``composition``, ``diagnosis``).
+Contents: how many times larger than usual lengths, forces and times are, and what that makes of a
+number by its unit.
 
 Bounds, typical values and starts of a search are numbers for a probe that moves by millimetres and
 feels newtons. For a cantilever of an atomic force microscope, or a press, the same numbers hold in

@@ -1,7 +1,6 @@
 """The force that a model predicts for a measured motion of the coil, and its sensitivities.
 
-What belongs here: simulating a whole recording with a composed model.
-What does not: comparing it with measurements; noise.
+Contents: simulating a whole recording with a composed model.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Splines of a higher degree through equally spaced samples, as pieces of polynomials.
 
-What belongs here: pieces of degree 7 and 9. What does not: cubic ones (``interpolation``), which
-are asked for more often.
+Contents: pieces of degree 7 and 9.
 
 Of a sine at the share x of half the sampling rate a spline of degree d errs by about
 (x / (2 - x))^(d + 1) (M. Unser, A. Aldroubi, M. Eden, IEEE Trans. Signal Process. 41 (1993), 821):

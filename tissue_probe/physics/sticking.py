@@ -1,8 +1,6 @@
 """Dry friction that truly holds the tip: it sticks until it is pulled hard enough to slide.
 
-What belongs here: when a tip that is held by friction slides, which way, and when it sticks.
-What does not: how large the friction is while it slides (``coulomb_friction``,
-``stribeck_friction``).
+Contents: when a tip that is held by friction slides, which way, and when it sticks.
 """
 
 import sympy as sp

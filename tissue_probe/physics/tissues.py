@@ -1,7 +1,6 @@
 """Tissues: springs and dampers under the tip (the paper's Table I).
 
-What belongs here: linear viscoelastic solids and fluids of stiffness k and damping beta.
-What does not: what may be added to any of them (``effects``).
+Contents: linear viscoelastic solids and fluids of stiffness k and damping beta.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """A steady linear model integrated over a recording exactly, step by step, with its tangents.
 
-What belongs here: the transition over one sample and its use, in Numba's Python.
-What does not: the model's own equations, which are linked in (``model_functions``); calling it
-(``response``).
+Contents: the transition over one sample and its use, in Numba's Python.
 
 Imported only where machine code of a model has to be made: that takes seconds.
 """

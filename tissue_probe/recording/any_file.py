@@ -1,8 +1,7 @@
 """Reading the measurements of any instrument, whatever file they are in.
 
-What belongs here: choosing the reader by what the file is.
-What does not: the readers (``reader``, ``foreign_bag``, ``table_file``). Those of bags are imported
-only when a bag comes: they bring all that decodes messages.
+Contents: choosing the reader by what the file is. Those of bags are imported only when a bag comes:
+they bring all that decodes messages.
 """
 
 from __future__ import annotations

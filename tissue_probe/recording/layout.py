@@ -1,6 +1,6 @@
 """What a foreign file calls its signals, and in which units and directions they are.
 
-What belongs here: the user's statements. What does not: reading files by them (``any_file``).
+Contents: the user's statements.
 """
 
 from __future__ import annotations

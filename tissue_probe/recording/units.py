@@ -1,7 +1,6 @@
 """Units of foreign files, and what turns their numbers into SI.
 
-What belongs here: names of units, and units in the names of columns (``u_mm``, ``force [mN]``).
-What does not: choosing columns (``table_file``) or topics (``foreign_bag``).
+Contents: names of units, and units in the names of columns (``u_mm``, ``force [mN]``).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a report says, as plain data for a caller to fill.
 
-What belongs here: the fields of the page, SI throughout. What does not: their layout (``page``).
+Contents: the fields of the page, SI throughout.
 """
 
 from __future__ import annotations

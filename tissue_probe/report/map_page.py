@@ -1,7 +1,6 @@
 """The map of a scan as one HTML page that needs nothing else, as the report of an improvement does.
 
-What belongs here: its plots, and filling its template. What does not: the map (``mapping``),
-pictures for print (``figures.stiffness_map``).
+Contents: its plots, and filling its template.
 """
 
 from __future__ import annotations

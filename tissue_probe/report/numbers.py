@@ -1,6 +1,6 @@
 """Numbers as a reader wants them: as many digits as are known.
 
-What belongs here: text made of values. What does not: units of the screen (``page`` converts).
+Contents: text made of values.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Setting a report as one HTML page that needs nothing else: no network, no other file.
 
-What belongs here: filling the template. What does not: what the page says (``contents``).
+Contents: filling the template.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What the report draws, as plain data for the page's script (``report.js``).
 
-What belongs here: numbers and names, in the units that are shown. What does not: drawing
-(``report.js``, by uPlot), pictures for print (``figures``).
+Contents: numbers and names, in the units that are shown.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The server's addresses: the page's files, its WebSocket, uploads, files to take away.
 
-What belongs here: which address does what. What does not: doing it, and who may ask (``guard``).
+Contents: which address does what.
 
 No address names a file of the machine: the page's own files are known by name beforehand, and
 recordings go by their numbers on the desk.

@@ -1,7 +1,7 @@
 """Samples made few enough to be drawn, so that the picture is the same.
 
-What belongs here: the lowest and highest value of each column of pixels, and the pixels that
-points would colour. What does not: which samples are drawn (``pictures``).
+Contents: the lowest and highest value of each column of pixels, and the pixels that points would
+colour.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What comes from outside, checked against a declaration of what it holds: types, names, bounds.
 
-What belongs here: reading JSON, and the sentence on what does not fit. What does not: the
-declarations (``requested``, ``state``).
+Contents: reading JSON, and the sentence on what does not fit.
 """
 
 from __future__ import annotations

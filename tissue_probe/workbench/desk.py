@@ -1,7 +1,6 @@
 """What lies on the desk: recordings, the ladder of models, the ranking, the map; and its changes.
 
-What belongs here: the order of the steps. What does not: the work itself (``work``), what a page is
-told of it (``told``), which pictures are drawn (``pictures``).
+Contents: the order of the steps.
 """
 
 from __future__ import annotations

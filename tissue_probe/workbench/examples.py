@@ -1,7 +1,6 @@
 """Examples one click away.
 
-What belongs here: what each is to show, and how its files are read. What does not: the files,
-which come with the package (``examples/``).
+Contents: what each is to show, and how its files are read.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Who may ask the server anything: a page of its own, on this machine, that knows the token.
 
-What belongs here: what is checked of every request, and what every answer forbids the browser.
-What does not: answers.
+Contents: what is checked of every request, and what every answer forbids the browser.
 
 A page of somebody else's, open in the same browser, can send requests to any port of this machine.
 It is kept out three times: its ``Origin`` is another; a name that it makes point here (DNS

@@ -1,7 +1,6 @@
 """What outlives the server: its token, and the desk, so that it goes on where it was killed.
 
-What belongs here: that folder of the user's, and one server's place in it. What does not: what the
-desk is (``state``).
+Contents: that folder of the user's, and one server's place in it.
 """
 
 from __future__ import annotations

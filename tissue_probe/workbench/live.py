@@ -1,7 +1,6 @@
 """The server's end of the process that listens to ROS: pages are told, nodes are asked.
 
-What belongs here: starting, hearing, asking and ending that process. What does not: what it hears
-(``watching``), which page is told when (``pages``).
+Contents: starting, hearing, asking and ending that process.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The map as pages draw it: sites and inclusions as JSON holds them, the raster as arrays.
 
-What belongs here: layout and names of both. What does not: the map (``analysis.mapping``), the
-same of a scan that is under way (``nodes.watch``).
+Contents: layout and names of both.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What goes through a WebSocket or a pipe: a head in JSON, and arrays as bytes.
 
-What belongs here: that layout. What does not: what is said.
+Contents: that layout.
 
 A message is the length of its head (4 bytes, little-endian), the head, blanks up to a multiple of
 eight bytes, and the arrays one after the other, each padded likewise. The head's ``arrays`` names

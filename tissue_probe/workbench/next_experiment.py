@@ -1,7 +1,6 @@
 """The experiment that the diagnosis suggests, as the models see it.
 
-What belongs here: the motion, and each model's answer to it. What does not: choosing it
-(``diagnosis.advice``).
+Contents: the motion, and each model's answer to it.
 """
 
 from __future__ import annotations

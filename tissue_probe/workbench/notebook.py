@@ -1,6 +1,6 @@
 """A notebook that repeats each step that was made on the page, by the Python interface.
 
-What belongs here: its cells. What does not: the steps (``desk``).
+Contents: its cells.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""A recording on the desk: its file, how it is read, and what hinders that.
-
-What belongs here: that alone. What does not: reading (``work``), who asks for it (``desk``).
-"""
+"""A recording on the desk: its file, how it is read, and what hinders that."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """The pages that are open: what each is sent, the newest first to count.
 
-What belongs here: that a slow page holds up nothing, and misses only what is out of date. What does
-not: what is said (``told``, ``pictures``).
+Contents: that a slow page holds up nothing, and misses only what is out of date.
 """
 
 from __future__ import annotations

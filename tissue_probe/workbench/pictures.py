@@ -1,7 +1,6 @@
 """The samples that pages draw, made few enough on this side: as arrays by name.
 
-What belongs here: which samples, over which axis, brushed how. What does not: making them few
-(``decimation``), what they mean (``analysis.error_view``).
+Contents: which samples, over which axis, brushed how.
 
 All is computed in one thread beside the server's own, so that a page that asks for much holds up
 no other one.

@@ -1,7 +1,4 @@
-"""The question, as a page states it: what ``analysis.asked`` declares, but for files.
-
-What belongs here: that alone. What does not: its meaning (``analysis.question``).
-"""
+"""The question, as a page states it: what ``analysis.asked`` declares, but for files."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """A request that cannot be done, in one sentence for the page.
 
-What belongs here: that alone, of any error that tells the user something to mend. What does not:
-the sentences, which are those of reader and fit.
+Contents: that alone, of any error that tells the user something to mend.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What each request of a page takes, declared once; nothing else comes in.
 
-What belongs here: names, types, bounds. What does not: whether the desk has what is named
-(``desk``, ``pictures``); which parameters forms state of files and models (``opened``,
-``question``).
+Contents: names, types, bounds.
 """
 
 from __future__ import annotations

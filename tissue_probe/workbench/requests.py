@@ -1,7 +1,6 @@
 """The answers to what a page asks for: changes of the desk, and pictures of it.
 
-What belongs here: each request by its name, and how it is answered. What does not: what each takes
-(``requested``), doing it.
+Contents: each request by its name, and how it is answered.
 
 A request is ``{"id": n, "do": name, ...}``; the answer ``{"id": n, "ok": ...}``, with arrays behind
 it where there are samples, or ``{"id": n, "refused": sentence, "fields": [...]}``.

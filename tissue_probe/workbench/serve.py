@@ -1,7 +1,4 @@
-"""The server of the workbench: starts, opens the page, goes on where it was killed, and ends.
-
-What belongs here: that. What does not: addresses (``app``), the desk.
-"""
+"""The server of the workbench: starts, opens the page, goes on where it was killed, and ends."""
 
 from __future__ import annotations
 

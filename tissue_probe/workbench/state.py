@@ -1,7 +1,7 @@
 """The whole desk as plain data, and the desk again: files, question, effects in their order.
 
-What belongs here: that, in memory, and in one file with all recordings in it. What does not: fits.
-They are made again, since a fit says nothing without the samples that it was made of.
+Contents: that, in memory, and in one file with all recordings in it. They are made again, since a
+fit says nothing without the samples that it was made of.
 """
 
 from __future__ import annotations

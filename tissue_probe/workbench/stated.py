@@ -1,7 +1,6 @@
 """Values as a form states them: a number may be a text, and a blank states nothing.
 
-What belongs here: each kind of value. What does not: which parameter has which (``opened``,
-``question``).
+Contents: each kind of value.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What is taken away from the desk: model, report, notebook, the whole state, each as one file.
 
-What belongs here: their names and kinds. What does not: their content.
+Contents: their names and kinds.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What a page is told of the desk: all but the samples, as JSON holds it.
 
-What belongs here: names and layout of that. What does not: samples (``pictures``).
+Contents: names and layout of that.
 """
 
 from __future__ import annotations

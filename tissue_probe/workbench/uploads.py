@@ -1,6 +1,6 @@
 """Files that are dropped on the page, copied into the server's own folder.
 
-What belongs here: their name and their size. What does not: what is in them (``work``).
+Contents: their name and their size.
 """
 
 from __future__ import annotations

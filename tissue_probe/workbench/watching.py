@@ -1,7 +1,6 @@
 """The process that listens to ROS for the pages: twenty messages a second, whatever comes.
 
-What belongs here: its loop, and what a message holds. What does not: subscriptions and commands
-(``nodes.watch``), the server's end (``live``).
+Contents: its loop, and what a message holds.
 """
 
 from __future__ import annotations

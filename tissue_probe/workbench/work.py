@@ -1,7 +1,6 @@
 """What the worker does: calls of the Python interface, each by a name.
 
-What belongs here: these calls. What does not: when they are made (``desk``), how they come here and
-how results go back (``worker``, ``workshop``).
+Contents: these calls.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The process in which everything runs that may take long: reading, fits, searches, reports.
 
-What belongs here: its loop, and how it tells what is under way. What does not: the work (``work``),
-the server's end of the pipe (``workshop``).
+Contents: its loop, and how it tells what is under way.
 
 It has no threads, so that a diagnosis may have a copy of it do half of the work; and it is stopped
 by being ended, copy and all, since it leads a group of processes.

@@ -1,6 +1,6 @@
 """The server's end of the worker: one piece of work at a time, told of, and cancelled.
 
-What belongs here: starting, hearing and ending the process. What does not: the work (``work``).
+Contents: starting, hearing and ending the process.
 """
 
 from __future__ import annotations

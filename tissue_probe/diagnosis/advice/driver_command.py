@@ -1,7 +1,6 @@
 """The command line that runs a suggested experiment on the suite's driver.
 
-What belongs here: the driver's parameters by name, the coil's volts, and what to do beside it.
-What does not: which experiment it is (``separation``).
+Contents: the driver's parameters by name, the coil's volts, and what to do beside it.
 """
 
 from __future__ import annotations

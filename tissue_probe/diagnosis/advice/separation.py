@@ -1,7 +1,7 @@
 """The experiment that would separate effects which this one cannot.
 
-What belongs here: simulated experiments with fitted models, and calibrations that help where no
-excitation does. What does not: judging the experiment that was made (``ranking``).
+Contents: simulated experiments with fitted models, and calibrations that help where no excitation
+does.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How well an excitation shows an effect, before anybody has seen it.
 
-What belongs here: what an effect of typical strength would change in the force, beyond what the
-model can absorb. What does not: choosing excitations (``separation``).
+Contents: what an effect of typical strength would change in the force, beyond what the model can
+absorb.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Whether a model leaves noise only, as one number: below 1 it does.
 
-What belongs here: the tests of a residual, each over its limit. What does not: the tests' numbers
-(``Fit.ratio``, ``whiteness``), what follows for a model (``posterior``).
+Contents: the tests of a residual, each over its limit.
 """
 
 from __future__ import annotations

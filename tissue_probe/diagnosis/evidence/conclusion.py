@@ -1,7 +1,6 @@
 """The models from the base to the most probable one, and what may be said of them.
 
-What belongs here: the verdict, and by what it is told. What does not: which models were tried
-(``improvement``), their probabilities (``posterior``).
+Contents: the verdict, and by what it is told.
 """
 
 from __future__ import annotations

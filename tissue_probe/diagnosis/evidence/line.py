@@ -1,7 +1,6 @@
 """Lines at multiples of a sine that drives: whatever is not linear leaves them.
 
-What belongs here: the sine's frequency, and whether a model hums at a multiple of it. What does
-not: whether a mere line explains more than effects do (``ranking.harmonic``).
+Contents: the sine's frequency, and whether a model hums at a multiple of it.
 """
 
 from __future__ import annotations

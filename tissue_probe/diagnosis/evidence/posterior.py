@@ -1,6 +1,6 @@
 """How probable each model is that was tried, and each effect.
 
-What belongs here: from fits to probabilities. What does not: what is said of them (``conclusion``).
+Contents: from fits to probabilities.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """By how much a finer simulation would change a fit's values, and how fine it has to be.
 
-What belongs here: the errors of integration and of the input's course, as errors of the values.
-What does not: the steps and the courses themselves (``physics.response``).
+Contents: the errors of integration and of the input's course, as errors of the values.
 
 An error d of the simulated output moves the values by (J^T J)^-1 J^T d, with the sensitivities J
 over the noise: the step of Gauss and Newton to where the finer simulation fits. The error itself is

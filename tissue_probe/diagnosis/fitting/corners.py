@@ -1,7 +1,6 @@
 """Where the course of a position between its samples is not known: at corners, and at jumps.
 
-What belongs here: finding the samples of the force that depend on it. What does not: samples that
-are off for a short time, whatever drives (``outliers``).
+Contents: finding the samples of the force that depend on it.
 
 A smooth course through the samples overshoots beside a corner, and the true course turns anywhere
 between two samples. Where the force follows the tip's speed at once, damping and mass turn each of

@@ -1,7 +1,6 @@
 """How well a fit knows its unknowns: also where some of what it learns from is noise.
 
-What belongs here: from the normal equations to a covariance. What does not: the equations
-(``point``), how large an error of the position is (``motion``).
+Contents: from the normal equations to a covariance.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """How much a search has done: counted, and not timed, so that it ends alike on every machine.
 
-What belongs here: counting, here and in a copy of the process.
-What does not: how much is enough (``improvement.queue``).
+Contents: counting, here and in a copy of the process.
 """
 
 from __future__ import annotations

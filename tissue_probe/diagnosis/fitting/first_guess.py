@@ -1,7 +1,6 @@
 """Where the search for a base model begins.
 
-What belongs here: values read off the samples without simulating. What does not: the search
-(``search``), effects (``candidates``).
+Contents: values read off the samples without simulating.
 """
 
 from __future__ import annotations

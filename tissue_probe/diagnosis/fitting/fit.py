@@ -1,8 +1,6 @@
 """A model fitted to measurements: its values, and what it leaves.
 
-What belongs here: what is kept of a fit, and what follows from that alone.
-What does not: the least-squares problem (``problem``), its solution (``search``), what a fit means
-(``ranking``).
+Contents: what is kept of a fit, and what follows from that alone.
 """
 
 from __future__ import annotations

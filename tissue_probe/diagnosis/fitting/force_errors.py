@@ -1,7 +1,6 @@
 """Noise of a force that drives, as it comes out in the position: slow, and no longer white.
 
-What belongs here: its colour by a fitted model. What does not: such noise made white
-(``observation.coloured``), the fit (``search``), how white noise is estimated (``residuals``).
+Contents: its colour by a fitted model.
 """
 
 from __future__ import annotations

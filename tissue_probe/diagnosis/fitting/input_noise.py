@@ -1,7 +1,6 @@
 """Noise of the input, as a fitted model leaves it in the output: a fit is made again with it.
 
-What belongs here: when a fit is made again. What does not: noise of a force (``force_errors``) and
-of a position (``position_errors``), the fit (``search``).
+Contents: when a fit is made again.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """What the end of a search tells: a fit with its covariance, its rest, and its held-out error.
 
-What belongs here: what is computed once, from the normal equations at the end.
-What does not: the search (``search``), what may be said of a fit (``ranking``).
+Contents: what is computed once, from the normal equations at the end.
 """
 
 from __future__ import annotations

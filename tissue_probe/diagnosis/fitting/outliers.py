@@ -1,7 +1,6 @@
 """Samples that no model follows, as they stand alone in what it leaves: disturbances.
 
-What belongs here: finding them in the residual of a fit. What does not: those so far off that the
-samples alone show them (``inspection.disturbances``).
+Contents: finding them in the residual of a fit.
 """
 
 from __future__ import annotations

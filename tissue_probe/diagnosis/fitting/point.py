@@ -1,7 +1,6 @@
 """Where a search stands: cost and normal equations, with exact sensitivities.
 
-What belongs here: evaluating a problem at values and starts.
-What does not: where to go from there (``search``), what is told of the end (``outcome``).
+Contents: evaluating a problem at values and starts.
 """
 
 from __future__ import annotations

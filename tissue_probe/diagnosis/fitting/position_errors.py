@@ -1,8 +1,6 @@
 """Errors of a noisy position, as a model that it drives feels them.
 
-What belongs here: the noise that they leave in the output, the motion as the output shows it. What
-does not: such noise made white (``observation.chained``), the motion as its samples show it
-(``observation.motion``), noise of a force that drives (``force_errors``).
+Contents: the noise that they leave in the output, the motion as the output shows it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Fitting a composed model by output error: what is searched, in which scale, with what priors.
 
-What belongs here: unknowns, tolerances, what is known of a start, noise and its weights.
-What does not: cost and its derivatives (``point``), the search (``search``).
+Contents: unknowns, tolerances, what is known of a start, noise and its weights.
 """
 
 from __future__ import annotations

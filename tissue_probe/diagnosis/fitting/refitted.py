@@ -1,7 +1,6 @@
 """A fitted model on samples that are observed in another way.
 
-What belongs here: the search from where it ended before. What does not: the reason (``revisions``,
-``input_noise``), a model with other effects (``ranking.candidates.refit``).
+Contents: the search from where it ended before.
 """
 
 from __future__ import annotations

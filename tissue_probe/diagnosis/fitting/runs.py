@@ -1,7 +1,6 @@
 """Several runs of one specimen, and their parts: which values of a model belong to each.
 
-What belongs here: values of all runs in one vector, and those of one measurement out of it.
-What does not: how they are found (``problem``, ``search``).
+Contents: values of all runs in one vector, and those of one measurement out of it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Levenberg and Marquardt's search for the values of a model that fit best.
 
-What belongs here: steps, damping, bounds, when a search has settled or is given up.
-What does not: what is searched (``problem``), where it begins (``starts``, ``first_guess``), and
-which models are searched (``candidates``).
+Contents: steps, damping, bounds, when a search has settled or is given up.
 """
 
 from __future__ import annotations

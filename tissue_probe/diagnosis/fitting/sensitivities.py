@@ -1,7 +1,7 @@
 """What every unknown of a model changes in the force, over the noise: columns of one matrix.
 
-What belongs here: the columns of several measurements under one another, and the precision that
-tolerances give. What does not: what is made of them (``screen``, ``visibility``).
+Contents: the columns of several measurements under one another, and the precision that tolerances
+give.
 """
 
 from __future__ import annotations

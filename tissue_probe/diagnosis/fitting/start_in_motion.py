@@ -1,7 +1,6 @@
 """The states at the start of a motion that goes on, told from the first samples, then from more.
 
-What belongs here: another start of a search that may have ended in a minimum of a wrong start.
-What does not: what is known of a start beforehand (``problem``), steps of a search (``search``).
+Contents: another start of a search that may have ended in a minimum of a wrong start.
 
 The residual of a whole record has many minima over the states at its start: a resonance that begins
 with another speed comes out of step, and in step again. Over a short window there is one.

@@ -1,8 +1,7 @@
 """Samples of the output that hang on the noise of the position, as a model switches with it.
 
-What belongs here: finding them by the model itself, driven by positions that are as likely as the
-one it has. What does not: what such errors leave in all samples alike (``shaken``), corners of the
-position, whose course is unknown without any noise (``corners``).
+Contents: finding them by the model itself, driven by positions that are as likely as the one it
+has.
 
 Dry friction turns with the direction of the motion. Where the tip hardly moves, the noise of the
 position hides which way: the force of friction is then known but for its sign.

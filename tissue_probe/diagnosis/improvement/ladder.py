@@ -1,7 +1,6 @@
 """Adding effect after effect until the residual is noise.
 
-What belongs here: the ladder from the base model to the one that is left, and its verdict.
-What does not: which models are tried on the way (``queue``), comparing models (``ranking``).
+Contents: the ladder from the base model to the one that is left, and its verdict.
 """
 
 from __future__ import annotations

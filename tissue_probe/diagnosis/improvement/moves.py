@@ -1,7 +1,6 @@
 """Moves from one model to another: which there are, and how they are made.
 
-What belongs here: an effect that may be added, an effect that may be left out, the fits of both.
-What does not: the order of the moves (``queue``), how probable a model is (``evidence``).
+Contents: an effect that may be added, an effect that may be left out, the fits of both.
 """
 
 from __future__ import annotations

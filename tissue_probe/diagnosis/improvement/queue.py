@@ -1,7 +1,6 @@
 """Several effects at once: a queue of moves, the one that promises most first.
 
-What belongs here: which move is made next, and when no more is. What does not: the moves
-(``moves``), what is said of the models that they lead to (``evidence``).
+Contents: which move is made next, and when no more is.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """One channel of a measurement: its values, their resolution and white noise.
 
-What belongs here: what the checks of ``inspection`` need to know of a channel.
-What does not: the checks.
+Contents: what the checks of ``inspection`` need to know of a channel.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """How the force answers to the position, to a first look: stiffness, damping, mass and lag.
 
-What belongs here: a regression good enough to see a wrong sign, unit or clock.
-What does not: fitting models (``search``), and words (``inspection``).
+Contents: a regression good enough to see a wrong sign, unit or clock.
 """
 
 from __future__ import annotations

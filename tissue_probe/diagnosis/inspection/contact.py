@@ -1,7 +1,6 @@
 """Whether a record tells the place of touch: the tip is in the air, or just touches at its zero.
 
-What belongs here: telling it from the samples. What does not: where a record that begins in the air
-touches (``touch``).
+Contents: telling it from the samples.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Values far from their neighbours for a few samples: what no motion does, but electronics do.
 
-What belongs here: finding them in one channel. What does not: what is said of them
-(``value_checks``), what becomes of them (``diagnosis``).
+Contents: finding them in one channel.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What is wrong with samples: one finding, and stretches of samples that it concerns.
 
-What belongs here: the record of a finding. What does not: finding it (``inspection``).
+Contents: the record of a finding.
 """
 
 from __future__ import annotations

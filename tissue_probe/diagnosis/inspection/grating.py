@@ -1,8 +1,4 @@
-"""Whether what is rough in a position repeats with the place: an encoder's error, and no noise.
-
-What belongs here: that alone. What does not: the error's size (the effect
-``encoder_interpolation``), noise (``residuals.noise_floor``).
-"""
+"""Whether what is rough in a position repeats with the place: an encoder's error, and no noise."""
 
 from __future__ import annotations
 

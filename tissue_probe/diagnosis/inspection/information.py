@@ -1,7 +1,6 @@
 """How much samples tell of stiffness and damping.
 
-What belongs here: whether there are enough samples, by their information, not by their count.
-What does not: what else is wrong with them (``inspection``).
+Contents: whether there are enough samples, by their information, not by their count.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Whether samples are fit to be fitted: what is wrong with them, and what to do.
 
-What belongs here: the list of checks, their order, and what is said of each.
-What does not: judging models by sound samples (``residuals``, ``ranking``).
+Contents: the list of checks, their order, and what is said of each.
 """
 
 from __future__ import annotations

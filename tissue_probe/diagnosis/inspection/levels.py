@@ -1,6 +1,6 @@
 """The steps in which a channel's values come: resolution of an encoder or a converter.
 
-What belongs here: finding the step from the values. What does not: judging it (``inspection``).
+Contents: finding the step from the values.
 """
 
 from __future__ import annotations

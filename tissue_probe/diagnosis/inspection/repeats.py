@@ -1,7 +1,6 @@
 """Values repeated exactly: a converter at its limit, a channel that got stuck.
 
-What belongs here: runs of equal samples, and how likely they are. What does not: words
-(``inspection``).
+Contents: runs of equal samples, and how likely they are.
 
 In a channel with white noise of standard deviation s, two neighbours are equal with a probability
 of at most p = erf(step / (2 sqrt(2) s)), which is 0 without steps; a run of L samples comes by

@@ -1,7 +1,6 @@
 """Whether force and position can belong together: contact, clocks, signs, units.
 
-What belongs here: what a first look at their relation says. What does not: the regression
-(``coarse_response``).
+Contents: what a first look at their relation says.
 """
 
 from __future__ import annotations

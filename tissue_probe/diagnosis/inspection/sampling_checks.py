@@ -1,7 +1,6 @@
 """Whether enough was sampled, evenly, of something that moves.
 
-What belongs here: checks of times, and of each channel by itself. What does not: repeated values
-(``value_checks``), how the channels go together (``response_checks``).
+Contents: checks of times, and of each channel by itself.
 """
 
 from __future__ import annotations

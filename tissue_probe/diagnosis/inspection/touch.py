@@ -1,6 +1,6 @@
 """Where the tip touches, in a record that begins in the air.
 
-What belongs here: finding the first touch. What does not: what is done with it (``cleaning``).
+Contents: finding the first touch.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Values that no sensor measured: cut off at a limit, repeated, or far from their neighbours.
 
-What belongs here: what is said of them. What does not: finding them (``repeats``,
-``disturbances``).
+Contents: what is said of them.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
 """A recording as a model meets it: the instrument, samples at their times, and their noise.
 
-What belongs here: what is measured, what is known of the rig, what each kind of noise does to a
-residual. What does not: reading files (``recording``), fits (``fitting``), judging the samples
-(``inspection``).
+Contents: what is measured, what is known of the rig, what each kind of noise does to a residual.
 """

@@ -1,8 +1,6 @@
 """What errors of a noisy position leave in the output of a model that it drives.
 
-What belongs here: how such errors go on from sample to sample, and what is white beside them. What
-does not: the motion (``motion``), how a model feels them (``fitting.position_errors``), noise of a
-force that drives (``coloured``).
+Contents: how such errors go on from sample to sample, and what is white beside them.
 
 An error of the position is a chain: each value follows from the three before and something new
 (``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white

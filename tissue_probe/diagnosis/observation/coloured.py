@@ -1,8 +1,6 @@
 """Noise of a driving force in the output, made white from the first sample of every stretch on.
 
-What belongs here: the covariance of such noise, the rows that whiten it, how large it is in a
-residual. What does not: how a model colours it (``fitting.force_errors``), errors of a position
-(``chained``).
+Contents: the covariance of such noise, the rows that whiten it, how large it is in a residual.
 
 Let C be the covariance of n consecutive errors and L its Cholesky factor, C = L L^T. The rows of
 the inverse of L take from each sample the part that those before it tell, and divide the rest by

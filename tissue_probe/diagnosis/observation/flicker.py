@@ -1,7 +1,6 @@
 """Noise of an amplifier whose power falls as 1/f, beside any other: weights that make it white.
 
-What belongs here: how such noise spreads over a recording, and its removal from least squares.
-What does not: the noise beside it (``noise``), how large it is (``instrument``).
+Contents: how such noise spreads over a recording, and its removal from least squares.
 """
 
 from __future__ import annotations

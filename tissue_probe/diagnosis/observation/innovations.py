@@ -1,6 +1,6 @@
 """Kalman's filter for samples that feel a chain of errors, and remember what they felt, compiled.
 
-What belongs here: two loops over the samples. What does not: the chain and the taps (``shaken``).
+Contents: two loops over the samples.
 
 The state is the errors from some samples ahead to as many behind, then what the last few samples
 felt of them, the latest first.

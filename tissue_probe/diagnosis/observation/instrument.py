@@ -1,7 +1,6 @@
 """The instrument that took samples: the rig, and its constants with their tolerances.
 
-What belongs here: what is known of the probe, and how well. What does not: the samples
-(``measurement``), the equations of a rig (``physics.rigs``).
+Contents: what is known of the probe, and how well.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Samples that a model is compared with: one stretch of a run.
 
-What belongs here: measured position and force, at which times, and which of them count. What does
-not: what is known of the probe (``instrument``), kinds of noise (``noise``), reading files
-(``recording``), judging the samples (``inspection``).
+Contents: measured position and force, at which times, and which of them count.
 """
 
 from __future__ import annotations

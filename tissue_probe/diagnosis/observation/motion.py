@@ -1,7 +1,6 @@
 """The motion in a noisy position: what drives a model, where the encoder's noise would shake it.
 
-What belongs here: the most likely motion, and others as likely. What does not: coarse steps of an
-encoder (``physics.rounding``), what errors of the motion do to a model (``shaken``).
+Contents: the most likely motion, and others as likely.
 
 A mass makes newtons of noise that is differentiated twice; and a fit takes such a mass for smaller
 than it is, since the force shows nothing of that noise. The mean of all motions that the samples

@@ -1,8 +1,6 @@
 """Noise of the output: what makes the residual of a right model white and of variance 1.
 
-What belongs here: the interface of all kinds of noise, and the kind that is white already. What
-does not: noise that errors of the input leave (``coloured``, ``chained``), noise of 1/f
-(``flicker``), how large noise is (``residuals``, ``revisions``).
+Contents: the interface of all kinds of noise, and the kind that is white already.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """White noise after resampling: it is smoother than before, and no longer white.
 
-What belongs here: the power of such noise, told from an example. What does not: resampling itself
-(``recording``).
+Contents: the power of such noise, told from an example.
 """
 
 from __future__ import annotations

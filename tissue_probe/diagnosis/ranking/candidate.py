@@ -1,8 +1,6 @@
 """One effect, in one form of it, that is sought beside a fitted model.
 
-What belongs here: which starts are followed, and how far.
-What does not: what is proposed to begin with (``starts``), one step (``search``), which effects are
-sought together, and what one tells of another (``candidates``).
+Contents: which starts are followed, and how far.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Every effect of the library, added to a fitted model and fitted in its turn.
 
-What belongs here: the base, all candidates, and what one tells of another.
-What does not: the search for one (``candidate``), comparing what was found (``rules``).
+Contents: the base, all candidates, and what one tells of another.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A fitted model on other runs of the specimen: its values are held, but those of a run.
 
-What belongs here: what is found anew in each run, such as the phase of the mains.
-What does not: what the error on other runs says (``diagnosis``).
+Contents: what is found anew in each run, such as the phase of the mains.
 """
 
 from __future__ import annotations

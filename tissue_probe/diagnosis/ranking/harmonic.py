@@ -1,7 +1,6 @@
 """A line at a multiple of a sine's frequency: what anything not linear leaves, and no one cause.
 
-What belongs here: whether one line explains what an effect was to explain. What does not: tests of
-a residual's lines (``line_tests``), the verdict (``improvement``).
+Contents: whether one line explains what an effect was to explain.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Which fits come first, and which are better: by the evidence of a model, one number for all.
 
-What belongs here: comparing fits, and how effects stand to each other. What does not: the number
-itself (``evidence.posterior``), fitting (``search``, ``candidates``).
+Contents: comparing fits, and how effects stand to each other.
 """
 
 from __future__ import annotations

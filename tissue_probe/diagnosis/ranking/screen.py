@@ -1,7 +1,7 @@
 """Which effects promise something beside those that a model already has.
 
-What belongs here: a score of effects that does without composing them with the model, whose code
-would have to be generated and compiled for every pair. What does not: fitting the few that remain.
+Contents: a score of effects that does without composing them with the model, whose code would have
+to be generated and compiled for every pair.
 """
 
 from __future__ import annotations

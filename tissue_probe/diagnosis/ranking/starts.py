@@ -1,7 +1,6 @@
 """Where the search for an effect begins: values proposed for it, beside those of a fitted model.
 
-What belongs here: values and states at the start. What does not: which of them are followed
-(``candidates``), where the search for a base model begins (``first_guess``).
+Contents: values and states at the start.
 """
 
 from __future__ import annotations

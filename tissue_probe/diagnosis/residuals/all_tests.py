@@ -1,8 +1,6 @@
 """What a residual says about the model that left it: all tests together.
 
-What belongs here: what can be said of measured minus predicted output without a model. What does
-not: the single tests (``*_tests``), where in the record the model fails (``localise``), which
-effect would explain it (``ranking``).
+Contents: what can be said of measured minus predicted output without a model.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """How a rig was driven, read from what drives it: what repeats, and which frequencies move.
 
-What belongs here: what tests of a residual must know of the drive. What does not: planning an
-excitation (``excitation``).
+Contents: what tests of a residual must know of the drive.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Whether a residual follows the drive: what a right model leaves knows nothing of the motion.
 
-What belongs here: correlation with what drives and its rate of change, at the same time and later.
+Contents: correlation with what drives and its rate of change, at the same time and later.
 """
 
 from __future__ import annotations

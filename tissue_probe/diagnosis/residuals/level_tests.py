@@ -1,6 +1,6 @@
 """How large a residual is: over the noise, on average, with the amplitude, in single samples.
 
-What belongs here: tests for which the order of the samples in time hardly matters.
+Contents: tests for which the order of the samples in time hardly matters.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Lines in the spectrum of a residual: harmonics of the drive, the mains, and lines of their own.
 
-What belongs here: tests of single frequencies. Each compares a line with the noise and with the
-spectrum beside it, whichever is larger, so that what is broad is no line.
+Contents: tests of single frequencies. Each compares a line with the noise and with the spectrum
+beside it, whichever is larger, so that what is broad is no line.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Where a model fails: when, at which frequency, depth, speed, direction and phase of the cycle.
 
-What belongs here: the residual's energy over each of these quantities, and the region of each that
-stands out. What does not: which effect fails there (``residuals`` hints, ``ranking`` decides).
+Contents: the residual's energy over each of these quantities, and the region of each that stands
+out.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Whether a residual remembers its past: what a right model leaves is white.
 
-What belongs here: tests of the residual's own autocorrelation.
+Contents: tests of the residual's own autocorrelation.
 """
 
 from __future__ import annotations

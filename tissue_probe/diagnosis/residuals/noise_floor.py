@@ -1,7 +1,6 @@
 """The white noise in a channel, told from the channel alone: what a right model would leave.
 
-What belongs here: its standard deviation. What does not: noise of other colours (``fitting``),
-tests of what a model left (``all_tests``).
+Contents: its standard deviation.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """The outcome of one test of a residual.
 
-What belongs here: what every such test asks for and hands back. What does not: the tests
-(``level_tests``, ``memory_tests``, ``drive_tests``, ``line_tests``), and running them all
-(``residuals``).
+Contents: what every such test asks for and hands back.
 """
 
 from __future__ import annotations

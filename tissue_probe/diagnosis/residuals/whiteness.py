@@ -1,8 +1,6 @@
 """Whether what a fit leaves is white noise, by the cosines of its residual.
 
-What belongs here: two numbers that need no level of the noise, where it is not an upper bound.
-What does not: how much they may be
-(``ranking``), tests that say where a residual comes from (``residual_test``).
+Contents: two numbers that need no level of the noise, where it is not an upper bound.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A fit whose values need a finer simulation: shorter steps, or a smoother course of the input.
 
-What belongs here: how much finer. What does not: by how much values are wrong
-(``fitting.accuracy``), steps and courses (``physics.response``).
+Contents: how much finer.
 """
 
 from __future__ import annotations

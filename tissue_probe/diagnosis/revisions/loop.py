@@ -1,7 +1,6 @@
 """The loop of revisions: a model asks for one, is fitted to the revised samples, and asks again.
 
-What belongs here: the number of revisions, and the names of those made. What does not: which
-revisions there are (``table``), the search for effects (``improvement``).
+Contents: the number of revisions, and the names of those made.
 """
 
 from __future__ import annotations

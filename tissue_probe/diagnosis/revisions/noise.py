@@ -1,8 +1,6 @@
 """Noise that a model shows to be less than it was taken for, or more.
 
-What belongs here: telling it anew by a fit. What does not: whether a fit leaves less than
-its noise (``evidence.adequacy``), the noise as the channels alone tell it
-(``residuals.noise_floor``).
+Contents: telling it anew by a fit.
 
 The noise of a channel is told from its roughness. A force that jumps between two samples, as dry
 friction does where the motion turns, is rough too. And an error of the position shakes the force by

@@ -1,7 +1,6 @@
 """Which revisions there are of samples and of their weights: by which model each is told, and when.
 
-What belongs here: the tables, in the order in which a model is asked. What does not: one revision
-(``noise``, ``fineness``, ``fitting``), when the search begins anew (``loop``).
+Contents: the tables, in the order in which a model is asked.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 """Where to probe next, and when the question is answered.
 
-What belongs here: what the states of a posterior say of sites that were not felt yet, and of the
-inclusions that are sought. What does not: the posterior (``mapping.posterior``), robots.
+Contents: what the states of a posterior say of sites that were not felt yet, and of the inclusions
+that are sought.
 """

@@ -1,8 +1,7 @@
 """Whether the question of an exploration is answered, and what is still open.
 
-What belongs here: the probability that an inclusion of the sought size is somewhere in the area,
-how well the boundaries of those that were found are known, and both in words. What does not: where
-to probe next (``choice``).
+Contents: the probability that an inclusion of the sought size is somewhere in the area, how well
+the boundaries of those that were found are known, and both in words.
 
 All is read off the states, in which inclusions lie where nothing was felt as often as the prior
 has them there: "nothing is there" is not sure before enough of the area was felt.

@@ -1,7 +1,6 @@
 """The choice of the next sites: those that tell most about inclusions per second.
 
-What belongs here: the gain of a site, and the choice of several at once. What does not: the states
-it rests on (``posterior``), when to stop (``answer``).
+Contents: the gain of a site, and the choice of several at once.
 
 The question is of each place whether it is inside an inclusion: h = 1, or 0. Over the states, the
 sum over all places of the variance of h is the area that is in doubt. A site y at p, whose log k

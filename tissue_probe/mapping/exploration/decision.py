@@ -1,7 +1,6 @@
 """One decision of an exploration: whether the question is answered, and else where to probe next.
 
-What belongs here: the two put together, from one posterior. What does not: each of them, and what
-moves the probe.
+Contents: the two put together, from one posterior.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The first sites of an exploration: spread over the area, before anything is known of it.
 
-What belongs here: their places and their order. What does not: the sites that follow (``choice``).
+Contents: their places and their order.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Places spread evenly over an area.
 
-What belongs here: the grid within a polygon. What does not: what the places are for.
+Contents: the grid within a polygon.
 """
 
 from __future__ import annotations

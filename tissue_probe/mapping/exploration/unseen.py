@@ -1,7 +1,7 @@
 """Inclusions that no site has felt: where a further site would most probably find one.
 
-What belongs here: inclusions drawn from the prior, weighed by how little the sites would have felt
-of them, and how probably a site feels one. What does not: the choice among sites (``choice``).
+Contents: inclusions drawn from the prior, weighed by how little the sites would have felt of them,
+and how probably a site feels one.
 
 The states have such inclusions, too, but of some hundred states a few at each place: too few to
 compare places by.

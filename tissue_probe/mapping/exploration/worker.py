@@ -1,6 +1,6 @@
 """Decisions in a process of their own: ``python -m tissue_probe.mapping.exploration.worker``.
 
-What belongs here: the loop of that process. What does not: who asks it (``nodes``).
+Contents: the loop of that process.
 
 Pickled tuples (number, function, arguments, named arguments) come in on standard input, pickled
 tuples (number, result, exception) go out on standard output. It ends with its input, so with

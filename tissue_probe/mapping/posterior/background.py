@@ -1,8 +1,7 @@
 """The tissue between inclusions: trend over place, drift over time, correlated variation, noise.
 
-What belongs here: the covariance of log k at the sites without inclusions, for every level of
-variation that is thought of. What does not: inclusions (``shape``), and which level the data speak
-for (``chain``).
+Contents: the covariance of log k at the sites without inclusions, for every level of variation that
+is thought of.
 
 Trend and drift are linear in coefficients with normal priors, which are integrated out: they add
 to the covariance. Variation and noise have unknown size and length; a grid of both is laid, each

@@ -1,7 +1,6 @@
 """Where an inclusion ends, and how surely: lines for the eye and margins for a resection.
 
-What belongs here: places inside the inclusions of many states, counted; lines of their share. What
-does not: which inclusions belong together (``found``).
+Contents: places inside the inclusions of many states, counted; lines of their share.
 
 Two meanings, one for each use. The boundary of 50 % goes around the places that are more likely
 inside than outside: the best guess. Those of 90 and 95 % go around the whole inclusion with that

@@ -1,7 +1,6 @@
 """Reversible-jump Markov chains over the inclusions of a map, coupled over temperatures.
 
-What belongs here: which moves are made, how often, and what is kept. What does not: the moves
-(``moves``), and how many chains run how long (``sampling``).
+Contents: which moves are made, how often, and what is kept.
 
 Beside the chain of the posterior others run, to which the data say less (beta < 1): they leave a
 wrong place that fits well, and hand over what they find by exchange of states (C. J. Geyer, Markov

@@ -1,7 +1,6 @@
 """Whether the model of a map holds: that it would make data like these.
 
-What belongs here: the posterior-predictive check. What does not: the map that is given where it
-fails (``process``).
+Contents: the posterior-predictive check.
 
 Two properties of the sites' residuals, each told by all other sites and over its own error, are
 held against those of data drawn from the states (Gelman, Meng and Stern, Posterior predictive

@@ -1,7 +1,6 @@
 """Where inclusions may lie, and how far from the sites the map says something.
 
-What belongs here: rectangle, hull, reach and raster. What does not: what is said
-(``posterior_map``).
+Contents: rectangle, hull, reach and raster.
 
 The middle of an inclusion may lie anywhere in the sites' hull. Scattered sites leave holes: were a
 middle bound to lie near a site, one in a hole had no chance, and the sites around the hole would be

@@ -1,7 +1,6 @@
 """Inclusions that hang on one site: it may have slipped, and is to be palpated again.
 
-What belongs here: which sites feel an inclusion, and where to palpate again. What does not: how
-probable an inclusion is (``found``), or a slip (``outliers``): both are in the states.
+Contents: which sites feel an inclusion, and where to palpate again.
 """
 
 from __future__ import annotations

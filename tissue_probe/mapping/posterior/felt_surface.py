@@ -1,7 +1,6 @@
 """Stiffness everywhere: mean and standard deviation of what would be felt at each place.
 
-What belongs here: the posterior surface, of background and inclusions together. What does not: the
-surface where the model does not hold (``process``).
+Contents: the posterior surface, of background and inclusions together.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Which inclusions the states of the chains have in common.
 
-What belongs here: gathering, from all states, what is one inclusion; its probability, centre and
-contrast. What does not: its boundaries (``boundary``).
+Contents: gathering, from all states, what is one inclusion; its probability, centre and contrast.
 """
 
 from __future__ import annotations

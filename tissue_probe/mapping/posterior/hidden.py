@@ -1,7 +1,6 @@
 """What could still hide: the largest inclusion at each place that the sites do not exclude.
 
-What belongs here: the answer to "how large a nodule may be here without my having felt it?". What
-does not: the inclusions that were felt (``found``).
+Contents: the answer to "how large a nodule may be here without my having felt it?".
 
 An inclusion of given contrast and radius would add d to log k at the sites. Its strength in the
 data, as a share of d, is estimated as d'Qr / d'Qd with variance 1 / d'Qd, in each state of the

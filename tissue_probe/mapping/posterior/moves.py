@@ -1,8 +1,6 @@
 """The moves of a chain: an inclusion is born, dies, is drawn anew, or changes; the level changes.
 
-What belongs here: what a move proposes, and when it is accepted. What does not: their order and
-number (``chain``), the prior (``prior``), the shape of an inclusion (``shape``), sites that err
-(``outliers``).
+Contents: what a move proposes, and when it is accepted.
 
 The background is integrated out, so that a state is a list of inclusions, a level of variation, and
 which sites are outliers. Its log density is the prior's and beta times what the data say: the

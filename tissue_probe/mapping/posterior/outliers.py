@@ -1,7 +1,6 @@
 """Sites that err far more than they state: a slip, a tip on an edge, a probe that was pushed.
 
-What belongs here: how likely an outlier is, what it does to the precision, and the move that finds
-it. What does not: inclusions and levels (``moves``).
+Contents: how likely an outlier is, what it does to the precision, and the move that finds it.
 
 An outlier has an extra variance of log k, one of a few. It changes the covariance by rank one, so
 that the likelihood of another variance follows from the site's residual and diagonal element alone

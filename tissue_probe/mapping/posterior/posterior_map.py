@@ -1,7 +1,6 @@
 """The map of a list of sites: chains run, and read out.
 
-What belongs here: the parts put together, and their units changed to SI. What does not: each part,
-and the results as data (``results``).
+Contents: the parts put together, and their units changed to SI.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How likely an inclusion is before any site was felt: number, place, extent, contrast, shape.
 
-What belongs here: the prior, and draws from it. What does not: the likelihood (``chain``).
+Contents: the prior, and draws from it.
 
 An inclusion is a row of seven numbers, whose columns are named here. Its contrast c says how many
 times stiffer than the background its middle feels; ``LOG_CONTRAST`` holds log c, negative where it

@@ -1,7 +1,6 @@
 """The map where no inclusions explain the sites: a Gaussian process of log k.
 
-What belongs here: the surface that the check falls back to, and the stiff places on it. What does
-not: the posterior of inclusions.
+Contents: the surface that the check falls back to, and the stiff places on it.
 
 Mean and covariance are the background's (trend, drift, Matern 5/2, nugget) over a wide grid of
 sizes and lengths, weighted by marginal likelihood (Rasmussen and Williams, Gaussian Processes for

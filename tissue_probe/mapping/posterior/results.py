@@ -1,6 +1,6 @@
 """What a map says, in SI units: inclusions, surface, what could hide, background, check.
 
-What belongs here: the results, as data. What does not: how they come about (``posterior_map``).
+Contents: the results, as data.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """The posterior of a list of sites, as states of chains: what all that is told of them rests on.
 
-What belongs here: the sites in the chains' units, and how long the chains run. What does not: what
-is read out of the states (``posterior_map``), and what follows for the next site (``exploration``).
+Contents: the sites in the chains' units, and how long the chains run.
 """
 
 from __future__ import annotations

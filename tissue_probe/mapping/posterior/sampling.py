@@ -1,7 +1,6 @@
 """Several chains, run until they agree on which inclusions there are.
 
-What belongs here: seeds, lengths, and when to stop. What does not: the moves of one chain
-(``chain``), and what is read out of the states (``found``, ``surface``, ``hidden``).
+Contents: seeds, lengths, and when to stop.
 """
 
 from __future__ import annotations

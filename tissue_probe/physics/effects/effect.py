@@ -1,7 +1,6 @@
 """What a physical effect declares: the contract of every file in this folder.
 
-What belongs here: where in a model an effect may act, and what is said about its parameters.
-What does not: particular effects (a file each), how they are composed (``rigs``).
+Contents: where in a model an effect may act, and what is said about its parameters.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Rigs: how an instrument couples to tissue and to further effects, a file each.
 
-What belongs here: the table of rigs, and choosing from it. What does not: the contract that rigs
-follow (``rig``), what they share (``composing``, ``constants``).
+Contents: the table of rigs, and choosing from it.
 
 Nothing else in the package knows a rig by its name: it asks a rig for a property. Of all this
 nothing imports SymPy, or NumPy, before a model is composed.

@@ -1,7 +1,6 @@
 """What the equations of rigs share: the forces on a tip, and how effects act around it.
 
-What belongs here: symbols of rigs, tissue and effects under a tip, and a ``Model`` made of them.
-What does not: the equations of one rig (its file), its facts (``rig``).
+Contents: symbols of rigs, tissue and effects under a tip, and a ``Model`` made of them.
 """
 
 from __future__ import annotations

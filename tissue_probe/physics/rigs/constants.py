@@ -1,7 +1,6 @@
 """Constants of rigs: what is declared of one, and how well it is known where nobody says anything.
 
-What belongs here: that, and the constants that several rigs have. What does not: those of one rig
-alone (its file), their symbols (``composing``).
+Contents: that, and the constants that several rigs have.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """What a rig is: how an instrument couples to tissue and to further effects, with its facts.
 
-What belongs here: the contract of every rig's file in this folder, and of a user's own.
-What does not: particular rigs (a file each), how equations are composed (``composing``), what a
-tissue or an effect is (``tissues``, ``effects``).
+Contents: the contract of every rig's file in this folder, and of a user's own.
 
 All but ``compose`` and ``obstacle`` is known without SymPy, which takes half a second to be
 imported.

@@ -1,8 +1,6 @@
 """A bag: recorded messages by topic, whatever the file format.
 
-What belongs here: the shape that every format's reader gives them, and their order.
-What does not: the formats (``mcap_bag``, ``sqlite_bag``, ``folder_bag``), the messages' content
-(``decoding``).
+Contents: the shape that every format's reader gives them, and their order.
 """
 
 from __future__ import annotations

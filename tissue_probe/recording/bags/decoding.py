@@ -1,7 +1,6 @@
 """From recorded bytes to what the package computes with, by the definition that the bag carries.
 
-What belongs here: this suite's messages.
-What does not: finding them in a bag (``reader``).
+Contents: this suite's messages.
 """
 
 from __future__ import annotations

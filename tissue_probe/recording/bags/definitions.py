@@ -1,7 +1,6 @@
 """Message definitions as a recording carries them: a type's text and that of all it uses.
 
-What belongs here: finding ``.msg`` files and joining them as ``ros2 bag`` does.
-What does not: understanding them (``rosbags`` does), services and actions.
+Contents: finding ``.msg`` files and joining them as ``ros2 bag`` does.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A bag that ``ros2 bag`` split over the files of a folder.
 
-What belongs here: which files they are, and putting them together.
-What does not: reading them (``mcap_bag``, ``sqlite_bag``).
+Contents: which files they are, and putting them together.
 
 ``rosbags`` reads folders too, but silently leaves out every topic whose QoS is written otherwise
 in ``metadata.yaml`` than in the file, which converted bags often have.

@@ -1,8 +1,6 @@
 """Position and force out of the bags of other recorders, on one even grid of time.
 
-What belongs here: putting two topics together.
-What does not: the fields' values (``topic_field``), their clocks (``two_clocks``), resampling
-(``even_grid``).
+Contents: putting two topics together.
 """
 
 from __future__ import annotations

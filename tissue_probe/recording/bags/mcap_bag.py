@@ -1,7 +1,6 @@
 """Reading MCAP files, complete, cut off or damaged.
 
-What belongs here: the file's records, down to messages as bytes, and its checksums.
-What does not: the messages' content (``decoding``).
+Contents: the file's records, down to messages as bytes, and its checksums.
 
 Records are parsed by ``mcap``. Its readers are not used: they end in an error where the file was
 cut off or is damaged, and what lies behind is lost. No index is used either: what is in the data

@@ -1,7 +1,6 @@
 """Opening a bag by what it is, not by what it is called.
 
-What belongs here: telling formats apart, and what to say of those that are not read.
-What does not: reading them.
+Contents: telling formats apart, and what to say of those that are not read.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Reading back what a run recorded.
 
-What belongs here: which messages of a bag make up a recording, its estimates, its map.
-What does not: file formats (``bag``), decoding (``decoding``).
+Contents: which messages of a bag make up a recording, its estimates, its map.
 """
 
 from __future__ import annotations

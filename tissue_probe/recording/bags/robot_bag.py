@@ -1,8 +1,6 @@
 """The samples that the node ``adapter`` makes of a robot's topics, out of a bag of these.
 
-What belongs here: bringing a bag's messages to ``robot.adapter``. What does not: reading any two
-topics as well as a whole recording allows (``foreign_bag``), which looks at all of it first: rate,
-drift and spline are of the past and the future, and cannot be had live.
+Contents: bringing a bag's messages to ``robot.adapter``.
 """
 
 from __future__ import annotations

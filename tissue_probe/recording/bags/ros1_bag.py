@@ -1,7 +1,6 @@
 """Reading the bags of ROS 1 (``.bag``), through ``rosbags``.
 
-What belongs here: messages as bytes out of such a file.
-What does not: the messages' content (``decoding``).
+Contents: messages as bytes out of such a file.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Samples, and the sites of a scan, as a recording of the suite, written without ROS.
 
-What belongs here: MCAP from samples that no node published. What does not: recordings of nodes
-(``writer``, the recorder node), tables (``tables``).
+Contents: MCAP from samples that no node published.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Reading the SQLite files of ROS 2 (``.db3``).
 
-What belongs here: messages as bytes out of such a file.
-What does not: the messages' content (``decoding``).
+Contents: messages as bytes out of such a file.
 
 ``rosbags`` reads them too, but as if nothing lay beside: what a killed recorder left in its
 write-ahead log is missing then, silently.

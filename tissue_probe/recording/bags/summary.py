@@ -1,7 +1,6 @@
 """What is in a bag, in a few figures.
 
-What belongs here: what ``tissue_probe info`` prints, of any bag, also a foreign one.
-What does not: printing it.
+Contents: what ``tissue_probe info`` prints, of any bag, also a foreign one.
 """
 
 from __future__ import annotations

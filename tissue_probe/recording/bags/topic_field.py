@@ -1,7 +1,6 @@
 """A field of a topic, such as ``/ft_sensor.wrench.force.z``, and its values over time.
 
-What belongs here: finding the field, and what each message is stamped.
-What does not: which fields make up a recording (``foreign_bag``).
+Contents: finding the field, and what each message is stamped.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Unpacking what a bag holds packed, within bounds.
 
-What belongs here: zstd, LZ4 and bzip2 as bags use them, and how much may come out of them.
-What does not: where a bag holds what is packed (``mcap_bag``, ``ros1_bag``, ...).
+Contents: zstd, LZ4 and bzip2 as bags use them, and how much may come out of them.
 """
 
 from __future__ import annotations

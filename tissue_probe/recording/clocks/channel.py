@@ -1,9 +1,8 @@
 """One topic of a robot as it comes, message by message: what of it may be joined to another topic.
 
-What belongs here: late and stray messages, holes, jumps, a clock that was set back, a sensor that
-hangs; each judged by the messages of this topic alone, and at most one that is to come, so that
-the answer is the same live and in a bag. What does not: what the messages hold
-(``robot.pressing``), two topics together (``common_grid``).
+Contents: late and stray messages, holes, jumps, a clock that was set back, a sensor that hangs;
+each judged by the messages of this topic alone, and at most one that is to come, so that the answer
+is the same live and in a bag.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """The clocks of a recorded channel: what the times tell when a message was logged and stamped.
 
-What belongs here: steps, rollovers, drift, ticks and jitter, found in two arrays of times, and
-times without them.
-What does not: where the times come from (``topic_field``), two channels together (``two_clocks``).
+Contents: steps, rollovers, drift, ticks and jitter, found in two arrays of times, and times without
+them.
 
 A message has two times: its stamp, when the sensor measured, by the sensor's clock, and its log
 time, when the recorder received it, by the recorder's. The delay, log time minus stamp, holds

@@ -1,8 +1,6 @@
 """Two topics, each at its own rate and stamps, as samples of one even grid: live as in a bag.
 
-What belongs here: the grid, which of its points both topics cover, the runs of samples.
-What does not: which messages count (``channel``), the value between them (``local_cubic``), the
-grid of a whole recording, which fits its rate to all of it (``even_grid``).
+Contents: the grid, which of its points both topics cover, the runs of samples.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Counters that begin again at their end, as those of encoders and clocks do.
 
-What belongs here: telling that from a jump, and undoing it. What does not: what is counted.
+Contents: telling that from a jump, and undoing it.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """From the times at which a foreign recorder sampled to evenly spaced samples.
 
-What belongs here: telling rounded times from jittering ones and from gaps, resampling.
-What does not: where the times come from (``table_file``, ``foreign_bag``).
+Contents: telling rounded times from jittering ones and from gaps, resampling.
 """
 
 from __future__ import annotations

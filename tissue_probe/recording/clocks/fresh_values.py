@@ -1,8 +1,7 @@
 """A channel that repeats old values, as one published faster than its sensor measures.
 
-What belongs here: telling such repeats from those of a coarse converter, of a sensor at its end,
-and of a command in steps.
-What does not: what is done with the fresh values (``foreign_bag``, ``table_file``).
+Contents: telling such repeats from those of a coarse converter, of a sensor at its end, and of a
+command in steps.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Values between samples, from the two on either side alone.
 
-What belongs here: the cubic between two samples whose slopes are told by their neighbours. What
-does not: the spline through all of a recording (``even_grid``), a fixed delay of even samples
-(``alignment``).
+Contents: the cubic between two samples whose slopes are told by their neighbours.
 """
 
 from __future__ import annotations

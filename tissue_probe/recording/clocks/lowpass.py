@@ -1,7 +1,6 @@
 """Taking out of measurements what is faster than the motion.
 
-What belongs here: one filter for all channels alike, so that none comes late against another.
-What does not: estimating the noise (``diagnosis``).
+Contents: one filter for all channels alike, so that none comes late against another.
 """
 
 from __future__ import annotations

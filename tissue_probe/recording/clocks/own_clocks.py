@@ -1,7 +1,6 @@
 """Position and force that have times of their own, brought together.
 
-What belongs here: channels of two starts or two rates, and rows in which only one of both stands.
-What does not: the clocks of a bag's topics (``two_clocks``), uneven times (``even_grid``).
+Contents: channels of two starts or two rates, and rows in which only one of both stands.
 
 The force keeps its times, since its noise is what errors are judged by; the position moves
 smoothly, and is brought to these by a cubic spline.

@@ -1,7 +1,6 @@
 """What it costs that a position is sampled slowly for its motion.
 
-What belongs here: how far a spline through few samples a cycle is from the motion.
-What does not: resampling itself (``even_grid``).
+Contents: how far a spline through few samples a cycle is from the motion.
 """
 
 from __future__ import annotations

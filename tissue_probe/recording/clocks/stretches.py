@@ -1,7 +1,6 @@
 """Cutting a recording into stretches of known samples, as they are fitted.
 
-What belongs here: samples missing within a block, and dwells at sites.
-What does not: judging the samples, which is the diagnosis's affair.
+Contents: samples missing within a block, and dwells at sites.
 """
 
 from __future__ import annotations

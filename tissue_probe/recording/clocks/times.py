@@ -1,7 +1,6 @@
 """Times as files tell them, in seconds.
 
-What belongs here: dates, clocks, epochs in any unit, counters of time; what is ambiguous in them.
-What does not: whether they are even (``even_grid``).
+Contents: dates, clocks, epochs in any unit, counters of time; what is ambiguous in them.
 """
 
 from __future__ import annotations

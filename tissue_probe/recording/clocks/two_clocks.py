@@ -1,7 +1,6 @@
 """The clocks of two channels, brought together.
 
-What belongs here: by which clock force and position go, and what is refused.
-What does not: what the clock of one channel did (``clocks``).
+Contents: by which clock force and position go, and what is refused.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Names for the columns of arrays: vectors by their name, a matrix's columns as ``name[:,2]``.
 
-What belongs here: which arrays are columns. What does not: files.
+Contents: which arrays are columns.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Which lines of a file are rows of its table, block after block.
 
-What belongs here: telling rows from headers that come again, from comments, and from text between
-two blocks and below the last. What does not: finding the table (``find_table``), values of cells.
+Contents: telling rows from headers that come again, from comments, and from text between two blocks
+and below the last.
 
 Testing machines write a block for each step of a protocol, each with the table's header: these are
 one table. Text ends a block, and only the header begins another.

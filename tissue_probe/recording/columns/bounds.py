@@ -1,7 +1,6 @@
 """How much a file may become when it is read.
 
-What belongs here: the limits, and counting what a compressed file expands to.
-What does not: reading.
+Contents: the limits, and counting what a compressed file expands to.
 """
 
 from __future__ import annotations

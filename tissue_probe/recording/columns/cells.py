@@ -1,6 +1,6 @@
 """What stands in one cell of a table: a number, a time, a word for a value not known, or text.
 
-What belongs here: telling them apart, and their values. What does not: tables (``find_table``).
+Contents: telling them apart, and their values.
 """
 
 from __future__ import annotations

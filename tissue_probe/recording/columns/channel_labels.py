@@ -1,7 +1,6 @@
 """What a LabVIEW measurement file (.lvm) tells of its channels and segments beside its rows.
 
-What belongs here: units, starts and steps of time by channel, in rows that begin with a tag.
-What does not: the table itself, which is found as in any text (``find_table``).
+Contents: units, starts and steps of time by channel, in rows that begin with a tag.
 
 Source: National Instruments (2010), Specification for the LabVIEW Measurement File (.lvm).
 """

@@ -1,7 +1,6 @@
 """Finding the table among the lines of a file: where the numbers are, and what names them.
 
-What belongs here: rows of cells, be they of a text or of a spreadsheet.
-What does not: cutting text into cells (``text_file``), single cells (``cells``).
+Contents: rows of cells, be they of a text or of a spreadsheet.
 
 The table is the longest run of rows that have as many cells and hold numbers. What stands above
 names it, row by row upwards: units, names, groups of columns. All before is a preamble. So an

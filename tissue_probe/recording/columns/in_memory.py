@@ -1,6 +1,6 @@
 """Columns that are in memory already: arrays by name, or a data frame of pandas or polars.
 
-What belongs here: turning these into ``Columns``. What does not: files.
+Contents: turning these into ``Columns``.
 """
 
 from __future__ import annotations

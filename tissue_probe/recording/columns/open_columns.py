@@ -1,6 +1,6 @@
 """Opening a file of columns by what it is, not by what it is called.
 
-What belongs here: telling containers apart. What does not: reading them.
+Contents: telling containers apart.
 
 Each container's library is imported only when such a file comes: together they take seconds.
 """

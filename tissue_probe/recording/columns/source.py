@@ -1,7 +1,6 @@
 """Named columns, as every container gives them.
 
-What belongs here: the one form in which the readers of files hand over columns.
-What does not: the readers.
+Contents: the one form in which the readers of files hand over columns.
 """
 
 from __future__ import annotations

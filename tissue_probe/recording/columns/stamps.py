@@ -1,6 +1,6 @@
 """A time that stands in two columns, as ROS writes it: seconds, and nanoseconds beside them.
 
-What belongs here: making one column of both. What does not: what times mean (``times``).
+Contents: making one column of both.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Tables of text: any separator, decimal mark, encoding; with whatever stands around them.
 
-What belongs here: decoding, cutting lines into cells, and reading the rows, which may be millions.
-What does not: finding the table among the lines (``find_table``), single cells (``cells``).
+Contents: decoding, cutting lines into cells, and reading the rows, which may be millions.
 
 The dialect is that in which the numbers explain most characters. Blocks of lines are read by
 pyarrow; only where it cannot read one, because something else than a row is in it, its lines are

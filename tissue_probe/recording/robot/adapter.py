@@ -1,7 +1,6 @@
 """Messages of a robot, of whatever library decoded them, as samples.
 
-What belongs here: fields of messages, what makes one unusable. What does not: where messages come
-from (``bags.robot_bag``, the node ``adapter``).
+Contents: fields of messages, what makes one unusable.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """How far a robot presses, and which part of its wrench that is.
 
-What belongs here: directions and frames. What does not: messages (``adapter``), times
-(``clocks.common_grid``).
+Contents: directions and frames.
 """
 
 from __future__ import annotations

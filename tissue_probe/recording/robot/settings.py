@@ -1,7 +1,6 @@
 """What a user tells of a robot, so that its poses and its wrench become samples.
 
-What belongs here: the parameters, which node and bag reader share, and their file.
-What does not: what is computed with them (``pressing``).
+Contents: the parameters, which node and bag reader share, and their file.
 """
 
 from __future__ import annotations

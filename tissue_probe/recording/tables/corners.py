@@ -1,6 +1,6 @@
 """A table of the corners of a polygon.
 
-What belongs here: its columns. What does not: what the polygon is for (``mapping.polygon``).
+Contents: its columns.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A point cloud as a PLY file, which CloudCompare, MeshLab and Open3D read.
 
-What belongs here: the file. What does not: the points.
+Contents: the file.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """A table of point pairs: places in the map's frame, and the same in another one.
 
-What belongs here: its columns. What does not: the motion between the frames
-(``mapping.registration``).
+Contents: its columns.
 """
 
 from __future__ import annotations

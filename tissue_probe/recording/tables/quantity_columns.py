@@ -1,7 +1,6 @@
 """Columns that are called by what they hold, in SI or in the unit that their header tells.
 
-What belongs here: finding and reading them. What does not: which ones a table needs
-(``site_table``, ``corners``, ``point_pairs``), and the signals of a recording (``roles``).
+Contents: finding and reading them.
 """
 
 from __future__ import annotations

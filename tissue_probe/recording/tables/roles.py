@@ -1,7 +1,6 @@
 """Which column of a file is the time, which the position, which the force.
 
-What belongs here: finding it by names and units, and refusing where these do not tell it.
-What does not: the names (``usual_names``), reading columns, their values (``table_file``).
+Contents: finding it by names and units, and refusing where these do not tell it.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A table of sites: where tissue was felt, and how stiff it was there.
 
-What belongs here: the columns of such a table. What does not: what is made of it (``mapping``).
+Contents: the columns of such a table.
 """
 
 from __future__ import annotations

@@ -1,8 +1,6 @@
 """Samples from files with named columns, in any units and polarity, as an even recording.
 
-What belongs here: from columns to samples, and what is said of it.
-What does not: file formats (``columns``), which column is what (``roles``), times (``times``),
-uneven ones (``even_grid``).
+Contents: from columns to samples, and what is said of it.
 """
 
 from __future__ import annotations

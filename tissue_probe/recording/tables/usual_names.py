@@ -1,7 +1,6 @@
 """Names by which columns are known: this suite's own, and those of testing machines.
 
-What belongs here: tables of names, to which a laboratory's may be added. What does not: which
-column of a file is meant (``roles``), units (``units``).
+Contents: tables of names, to which a laboratory's may be added.
 """
 
 OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}

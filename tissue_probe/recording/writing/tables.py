@@ -1,7 +1,6 @@
 """Estimates and samples as tables, in CSV or Parquet.
 
-What belongs here: the tables' columns.
-What does not: computing what is in them.
+Contents: the tables' columns.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
 """Writing a recording: MCAP with the profile ``ros2``, safe against the writer's sudden death.
 
-What belongs here: how messages reach the disk.
-What does not: which topics are recorded (the recorder node decides), or what is in them.
+Contents: how messages reach the disk.
 
 No ``rosbag2`` metadata record is written: ``ros2 bag`` takes topics, types, counts and times from
 the summary, and without that record reads QoS policies by name, as in its newest format.
