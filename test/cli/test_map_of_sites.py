@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import tissue_probe as tp
 from tissue_probe.mapping.scatter import scatter
 
-KEYS = {"inclusions", "surface", "could_hide", "background", "check"}
+KEYS = {"again", "inclusions", "surface", "could_hide", "background", "check"}
 INCLUSION = {
     "x", "y", "probability", "stiffness", "contrast", "boundary_50", "boundary_90", "boundary_95",
 }  # fmt: skip
@@ -183,7 +183,7 @@ def test_the_next_sites_are_in_the_area_and_in_no_zone(run, tmp_path):
     assert outcome.status == 0, outcome.err
     assert "next site" in outcome.out
     found = json.loads((tmp_path / "out.json").read_text())
-    assert [set(one) for one in found["next"]] == 5 * [{"x", "y", "gain"}]
+    assert [set(one) for one in found["next"]] == 5 * [{"x", "y", "gain", "purpose"}]
     for one in found["next"]:
         assert 0.03 < one["x"] <= 0.04
         assert 0.0 <= one["y"] <= 0.04
