@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -59,11 +60,18 @@ def test_an_effect_that_shows_has_an_experiment_and_a_residual_in_numbers(pages)
     assert all("[quadratic_drag]" in row for row in rows)
 
 
-def test_the_lines_of_python_of_a_page_run(pages, monkeypatch, capsys):
-    monkeypatch.chdir(ROOT)
-    snippet = re.search(r"^```python\n(.*?)^```", pages["cubic_stiffening"], re.M | re.S)[1]
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("cubic_stiffening", "cubic_stiffness"), (MINE.name, "drag_coefficient")],
+)
+def test_the_lines_of_python_of_a_page_run(name, value, pages, tmp_path, monkeypatch, capsys):
+    (tmp_path / "examples").mkdir()
+    shutil.copy(ROOT / "examples" / "sweep.csv", tmp_path / "examples")
+    shutil.copy(ROOT / "docs" / "my_effect.py", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    snippet = re.search(r"^```python\n(.*?)^```", pages[name], re.M | re.S)[1]
     exec(compile(snippet, "page", "exec"), {})
-    assert "cubic_stiffness" in capsys.readouterr().out
+    assert value in capsys.readouterr().out
 
 
 def test_a_lag_and_a_delay_take_each_others_place_and_a_spring_does_not():

@@ -33,6 +33,7 @@ from tissue_probe.figures.effect_shown import ShownEffect, draw_effect
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.library import effects
 from tissue_probe.quantities import engineering
 
 #: The motion of the pictures: slow enough to tell a spring from a damper by eye, and out of the
@@ -227,7 +228,8 @@ def _python(effect: Effect) -> Iterator[str]:
     yield "\n## In Python\n"
     yield "```python\nimport tissue_probe as tp\n"
     yield 'measured = tp.read("examples/sweep.csv", force_polarity="compression")'
-    yield 'plain = tp.compare(measured, rig="compliant_probe", starts="at-rest")'
+    own = "" if effect.name in effects() else ', effects=["my_effect.py"]'
+    yield f'plain = tp.compare(measured, rig="compliant_probe", starts="at-rest"{own})'
     yield f'print(plain.plus("{effect.name}"))\n```'
 
 
