@@ -27,6 +27,10 @@ class MeasurementError(TissueProbeError):
 class FileError(TissueProbeError, OSError):
     """A file cannot be read or written; told as the operating system does, and of both families."""
 
+    def __reduce__(self) -> tuple[type[FileError], tuple[object, ...]]:
+        """Say how to make it again: what pickles for Dask knows no way for two such families."""
+        return type(self), self.args
+
 
 class NoFileError(FileError, FileNotFoundError):
     """There is no file of a name; told as the operating system does, and of both families."""

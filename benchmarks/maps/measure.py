@@ -67,17 +67,17 @@ def _set(
 
 
 def mapped_again(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
-    """Map a tissue, palpate what hangs on one site again, and mark the map of all sites."""
+    """Map sites that may err, palpate again what hangs on one, and mark the map of all."""
     x, y = raster(sites)
     begin = time.process_time()
-    found = tp.map(tissue.palpated(x, y, seed))
+    found = tp.map(tissue.palpated(x, y, seed), outliers=None)
     again = found.again[: round(MOST_AGAIN * x.size)]
     if again:
         x, y = (
             np.append(x, [1e3 * one.x for one in again]),
             np.append(y, [1e3 * one.y for one in again]),
         )
-        found = tp.map(tissue.palpated(x, y, seed))
+        found = tp.map(tissue.palpated(x, y, seed), outliers=None)
     seconds = time.process_time() - begin
     return replace(marks_of(tissue, found.to_dict(), shape, seconds), again=len(again))
 

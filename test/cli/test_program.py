@@ -14,7 +14,7 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "workbench", "challenge", "calibrate"),
+    *("compare", "diagnose", "improve", "workbench", "challenge", "calibrate", "study"),
 ]
 
 DIAGNOSING = ("compare", "diagnose", "improve")
@@ -96,6 +96,7 @@ def test_the_help_shows_units(run, command, units):
             "map",
             [
                 *("map.png", "the recorded estimates", "into", "0.5", "1.5", "0; x>=0"),
+                *("both", "0.0"),
                 "(the recording's own, else compliant_probe)",
             ],
         ),

@@ -238,7 +238,7 @@ def test_a_steep_error_of_the_encoder_explains_the_rounding_that_it_magnifies():
 
 
 def test_a_start_that_the_samples_hardly_tell_stays_within_reach():
-    made = challenge(460019, "bouc_wen_hysteresis", excitation="sine10ss")
+    made = challenge(460024, "bouc_wen_hysteresis", excitation="sine10ss")
     whole = measurement(made.recording, at_rest=False)
     seen = replace(whole, used=np.arange(whole.force.size) >= 40)
     fit = fitted([seen], "bouc_wen_hysteresis")

@@ -341,7 +341,7 @@ def map_sites(
     sought: Sought | None = None,
     register: Source | None = None,
     choose_for: Purpose = "both",
-    outliers: float | None = None,
+    outliers: float | None = 0.0,
 ) -> MapResult:
     """Map the stiffness over the sites of a recorded scan, or of a table of sites.
 
@@ -379,8 +379,9 @@ def map_sites(
         What further sites are chosen for: ``edge``, what inclusions are in doubt; ``find``, those
         that no site has felt; ``both`` in turn.
     outliers : float, optional
-        Share of the sites that err far more than they state, by a slip for one; by default it is
-        learnt. 0 where the robot verified contact at each.
+        Share of the sites that err far more than they state, by a slip for one. 0 where the robot
+        verified contact at each; None if it is learnt. Beside outliers an inclusion that one site
+        feels is not sure: palpate again where ``again`` says.
 
     Raises
     ------

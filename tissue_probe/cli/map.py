@@ -95,12 +95,13 @@ def map_command(
         ),
     ] = None,
     outliers: Annotated[
-        float | None,
+        float,
         typer.Option(
-            help="Share of the sites that err far more than they state; 0 where contact was "
-            "verified.  [default: learnt]",
+            metavar="SHARE",
+            help="Of sites that err far more than they state, such as 0.01 where the tip may "
+            "slip; 0 where contact was verified.",
         ),
-    ] = None,
+    ] = 0.0,
     json_file: Annotated[
         Path | None,
         typer.Option("--json", metavar="FILE", callback=in_a_folder, help="The map for programs."),

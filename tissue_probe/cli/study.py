@@ -23,7 +23,7 @@ Plan = Annotated[
         metavar="STUDY.yaml",
         help="recordings (data/*.csv, or a table with a column path and one a factor), pattern "
         "({specimen}_{day}.csv), task (estimate, compare, diagnose), question (rig: "
-        "rigid_probe, ...), output (a folder).",
+        "NAME, ...), output (a folder).",
     ),
 ]
 Workers = Annotated[

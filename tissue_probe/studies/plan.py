@@ -73,7 +73,7 @@ def read_plan(path: str | Path) -> Plan:
         raise ParameterError(f"{path}: task is {told['task']!r}; it is one of {', '.join(TASKS)}")
     question = told.get("question") or {}
     if not isinstance(question, dict):
-        raise ParameterError(f"{path}: question has no names: give lines such as rig: rigid_probe")
+        raise ParameterError(f"{path}: question has no names: give lines such as lowpass: 100.0")
     return Plan(
         recordings_of(str(told["recordings"]), told.get("pattern"), path.parent),
         told.get("task", "estimate"),

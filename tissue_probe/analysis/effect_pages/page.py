@@ -34,6 +34,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import effects
+from tissue_probe.physics.rigs import OWN
 from tissue_probe.quantities import engineering
 
 #: The motion of the pictures: slow enough to tell a spring from a damper by eye, and out of the
@@ -229,7 +230,7 @@ def _python(effect: Effect) -> Iterator[str]:
     yield "```python\nimport tissue_probe as tp\n"
     yield 'measured = tp.read("examples/sweep.csv", force_polarity="compression")'
     own = "" if effect.name in effects() else ', effects=["my_effect.py"]'
-    yield f'plain = tp.compare(measured, rig="compliant_probe", starts="at-rest"{own})'
+    yield f'plain = tp.compare(measured, rig="{OWN.name}", starts="at-rest"{own})'
     yield f'print(plain.plus("{effect.name}"))\n```'
 
 

@@ -105,7 +105,7 @@ class Sampled:
         within: Polygon | None = None,
         *,
         quick: bool = False,
-        outliers: float | None = None,
+        outliers: float | None = 0.0,
     ) -> Sampled:
         """Run chains until their halves agree. The same sites have the same states, bit for bit.
 
@@ -120,7 +120,7 @@ class Sampled:
             Run them half a stretch each, whether they agree or not: for a choice that is made again
             with the next site, not for a probability that is told.
         outliers : float, optional
-            Share of sites that err far more than they state, 0 to below 1; by default it is learnt.
+            Share of sites that err far more than they state, 0 to below 1; None if it is learnt.
 
         Raises
         ------

@@ -15,7 +15,7 @@ HYSTERETIC = sp.Symbol("hysteretic_force", real=True)
 YIELD = sp.Symbol("yield_displacement", positive=True)
 ELASTIC = sp.Symbol("elastic_displacement", real=True)
 INITIAL, GAMMA = sp.symbols("hysteretic_stiffness loop_bending", real=True)
-BETA = sp.Symbol("loop_closing", nonnegative=True)
+BETA = sp.Symbol("loop_closing", positive=True)
 #: Of what is told by how it bends, and of what is told by where it yields.
 _SAYS = (
     "hysteresis of {hysteretic_stiffness:N/m}, of the shape beta {loop_closing:.4g} 1/m and gamma "
@@ -93,7 +93,9 @@ def _sliding(exponent: int, forms: tuple[Effect, ...] = ()) -> Effect:
 _SHAPED = _form(
     (
         Parameter(INITIAL, "N/m", default=300.0, lower=0.0, upper=1e6),
-        Parameter(BETA, "1/m", default=1e3, lower=0.0, upper=1e5),
+        # A loop closes within 10 mm, as the other forms yield: of one that hardly does the force is
+        # a spring's, and forgets where it began along the way, as a branch does in time.
+        Parameter(BETA, "1/m", default=1e3, lower=100.0, upper=1e5),
         Parameter(GAMMA, "1/m", default=0.0, lower=-1e5, upper=1e5),
     ),
     INITIAL * ELASTIC,

@@ -18,8 +18,8 @@ def raster(noise=0.02):
     return x, y, k
 
 
-def sampled(x, y, k, **named):
-    return Sampled.of(Sites(x, y, 0 * x, None, k, 0.001 * k), **named)
+def sampled(x, y, k, outliers=None):
+    return Sampled.of(Sites(x, y, 0 * x, None, k, 0.001 * k), outliers=outliers)
 
 
 def told(x, y, k):
