@@ -37,7 +37,7 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
-	$(BIN)/python -m pytest --numprocesses 5 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
+	$(BIN)/python -m pytest --numprocesses 4 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --timeout-method thread -m crowded test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
