@@ -23,7 +23,7 @@ SITE := test/site
 SLOW := battery
 SIDE_BY_SIDE := --numprocesses 2 --dist
 # Two workers on two cores: threads of each would only wait for those of the other. Live tests wait
-# for processes for most of their time, so that there is work for a third and a fourth.
+# for processes for much of their time, but a third worker makes the samples of the others late.
 test test-slow: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo hidden-effect test test-slow test-page docs lint lint-page benchmark setup clean help
@@ -37,8 +37,8 @@ demo: $(VENV)/packages.done ## Palpate a simulated phantom; leaves run.mcap, map
 test: $(VENV)/packages.done $(VENV)/development.done ## Run the tests, real ROS 2 processes included.
 	$(BIN)/python test/kernels.py
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile -m "not $(SLOW)" $(addprefix --ignore=,$(LIVE) $(PAGE) $(SITE))
-	$(BIN)/python -m pytest --numprocesses 4 --dist loadfile --timeout-method thread -m "not crowded" test/nodes
-	$(BIN)/python -m pytest $(SIDE_BY_SIDE) worksteal --timeout-method thread -m crowded test/nodes
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile --timeout-method thread -m "not crowded" test/nodes
+	$(BIN)/python -m pytest --timeout-method thread -m crowded test/nodes
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE) loadfile test/launch test/benchmarks
 
 test-slow: $(VENV)/packages.done $(VENV)/development.done ## Run the tests of many seeds that `make test` leaves out.
