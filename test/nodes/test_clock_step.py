@@ -107,6 +107,7 @@ def set_clock(tmp_path, cold, monkeypatch) -> Callable[[int], None]:
     return step
 
 
+@pytest.mark.crowded
 @pytest.mark.slow
 def test_a_scan_goes_on_as_if_the_wall_clock_had_not_stepped(session, set_clock, bag):
     filters = [estimator("robust_ekf")]
