@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from enum import StrEnum
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,7 +29,7 @@ FOUND = 0.9
 PROBABILITY = "proba-\nbility"
 
 
-class ChooseFor(StrEnum):
+class ChooseFor(str, Enum):
     """What further sites are chosen for."""
 
     edge = "edge"

@@ -44,9 +44,10 @@ class Dataset:
         FileError
             If the disk is full, or the folder cannot be written.
         """
-        if not rows:
-            return
-        file = self.folder / f"rows-{uuid4().hex}.parquet"
+        if rows:
+            self._put(rows, self.folder / f"rows-{uuid4().hex}.parquet")
+
+    def _put(self, rows: Sequence[Mapping[str, Any]], file: Path) -> None:
         unfinished = self.folder / f"_unfinished-{file.name}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -58,12 +59,13 @@ class Dataset:
 
     def forget(self, paths: Collection[str]) -> None:
         """Take away the rows of some recordings, so that none is there twice."""
-        for file in self.folder.glob("rows-*.parquet"):
+        for file in self.folder.glob("rows-*.parquet") if paths else ():
             rows = pq.read_table(file).to_pylist()
             left = [each for each in rows if each["path"] not in paths]
-            if len(left) < len(rows):
-                self.write(left)
+            if not left:
                 file.unlink()
+            elif len(left) < len(rows):
+                self._put(left, file)  # in its place at once: no row is there twice meanwhile
 
     def read(self) -> list[dict[str, Any]]:
         """Return all rows; a file that is damaged is set aside, and its rows are missing."""

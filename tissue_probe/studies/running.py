@@ -58,7 +58,7 @@ def study(
     Raises
     ------
     ParameterError
-        If the plan is none, or two of its files are the same.
+        If the plan is none.
     FileError
         If the rows cannot be written.
     """
