@@ -1,4 +1,4 @@
-"""What a model of tissue misses: where it fails, which effect explains it, what adding it gains.
+"""The missing effects of a model: where it fails, which effect explains it, and the gain.
 
 Contents: judging models by measurements, as pure functions on arrays.
 """

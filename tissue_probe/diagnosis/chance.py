@@ -12,7 +12,7 @@ from scipy import special
 
 from tissue_probe.signals import FloatArray
 
-#: Median of the size of a standard normal variable: what a median of sizes is divided by.
+#: Median of the size of a standard normal variable: a median of sizes is divided by it.
 MEDIAN_SIZE = float(special.ndtri(0.75))
 
 

@@ -28,7 +28,7 @@ from tissue_probe.physics.rounding import COARSE, smoothed
 from tissue_probe.quantities import FORCE, POSITION
 from tissue_probe.signals import BoolArray
 
-#: Answers that are no models: what spoilt the samples.
+#: Answers that are no models: causes that spoilt the samples.
 SPOILT = ("adc_saturation", "stuck_samples")
 #: Findings that a commanded force causes where it rests, and that are no faults of it.
 RESTING = tuple((name, FORCE.name) for name in (*SPOILT, "no_contact"))
@@ -53,7 +53,7 @@ def cleaned(
     Raises
     ------
     MeasurementError
-        If the samples are such that any fit would be worthless; says why and what to do.
+        If the samples are such that any fit would be worthless; says why, and the remedy.
     """
     inspected = [_inspected(each) for each in measurements]
     findings = [finding for each in inspected for finding in each]

@@ -62,7 +62,7 @@ COARSE = (
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What is missing in a model, and how sure that is.
+    """The effects missing in a model, and how sure they are.
 
     Attributes
     ----------
@@ -71,9 +71,9 @@ class Diagnosis:
     ladder : Ladder
         The models that were tried, and those accepted.
     spoilt : tuple of str
-        ``adc_saturation``, ``stuck_samples``: what is wrong with samples, which were left out.
+        ``adc_saturation``, ``stuck_samples``: the fault of samples that were left out.
     findings : tuple of Finding
-        Of reading and of the inspection, on all measurements, also what validates; of the fit.
+        Of reading and of the inspection, on all measurements, also those that validate; of the fit.
     indistinguishable : tuple of str
         Effects by which models differ that explain the measurement equally well
         (``ladder.rivals``); empty where one is alone.
@@ -81,7 +81,7 @@ class Diagnosis:
         Effects of typical strength that this measurement could not have shown, beside those added;
         none where something is left unexplained.
     suggestion : Suggestion or None
-        What would separate the indistinguishable, or show the unseen.
+        The experiment that would separate the indistinguishable effects, or show the unseen ones.
     validated : mapping of tuple of str to float
         Error [unit of the output] on the validating recordings by the names of a model's effects.
     seconds : float
@@ -90,7 +90,7 @@ class Diagnosis:
         Noise on the validating recordings, rms: white, and that which errors of the position make;
         NaN without.
     command : DriverCommand or None
-        What runs the suggested experiment.
+        The command that runs the suggested experiment.
     uncertainty : float
         Error that the last model's values, known as roughly as they are, leave on the validating
         recordings; 0 without.
@@ -140,11 +140,11 @@ class Diagnosis:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """What is missing, in the order in which it is added."""
+        """The missing effects, in the order in which they are added."""
         return (*self.spoilt, *self.ladder.effects)
 
     def heldout(self, fit: Fit) -> float:
-        """Error of a model on what it was not fitted to: a second recording, or blocks."""
+        """Error of a model on samples it was not fitted to: a second recording, or blocks."""
         return self.validated.get(fit.composition.names, fit.heldout_rmse)
 
 
@@ -161,7 +161,7 @@ def diagnose(
     progress: Progress = lambda doing: None,
     tell: Tell = lambda fit: None,
 ) -> Diagnosis:
-    """Say what a model misses.
+    """Name the effects that a model misses.
 
     Parameters
     ----------
@@ -170,9 +170,9 @@ def diagnose(
     measurements : sequence of Measurement
         Of one specimen; fitted together.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     library : mapping of str to Effect
-        What may be missing.
+        The effects that may be missing.
     validation : sequence of Measurement
         Other recordings of the same specimen, on which models are tried and not fitted.
     wanted : sequence of str
@@ -180,7 +180,7 @@ def diagnose(
     begin_at : mapping of str to float, optional
         Values of the model, found before, at which the search for it begins.
     progress : callable
-        Told what is under way; an exception that it raises ends the diagnosis.
+        Called with the step under way; an exception that it raises ends the diagnosis.
     tell : callable
         Told the model with each effect alone, as ``climb`` does.
 
@@ -188,7 +188,7 @@ def diagnose(
     ------
     MeasurementError
         If any samples are such that a fit would be worthless, or the rig has nothing that a
-        wanted effect acts on; says why and what to do.
+        wanted effect acts on; says why, and the remedy.
     """
     begun = time.perf_counter()
     asked = prepared(composition, measurements, instrument, library, validation, wanted, begin_at)
@@ -302,8 +302,8 @@ def promises(
     base : Fit
         The model that is asked about.
     ranking : list of Promise
-        What each effect could explain of its residual, to first order, that the model's own values
-        cannot; the most first.
+        The part of its residual that each effect could explain, to first order, and the model's own
+        values cannot; the most first.
     findings : list of Finding
         Of reading and of the inspection.
     """
@@ -336,7 +336,7 @@ def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Findi
 
 
 def _command(suggestion: Suggestion | None, asked: Prepared) -> DriverCommand | None:
-    """Return what runs an experiment on the suite's own driver, which is of the usual size.
+    """Return the command of an experiment on the suite's own driver, which is of the usual size.
 
     Others' instruments have no such driver, nor its coil.
     """

@@ -1,6 +1,6 @@
-"""Whether what was fitted can be what was measured: contact with a tissue, its softness, units.
+"""Whether fitted values are possible for the measurements: contact, softness, units.
 
-Contents: what only a fit of the base model tells of the measurements' worth.
+Contents: faults of the measurements that only a fit of the base model shows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.ranking.carried import of_specimen
 from tissue_probe.physics.rigs import named
 from tissue_probe.quantities import FORCE
 
-#: What is fitted of every tissue.
+#: Values that are fitted of every tissue.
 TISSUE = ("stiffness", "damping")
 #: Share of the force's rms that no model leaves whose units are right, and where it is much.
 ALL, MUCH = 1.0, 0.5
@@ -85,7 +85,7 @@ def _size(fit: Fit) -> float:
 
 
 def _loses(fit: Fit) -> bool:
-    """Whether a model leaves what was measured of a force, or much of it and knows no tissue.
+    """Whether a model leaves all of a measured force, or much of it and knows no tissue.
 
     A position that a force drives wanders where nothing holds it: that may be as far off.
     """
@@ -99,7 +99,8 @@ def _loses(fit: Fit) -> bool:
 def _is_too_stiff(fit: Fit) -> bool:
     """Whether a fitted stiffness, not one that is held, is known to be that of no soft tissue.
 
-    The spring of a Maxwell fluid may be as stiff as it likes: what it is in series with gives way.
+    The spring of a Maxwell fluid may be as stiff as it likes: the damper in series with it gives
+    way.
     """
     stiffness, deviation = fit.named()["stiffness"], fit.deviations()["stiffness"]
     if not deviation > 0.0 or fit.composition.tissue == "maxwell":
@@ -128,7 +129,7 @@ def _no_tissue(fit: Fit) -> str:
         return (
             f"No soft tissue: a stiffness of {stiffness:.3g} N/m is {stiffness / cell:.3g} times "
             f"the load cell's {cell:.4g} N/m, so that the tip hardly moves and nothing is told of "
-            "what it presses on. Look whether it presses on a rigid stop; check the units "
+            "the specimen. Look whether it presses on a rigid stop; check the units "
             "(`position_unit`, `force_unit`), the load cell (`constant` load_cell_stiffness), and "
             f"whether the position is that of the tip (`rig` {LED})."
         )

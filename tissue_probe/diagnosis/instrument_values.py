@@ -1,6 +1,6 @@
 """Values that belong to the instrument and not to the tissue, run by run and part by part.
 
-Contents: where a run touches, by how much zeros differ, and what cannot be told from them.
+Contents: where a run touches, by how much zeros differ, and effects that cannot be told from them.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.signals import BoolArray, spans_of
 
 OUTLIERS = (
-    "{told}{count} samples in short rows, the first at sample {first}, are far from what any model "
-    "leaves of those before and after: disturbances, left out of the fit; look for a loose contact "
+    "{told}{count} samples in short rows, the first at sample {first}, are far from the residual "
+    "of those before and after: disturbances, left out of the fit; look for a loose contact "
     "or a switching load."
 )
 CORNERS = (
@@ -44,7 +44,7 @@ def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -
     final : Fit
         The last model: without these samples.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     """
     hidden = undecided(final, instrument)
     for one, rest, unknown in zip(given, final.measurements, hidden, strict=True):

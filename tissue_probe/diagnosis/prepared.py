@@ -34,7 +34,7 @@ class Prepared:
     measurements : list of Measurement
         Without spoilt samples, from the touch on, and with the course of the input.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     findings : list of Finding
         Of reading and of the inspection, on all measurements.
     library : mapping of str to Effect
@@ -58,7 +58,7 @@ class Prepared:
 
     @property
     def spoilt(self) -> tuple[str, ...]:
-        """What is wrong with samples, which are left out."""
+        """The faults of samples that are left out."""
         return tuple(name for name in SPOILT if any(f.name == name for f in self.findings))
 
 
@@ -79,7 +79,7 @@ def prepared(
     ------
     MeasurementError
         If any samples are such that a fit would be worthless, or the rig has nothing that a
-        wanted effect acts on; says why and what to do.
+        wanted effect acts on; says why, and the remedy.
     """
     read = [Finding("as_read", n) for each in (*measurements, *validation) for n in each.notes]
     given = (COURSE,) if any(each.between is not None for each in measurements) else ()

@@ -35,7 +35,7 @@ NOISIER = (
     "or its range may be another."
 )
 #: Models of several effects that are less probable than this are not tried on a second recording:
-#: its error would have to be smaller by what no noise hides.
+#: its error would have to be smaller by more than noise hides.
 POSSIBLE = 1e-4
 #: A model does not carry over that leaves this many times as much as it should on a second
 #: recording, and its noise is another one from as many times on.
@@ -53,7 +53,7 @@ class SecondRecording:
     moved : mapping of tuple of str to Fit or None
         Each model there, by the names of its effects; None where it diverges.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     """
 
     measurements: tuple[Measurement, ...]
@@ -97,7 +97,7 @@ class SecondRecording:
         return math.sqrt(np.average([m.noise.power for m in self.measurements], weights=counts))
 
     def concluded(self, ladder: Ladder) -> Ladder:
-        """Return what may be said by both recordings.
+        """Return the ladder with the verdict of both recordings.
 
         A model that diverges on the second one is none of those that it may make probable.
         """
@@ -199,8 +199,8 @@ def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
     """Return the logarithm of the likelihood of other recordings; the noise's level is unknown.
 
     Over all values that the first recording leaves possible, to first order in their errors
-    (D. MacKay, Neural Computation 4 (1992), 415, section 3). What belongs to a run is fitted anew,
-    and paid for as in the first recording: it makes a model that has more of it no more probable.
+    (D. MacKay, Neural Computation 4 (1992), 415, section 3). Values of a run are fitted again, and
+    paid for as in the first recording: they make a model that has more of them no more probable.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
     moved : Fit
         The same on the other recordings.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     """
     problem, by_value, held = _by_value(fit, moved, instrument)
     weighed = [problem.weighed(index, each) for index, each in enumerate(by_value)]
@@ -233,7 +233,7 @@ def _likelihood(fit: Fit, moved: Fit, instrument: Instrument) -> float:
 def _by_value(
     fit: Fit, moved: Fit, instrument: Instrument
 ) -> tuple[Problem, list[FloatArray], IntArray]:
-    """Return what values of the specimen do to the output of each of other recordings.
+    """Return the sensitivity of each other recording's output to values of the specimen.
 
     With the problem of these recordings, and the places of the values among all of the first.
     """

@@ -1,6 +1,6 @@
 """Work that this process shares with a copy of itself.
 
-Contents: who does what, and how it comes back.
+Contents: the division of the work, and how results come back.
 
 Nearly half of a search is Python: of that two threads do one thing at a time, and hand over to one
 another so often that they gain a sixth. A copy of the process (fork) knows all that this one knows,
@@ -40,14 +40,14 @@ _alone = ContextVar("alone", default=False)
 def mapped(
     function: Callable[[_Given], _Told], given: Iterable[_Given], known: Sequence[object] = ()
 ) -> list[_Told]:
-    """Return what a function makes of each of several things, as ``map`` does.
+    """Return the results of a function for each of several things, as ``map`` does.
 
     Parameters
     ----------
     function : callable
-        What is done; what it changes is lost.
+        The work; changes that it makes to its surroundings are lost.
     given : iterable
-        What it is done to.
+        The things that it is applied to.
     known : sequence of object
         See ``in_turns``.
     """
@@ -63,9 +63,9 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
     Parameters
     ----------
     works : sequence of iterator
-        What is done; what it changes is lost.
+        The work; changes that it makes to its surroundings are lost.
     known : sequence of object
-        What the items may hold and both processes have: it is not copied, and stays what it is.
+        Objects in the items that both processes have: they are not copied, and stay the same.
 
     Returns
     -------
@@ -74,8 +74,7 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
 
     Raises
     ------
-    Exception
-        Whatever a work raises, here or in the copy.
+    Exception Any exception that a work raises, here or in the copy.
     RuntimeError
         If the copy is ended from outside.
     """
@@ -151,7 +150,7 @@ def _tell(
     say: Connection,
     known: Sequence[object],
 ) -> None:
-    """Advance works in the copy, and tell what they yield or raise."""
+    """Advance works in the copy, and send back each item or exception."""
     gc.disable()  # the copy ends before there is much
     told: object
     try:
@@ -165,7 +164,7 @@ def _tell(
 
 
 def _heard(answer: Connection, known: Sequence[object]) -> Any:
-    """Return what the copy tells."""
+    """Return the answer of the copy."""
     try:
         return _Reader(io.BytesIO(answer.recv_bytes()), known).load()
     except EOFError:
@@ -206,7 +205,7 @@ class Numbers:
     Parameters
     ----------
     begin : float
-        What both are to begin with.
+        The value that both begin with.
     """
 
     def __init__(self, begin: float) -> None:
@@ -234,24 +233,24 @@ class Numbers:
 
 
 class _Writer(pickle.Pickler):
-    """Writes what both processes have as its place among what is known."""
+    """Writes an object that both processes have as its place among the known ones."""
 
     def __init__(self, file: io.BytesIO, known: Sequence[object]) -> None:
         super().__init__(file, protocol=pickle.HIGHEST_PROTOCOL)
         self.places = {id(one): place for place, one in enumerate(known)}
 
     def persistent_id(self, obj: object) -> int | None:
-        """Return the place of what is known, or None."""
+        """Return the place of a known object, or None."""
         return self.places.get(id(obj))
 
 
 class _Reader(pickle.Unpickler):
-    """Reads what a ``_Writer`` wrote."""
+    """Reads the bytes of a ``_Writer``."""
 
     def __init__(self, file: io.BytesIO, known: Sequence[object]) -> None:
         super().__init__(file)
         self.known = known
 
     def persistent_load(self, pid: int) -> object:
-        """Return what is known at a place."""
+        """Return the known object at a place."""
         return self.known[pid]

@@ -1,4 +1,4 @@
-"""Of what size a record is, and the question put in that size: the one door of every comparison.
+"""The size of a record, and the question put in that size: the one door of every comparison.
 
 Contents: telling the size, and turning model, instrument and library by it.
 """
@@ -28,18 +28,18 @@ if TYPE_CHECKING:
 #: tissue, and of robots, are at most some thirty times more or less. The time is the geometric mean
 #: of the record's and of that between two samples.
 TRAVEL, RANGE, TIME = 1e-2, 3.0, 0.2
-#: What changes with a record's size, and what to know of it.
+#: The sentence on a record's size and its consequences.
 TOLD = (
     "The record is of another size than is usual: bounds and typical values are taken {} times "
-    "larger, and so is what nobody gave of the rig. A law that refers to 1 mm refers to {:g} m, "
-    "and one that refers to 1 s to {:g} s."
+    "larger, and so are constants of the rig that nobody gave. A law that refers to 1 mm "
+    "refers to {:g} m, and one that refers to 1 s to {:g} s."
 )
 #: Share of the samples at either end of a range that may be disturbed.
 APART = 0.005
 
 
 def size_of(measurements: Sequence[Measurement]) -> Scale:
-    """Return of what size the largest of some measurements is, in whole prefixes of units."""
+    """Return the size of the largest of some measurements, in whole prefixes of units."""
     travel = max(_range(each.position) for each in measurements)
     force = max(_range(each.force) for each in measurements)
     longest = max(measurements, key=lambda each: each.sample_period * each.force.size)
@@ -52,7 +52,7 @@ def sized(
 ) -> tuple[Composition, list[Measurement], Instrument]:
     """Return a question about measurements in their own size.
 
-    A model with effects of its own keeps its size: what its values mean depends on it.
+    A model with effects of its own keeps its size: the meaning of its values depends on it.
     """
     own = bool(composition.effects) or not composition.scale.is_usual
     scale = composition.scale if own else size_of(measurements)
@@ -74,7 +74,7 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
 
 
 def told_of_size(scale: Scale) -> list[Finding]:
-    """Say what a record's size changes; nothing where it is usual."""
+    """Say the consequences of a record's size; nothing where it is usual."""
     if scale.is_usual:
         return []
     factors = ((name, getattr(scale, name)) for name in ("length", "force", "time"))
@@ -87,8 +87,8 @@ def library_of_size(
 ) -> Mapping[str, Effect]:
     """Return the effects that may be missing in a record of a size.
 
-    An effect of the user's own is as it was written: its bounds are meant for this record. What is
-    of the world about is none of a record with other times, unless it is ``wanted``.
+    An effect of the user's own is as it was written: its bounds are meant for this record. An
+    effect of the surroundings does not occur in a record with other times, unless it is ``wanted``.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 # ruff: noqa: F821
-"""What the estimators without a Kalman filter share: how they write an estimate down.
+"""How the estimators without a Kalman filter write an estimate down.
 
 Never imported: this text becomes part of their kernel modules (see ``lock_in``, ``rls``), which
 keep the first eight rows of the latest estimate in ``memory`` from ``LAST`` on.
@@ -14,7 +14,7 @@ def noise(constants, memory):
 
 @njit(error_model="numpy")
 def record(constants, memory, estimates, sample, innovation, normalized):
-    """Write down what is known after a sample."""
+    """Write the estimates after a sample."""
     for row in range(8):
         estimates[row, sample] = memory[LAST + row]
     estimates[8, sample] = innovation

@@ -1,7 +1,7 @@
 # ruff: noqa: F821
 """Extended Kalman filter (paper, section III-A)."""
 
-# What a filter carries along besides mean and covariance: names and values at the start.
+# Numbers that a filter keeps beside mean and covariance: names and values at the start.
 EXTRA = {}
 # Whether a change of stiffness and damping is followed, so that a first harmonic in the innovations
 # is no contradiction.

@@ -15,7 +15,7 @@ def start_on(arrays):
 
 @cfunc("void(CPointer(CPointer(float64)))", error_model="numpy")
 def reopen_on(arrays):
-    """Keep what is known of the tissue."""
+    """Keep the estimates of the tissue."""
     memory = carray(arrays[1], MEMORY)
     reopen(carray(arrays[0], CONSTANTS), memory)
     interrupt(memory)

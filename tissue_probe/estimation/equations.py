@@ -1,4 +1,4 @@
-"""What an estimator's equations are written in: the matrices of its filter, as symbols.
+"""The matrices of an estimator's filter as symbols: its equations are written in them.
 
 Contents: names for the quantities of a Kalman filter, and their way into code.
 """
@@ -73,7 +73,7 @@ class Filter:
         return self.program.load("constants", self.layout.constant(name), [name])[0]
 
     def per_state(self, name: str) -> sp.Matrix:
-        """Return what each state has (prior, process_variance, ...), shape (n, 1)."""
+        """Return a number of each state (prior, process_variance, ...), shape (n, 1)."""
         names = [f"{name}_{state}" for state in self.layout.states]
         return sp.Matrix(self.program.load("constants", self.layout.per_state(name), names))
 

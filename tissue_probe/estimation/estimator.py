@@ -1,6 +1,6 @@
 """One estimator on one stream of samples: gaps, repeats, restarts, and a kernel for the rest.
 
-Contents: what happens between blocks.
+Contents: the decisions between blocks of samples.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Estimator:
         insort(self._restart_stamps, stamp)
 
     def _already_used(self, block: SampleBlock) -> int:
-        """Compare a block with what is expected next; return how many samples came before."""
+        """Compare a block with the expected next sample; return how many samples came before."""
         if block.sample_period != self._sample_period:
             self._begin(block)
         elif block.sequence > self._expected:
@@ -163,7 +163,7 @@ class Estimator:
         self._alignment = self._aligning()
 
     def _aligning(self) -> Alignment:
-        """Return what brings force and position together where the model says that one is late."""
+        """Return the alignment of force and position where the model says that one is late."""
         return Alignment(self._kernel.delay / self._sample_period)
 
     def _estimates(self, stamps: np.ndarray, first: int, rows: np.ndarray) -> TissueEstimates:

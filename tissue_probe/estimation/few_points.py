@@ -21,7 +21,7 @@ def spread(filter, tangent):
             + sum of ((a_j - f(X)) (a_j - f(X))^T + b_j b_j^T) / c^2 - d d^T + Q
 
     The parameters do not move; where nothing else does either, no point is needed. Their part of P
-    is put together from U all the same: where rounding left P indefinite, this is what mends it.
+    is put together from U all the same: where rounding left P indefinite, this mends it.
     """
     if not filter.model.states:
         ekf.predict(filter)

@@ -23,7 +23,7 @@ from tissue_probe.estimation.layout import (
 from tissue_probe.physics.effects.effect import POSITION_BEFORE
 from tissue_probe.physics.model import Model
 
-#: What calls these functions is compiled code, too.
+#: The callers of these functions are compiled code, too.
 OPTIONS = 'error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True'
 LOOP = Path(__file__).with_name("loop.py")
 PAST_INPUTS = Path(__file__).with_name("past_inputs.py")
@@ -32,11 +32,11 @@ VERDICT = Path(__file__).with_name("verdict.py")
 BY_HAND = Path(__file__).with_name("by_hand.py")
 ENTRIES = Path(__file__).with_name("entries.py")
 
-# What exceeds this is no measurement [m, N]: it counts as missing, as a NaN does.
+# A larger number is no measurement [m, N]: it counts as missing, as a NaN does.
 LARGEST = 1e4
 # Stands for a pivot of 0, which divides nothing but 0 where a matrix is semidefinite.
 TINY = sp.Float(1e-300)
-# What ``windows`` carries along: its sums, from the first of these places on.
+# The sums that ``windows`` keeps, from the first of these places on.
 WINDOW_SUMS = {"WINDOWS": 0.0, **{f"WINDOWS_{place}": 0.0 for place in range(1, 8)}}
 # How many numbers an estimator written by hand may carry along for itself: the first in ``memory``.
 OWN = 32
@@ -129,7 +129,7 @@ def _places(layout: Layout, memory: int, verdict: int, follows: bool) -> str:
 
 
 def _forget(filter: Filter) -> None:
-    """Know less than the prior: a constant force, too, may be whatever it can."""
+    """Know less than the prior: a constant force, too, may have any value within its bounds."""
     filter.assign(filter.per_state("prior"), sp.diag(*filter.per_state("largest_variance")))
 
 
@@ -143,7 +143,7 @@ def _start(filter: Filter) -> None:
 
 
 def _reopen(filter: Filter) -> None:
-    """Keep what is known of the tissue, forget the motion and the input's history."""
+    """Keep the estimates of the tissue; forget the motion and the input's history."""
     names = filter.layout.states
     walks = {name for name, prior in filter.layout.priors.items() if prior.walk > 0.0}
     kept = [i >= len(filter.model.states) and name not in walks for i, name in enumerate(names)]
@@ -192,7 +192,7 @@ def _output(filter: Filter) -> list[sp.Symbol]:
 
 
 def _true_position(filter: Filter) -> list[sp.Symbol]:
-    """Return where the coil is, of what the encoder says; at first it was there already."""
+    """Return the coil's place, computed from the encoder's; at first it was there already."""
     program, layout = filter.program, filter.layout
     if "POSITION_BEFORE" not in layout.extra:
         return [program.let("true", filter.model.position)]

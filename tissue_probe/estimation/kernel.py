@@ -22,7 +22,7 @@ from tissue_probe.settings import SettingsError
 FloatArray = NDArray[np.float64]
 
 
-#: What a kernel's module tells of itself.
+#: Names of the facts that a kernel's module holds of itself.
 FACTS = ("STATE_NAMES", "EXTRA", "MEMORY")
 
 
@@ -61,7 +61,7 @@ class KalmanFilter:
     ----------
     equations : module
         Has ``predict(filter)`` and ``update(filter)``, which write equations in symbols; ``weigh``,
-        which is Numba's Python; and ``EXTRA``, what the filter carries along besides.
+        which is Numba's Python; and ``EXTRA``, further numbers that the filter keeps.
     force_offset : bool
         Whether a constant force is estimated too.
     """
@@ -71,7 +71,7 @@ class KalmanFilter:
 
     @property
     def summary(self) -> str:
-        """One line on what the estimator is."""
+        """The estimator in one line."""
         return self.equations.__doc__.splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:
@@ -131,7 +131,7 @@ class ByHand:
 
     @property
     def summary(self) -> str:
-        """One line on what the estimator is."""
+        """The estimator in one line."""
         return ast.get_docstring(ast.parse(self.path.read_text())).splitlines()[0]
 
     def kernel(self, settings: EstimatorSettings) -> Kernel:

@@ -20,7 +20,7 @@ from tissue_probe.physics.rigs import RIGS
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of one state beforehand, where no setting tells it.
+    """The prior of one state, where no setting states it.
 
     ``mean``, ``deviation`` and the bounds are in the state's unit; ``walk`` is the variance that it
     gains in each second. A state that walks is begun anew after a gap.
@@ -54,7 +54,8 @@ WINDOW_TIME, WINDOW_SAMPLES = 0.01, 16
 # How many numbers the verdict carries along.
 VERDICT_SIZE = 56
 
-# How many times farther than others a standard deviation may grow; once for what is not listed.
+# How many times farther than others a standard deviation may grow; once for a state that is not
+# listed.
 CEILING = {"force_offset": 100.0}
 
 
@@ -137,7 +138,7 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """Length of ``memory``, without what equations need for intermediate results."""
+        """Length of ``memory``, without the equations' intermediate results."""
         return self.verdict + VERDICT_SIZE + len(self.extra)
 
     def constants(self, settings: EstimatorSettings, sample_period: float) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
 """A model file as a filter can run it: without memory of switches, its further numbers held.
 
-Contents: which of a model's numbers a filter estimates, which it holds, what it assumes of them
-beforehand, and what cannot run live.
+Contents: which of a model's numbers a filter estimates, which it holds, their priors, and which
+models cannot run live.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ TOOL = ("tip_mass", "load_cell_stiffness", "load_cell_damping")
 
 @dataclass(frozen=True)
 class LiveModel:
-    """What a filter needs of a model file.
+    """The numbers and equations that a filter needs of a model file.
 
     Attributes
     ----------
     model : Model
-        Its parameters are what is estimated; everything else is among its constants.
+        Its parameters are estimated; all its other numbers are among its constants.
     values : mapping of float
         Every constant and parameter of the file (SI).
     priors : mapping of Prior
@@ -92,16 +92,17 @@ class LiveModel:
 
 
 def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
-    """Read the model file that the settings name, and make of it what a filter can run.
+    """Read the model file that the settings name, and make a model of it that a filter can run.
 
     Stiffness, damping and (with ``force_offset``) a constant force are estimated; those of a fluid
     from the file's values on, since without damping it has no motion. The effects'
     parameters are held at the file's values; with ``estimate_effects`` their strengths are
-    estimated, from the file's value give or take half of it. What follows the clock (hum, drift,
-    breathing) began at another phase in the file's recording: its strengths are always estimated.
+    estimated, from the file's value give or take half of it. An effect that follows the clock (hum,
+    drift, breathing) began at another phase in the file's recording: its strengths are always
+    estimated.
 
-    What changes the tissue's stiffness at a time of that recording is left out: stiffness is
-    estimated. Where a channel is late, the other is read as late, and the estimates are of then.
+    An effect that changes the tissue's stiffness at a time of that recording is left out: stiffness
+    is estimated. Where a channel is late, the other is read as late, and the estimates are of then.
 
     A switch, such as contact, remembers nothing live: it is on where it would come on. So adhesion
     holds the tip only while it is in the tissue, as without it; friction that sticks creeps.
@@ -129,7 +130,7 @@ def live_model(settings: EstimatorSettings, force_offset: bool) -> LiveModel:
     for reason in _refusals(fitted):
         raise SettingsError(f"{path}: {reason}")
     effects = [_sampled(each) for each in composition.all_effects if not _is_followed(each)]
-    # What makes the position true comes before what it then does to the coil.
+    # Effects that correct the position come before effects of the corrected position on the coil.
     effects.sort(key=lambda effect: effect.position.has(POSITION_BEFORE))
     tissue = TISSUES[composition.tissue]
     model = composition.rig.compose(effects, tissue, True, force_offset)
@@ -149,7 +150,7 @@ def _runs_live(rig: Rig) -> bool:
 
 
 def _refusals(fitted: FittedModel) -> list[str]:
-    """Say what cannot run live, and why."""
+    """Name the effects that cannot run live, and why."""
     composition = fitted.composition
     if not _runs_live(composition.rig):
         return [

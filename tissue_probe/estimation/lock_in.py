@@ -23,7 +23,7 @@ PHASE, COUNT, SQUARED_WEIGHTS, LAST = 13, 14, 15, 16
 STIFFNESS = LAST
 FOLLOWS = True
 OFFSET = LAST + 6  # which the fit's constant takes up
-# Of the motion's square, what a steady drive leaves to anything else: a hundredth, squared, since
+# The share of the motion's square that is not the steady drive's: a hundredth, squared, since
 # the damping may be a small part of the impedance.
 UNSTEADY = 1e-4
 # Periods after which hardly anything (e^-3) is left of how the motion began.

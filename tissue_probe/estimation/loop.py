@@ -56,7 +56,7 @@ def repair(constants, memory):
 
 @njit(error_model="numpy")
 def record(constants, memory, estimates, sample):
-    """Write down what is known after a sample."""
+    """Write the estimates after a sample."""
     stiffness = memory[STIFFNESS]
     damping = memory[DAMPING]
     stiffness_variance = memory[DIAGONAL[STIFFNESS]]

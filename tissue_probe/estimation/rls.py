@@ -37,7 +37,7 @@ def start(constants, memory):
 
 @njit(error_model="numpy")
 def reopen(constants, memory):
-    """Keep what is known of the tissue; the filters begin anew."""
+    """Keep the estimates of the tissue; the filters begin again."""
     memory[COUNT] = 0.0
 
 
@@ -45,8 +45,8 @@ def reopen(constants, memory):
 def advance(memory, state, last, signal, steps):
     """Let a signal, straight between samples, pass the filter in closed form.
 
-    In units of 1 / w_f the filter is (D + 1)^3 y = a + b t. It follows a - 3 b + b t, and whatever
-    deviates from that goes as a polynomial of second degree times e^(-t).
+    In units of 1 / w_f the filter is (D + 1)^3 y = a + b t. It follows a - 3 b + b t, and any
+    deviation from that goes as a polynomial of second degree times e^(-t).
     """
     slope = (signal - memory[last]) / steps
     followed = memory[last] - 3.0 * slope
@@ -63,7 +63,7 @@ def advance(memory, state, last, signal, steps):
 
 @njit(error_model="numpy")
 def begin_filters(memory, x, force):
-    """Begin as if both signals had always been what they are now."""
+    """Begin as if both signals had always had their present value."""
     memory[:LAST_X] = 0.0
     memory[X] = memory[LAST_X] = x
     memory[F] = memory[LAST_F] = force

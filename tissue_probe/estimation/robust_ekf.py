@@ -10,9 +10,9 @@ re-opened little at first, since a change of tissue under an unloaded tip leaves
 farther with each further opening that comes soon after. For some 50 samples after an opening,
 stiffness and damping are taken to go on changing, both by the same share: as where the tip sinks in
 and its contact grows. The damping is invisible for 10 ms around each turn of the motion; without
-what the stiffness tells of it, no filter could follow a ramp there.
-The price is paid where one of the two steps alone, or the damping alone is ramped: see these rows
-of ``python -m benchmarks estimators``.
+the information that the stiffness holds of it, no filter could follow a ramp there. The price is
+paid where one of the two steps alone, or the damping alone is ramped: see these rows of ``python -m
+benchmarks estimators``.
 
 Where several openings within some 50 samples did not help, the filter has lost its way: it forgets
 everything and begins anew, which takes hardly longer than a first contact.

@@ -26,7 +26,7 @@ class Run:
     Parameters
     ----------
     kernel : Kernel
-        What to run; it knows nothing but the prior yet.
+        The kernel to run; it knows nothing but the prior yet.
     settings : EstimatorSettings
         Instrument, noise and prior.
     sample_period : float
@@ -58,7 +58,7 @@ class Run:
         self._start(self._arrays)
 
     def reopen(self) -> None:
-        """Keep what is known of the tissue, where samples were lost."""
+        """Keep the estimates of the tissue, where samples were lost."""
         self._reopen(self._arrays)
 
     def take(self, position: FloatArray, force: FloatArray, estimates: FloatArray) -> None:

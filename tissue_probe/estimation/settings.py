@@ -1,4 +1,4 @@
-"""What a user may set on an estimator: one flat class, read by the nodes and the command line."""
+"""The settings of an estimator: one flat class, read by the nodes and the command line."""
 
 from __future__ import annotations
 
@@ -186,7 +186,7 @@ class EstimatorSettings(BaseModel):
         )
 
     def _parts(self, name: str) -> dict[str, float]:
-        """Return what adds up to the largest stiffness or damping that acts on the tip."""
+        """Return the terms of the largest stiffness or damping that acts on the tip."""
         bounds = {bound: getattr(self, bound) for bound in (f"{name}_minimum", f"{name}_maximum")}
         bound = max(bounds, key=lambda each: abs(bounds[each]))
         deviation = f"{name}_prior_sd"

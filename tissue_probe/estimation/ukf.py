@@ -15,7 +15,7 @@ def predict(filter):
     the elements of P differ by 16 orders of magnitude. Eq. 34 needs f(X^i). With an upper factor
     the first pairs of points differ from the mean in the tip's motion only; where the step is
     linear in the motion its derivative F then gives f(X^i) exactly, and at less cost. The output is
-    linear in the state: a second set of sigma points (eqs. 37-41) would give what ``update``
+    linear in the state: a second set of sigma points (eqs. 37-41) would give the same as ``update``
     computes from H.
     """
     n = len(filter.X)

@@ -1,13 +1,13 @@
 # ruff: noqa: F821
-"""What an estimate is worth: one test of the noise, one of the model, and the status they give.
+"""The status of an estimate: one test of the noise, one of the model.
 
 Never imported: this text becomes part of each kernel module, which says where in ``memory`` the
 block of these numbers begins (``VERDICT``).
 
-**The model** is tested by what recurs with the drive. Under the right model innovations are white,
-whatever the coil does; under a wrong one they repeat with its motion, as harmonics of it. The
-motion itself tells its phase angle phi, so that no frequency need be known, and chirps and sums of
-sines are as good as a sine:
+**The model** is tested by the innovations that recur with the drive. Under the right model
+innovations are white for any motion of the coil; under a wrong one they repeat with its motion, as
+harmonics of it. The motion itself tells its phase angle phi, so that no frequency need be known,
+and chirps and sums of sines are as good as a sine:
 
     cos phi + i sin phi = z / |z|,  z = (u - mean u) / rms + i u' / rms
 
@@ -39,7 +39,7 @@ HARMONICS, BEFORE, IN_A_ROW = 1, 9, 18
 
 # L above; how often in a row short and long batches must exceed it; short ones in a long one.
 LIMIT, ENOUGH_SHORT, ENOUGH_LONG, PARTS = 12.0, 2.0, 1.0, 4.0
-# Least share of a harmonic in what the innovations exceed their noise by: less is hum's leakage.
+# Least share of a harmonic in the innovations' excess over their noise: less is hum's leakage.
 SHARE = 0.2
 # A single innovation counts as 3.2 standard deviations at most: outliers are no harmonics.
 LARGEST_NIS = 10.0

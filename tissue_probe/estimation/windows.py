@@ -12,7 +12,7 @@ Shinbrot, Trans. ASME 79, 1957; Preisig and Rippin, Computers and Chemical Engin
 
     <phi F> = m <phi'' u> + k <phi u> - beta <phi' u> + d,  <phi> = 1
 
-This is exact, whatever the motion. With phi = sin^4(pi t / T) sums over the samples, each in the
+This is exact for any motion. With phi = sin^4(pi t / T) sums over the samples, each in the
 middle of its share of the window, stand for the integrals to (pi / n)^4 / 13, n samples to a
 window. Windows follow one another by half their length: then they hold nearly all that the samples
 tell, and the noise of neighbours has the correlation 3/35 only. A motion of f > 1.5 / T hardly
@@ -24,7 +24,7 @@ Never imported: this text becomes part of a kernel module (see ``loop``).
 
 # Sums of a window: of phi u, -phi' u, phi'' u, phi F. PRIMED counts the samples since the begin.
 SUMS = 4
-# By how much the correlation of neighbours makes what windows tell of a slow motion less sure.
+# By how much the correlation of neighbours enlarges the variance of a slow motion's estimate.
 OVERLAP = 1.0 + 2.0 * 3.0 / 35.0
 
 

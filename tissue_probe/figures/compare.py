@@ -23,7 +23,7 @@ from tissue_probe.signals import FloatArray
 ZOOMED_CROSSINGS = 7  # of the signal through its mean: three cycles and a half
 ROOM_FOR_LEGEND = 0.25  # of the axis
 FEW = 8  # samples in a bin, from which on its error is shown
-#: What profiles show: of the residual made white, which is not the error beside it.
+#: The axis of profiles: the whitened residual, which is not the error beside it.
 WHITENED = "rms error / noise,\nknown 1/f noise taken out"
 RASTERISED = 5000  # samples from which on a line in an SVG is stored as an image
 
@@ -39,7 +39,7 @@ _PHASES = {-180.0: "out", -90.0: "going in", 0.0: "deepest", 90.0: "coming out",
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is measured and what a model predicts of it.
+    """A channel as measured and as a model predicts it.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Comparison:
     noise : float
         Standard deviation of the output's white noise.
     output : Quantity
-        What it is.
+        The channel.
     """
 
     time: FloatArray
@@ -80,21 +80,21 @@ def draw_comparison(
 ) -> Figure:
     """Draw signal and error over time, whole and magnified, and the error over six quantities.
 
-    Below, each panel shows the rms error as a multiple of the noise; 1 is what a right model
-    leaves. Regions that stand out are marked "here".
+    Below, each panel shows the rms error as a multiple of the noise; a right model leaves 1.
+    Regions that stand out are marked "here".
 
     Parameters
     ----------
     time : array, shape (N,)
         Times of the samples [s].
     measured, predicted : array, shape (N,)
-        What a model predicts.
+        The samples, and a model's prediction.
     localisation : Localisation
         Where the residual lies, with the six profiles of `localise`.
     noise : float
         Standard deviation of the output's white noise.
     output : Quantity
-        What it is.
+        The channel.
     used : array of bool, shape (N,), optional
         Which samples the error in the title is of; all by default.
     name : str
@@ -179,7 +179,7 @@ def draw_stretch(panels: Sequence[Axes], shown: Comparison, span: slice) -> None
 
 
 def add_legend(axes: Axes, room: float = ROOM_FOR_LEGEND) -> None:
-    """Add a legend, and room for it above what is drawn, as a share of the axis."""
+    """Add a legend, and room for it above the curves, as a share of the axis."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + room * (high - low))
     axes.legend(loc="upper right", ncols=2, fontsize=9)
@@ -245,7 +245,7 @@ def draw_profile(axes: Axes, profile: Profile, noise: float) -> None:
 
 
 def describe_axis(profile: Profile) -> str:
-    """Return what a profile's axis shows, with its unit."""
+    """Return the quantity of a profile's axis, with its unit."""
     if profile.quantity == "phase":
         return "phase of the cycle"
     return f"{profile.quantity} [{profile.unit}]" if profile.unit else profile.quantity

@@ -1,4 +1,4 @@
-"""One effect as a picture: the force with it and without, and what the plain model leaves of it."""
+"""One effect as a picture: the force with it and without, and the plain model's residual."""
 
 from __future__ import annotations
 

@@ -79,14 +79,14 @@ def draw_estimates(
     """Draw all estimators over one site's first second (left) and over the whole scan (right).
 
     Estimates are thin lines until they have converged, and left out between dwells and without
-    contact; bands are two standard deviations to either side. The axes hold what converged; a
+    contact; bands are two standard deviations to either side. The axes hold converged estimates; a
     start-up transient may run out of them. A recording that announces no dwell is drawn as one
     dwell from its first sample to its last.
 
     Parameters
     ----------
     recording : Recording
-        What was measured.
+        The measured channels.
     estimates : sequence of TissueEstimates
         One for each estimator, made from this recording.
     truth : array, shape (number of dwells, 2), optional
@@ -147,7 +147,7 @@ def _dwells(recording: Recording, truth: FloatArray | None) -> list[_Dwell]:
 
 
 def _lifted_between(dwells: Sequence[_Dwell], estimates: TissueEstimates) -> TissueEstimates:
-    """Deny contact between dwells, whatever a filter that forgets slowly still believes there."""
+    """Deny contact between dwells, where a filter that forgets slowly may still believe in it."""
     dwelling = np.zeros(len(estimates), dtype=bool)
     for dwell in dwells:
         dwelling |= dwell.span.holds(estimates.stamp)
@@ -155,7 +155,7 @@ def _lifted_between(dwells: Sequence[_Dwell], estimates: TissueEstimates) -> Tis
 
 
 def _in_contact(estimates: TissueEstimates, values: FloatArray) -> FloatArray:
-    """Blank what was estimated without contact, so that its line is broken there."""
+    """Blank estimates without contact, so that their line is broken there."""
     return np.where(estimates.status == Status.NO_CONTACT, np.nan, values)
 
 

@@ -46,13 +46,13 @@ class Rungs:
     Parameters
     ----------
     models : sequence of str
-        Name of each step, in order: the base model, then what was added or dropped.
+        Name of each step, in order: the base model, then the effects added or dropped.
     training, heldout : sequence of float
         Root mean square of measured minus predicted output; NaN where there is none.
     noise : float
-        Standard deviation of the output's white noise: what no model can explain.
+        Standard deviation of the output's white noise, which no model can explain.
     output : Quantity
-        What the models predict.
+        The predicted channel.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def wrapped(name: str, room: int) -> str:
 
 
 def _name_steps(axes: Axes, models: Sequence[str], width: float) -> None:
-    """Name the steps, and leave room at both ends for what stands beside the marks."""
+    """Name the steps, and leave room at both ends for the text beside the marks."""
     gaps = len(models) - 1
     step = min(width / len(models), (width - 2.0 * RATIO_WIDTH) / max(gaps, 1))
     margin = 0.5 * (width / step - gaps)
@@ -170,7 +170,7 @@ def _name_steps(axes: Axes, models: Sequence[str], width: float) -> None:
 
 
 def _limits(errors: FloatArray, floor: float) -> tuple[float, float]:
-    """Leave room above for a multiple, as a share of what the errors span."""
+    """Leave room above for a multiple, as a share of the errors' span."""
     known = np.r_[errors[np.isfinite(errors)], floor]
     least, most = known.min(), max(known.max(), 1.5 * floor)
     return 0.7 * least, most * max(1.8, (most / least) ** 0.2)

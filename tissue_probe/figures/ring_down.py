@@ -19,7 +19,7 @@ def draw_ring_down(force: FloatArray, sample_period: float, found: RingDown) -> 
     Parameters
     ----------
     force : array, shape (n,)
-        What was fitted, in any unit.
+        The fitted force, in any unit.
     sample_period : float
         Time between two samples [s].
     found : RingDown

@@ -1,4 +1,4 @@
-"""The map as a picture: stiffness, P(inclusion), and what could still hide.
+"""The map as a picture: stiffness, P(inclusion), and the inclusions that could still hide.
 
 Contents: how a map looks.
 """
@@ -23,7 +23,7 @@ from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
 
 MILLIMETRES = 1e3
-PANEL_WIDTH = 3.75  # inches, a third of what the figure's axes take
+PANEL_WIDTH = 3.75  # inches, a third of the width of the figure's axes
 ROOM_FOR_LEGENDS = 1.75  # inches above and below the panels
 LEAST_RANGE = 0.1  # of the largest value: a uniform phantom shall not look like a mountain range
 BESIDE = 3.0  # mm, of the unknown tissue around the map
@@ -41,7 +41,7 @@ def draw_map(
     sites: Sites,
     nodules: Sequence[tuple[float, float, float]] = (),
 ) -> Figure:
-    """Draw stiffness, P(inclusion) and what could hide side by side.
+    """Draw stiffness, P(inclusion) and hidden amounts side by side.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def draw_map(
 
 
 def _shown(axis: FloatArray) -> tuple[float, float]:
-    """Return what is shown of an axis [mm]: the raster, and a little of what is unknown."""
+    """Return the shown range of an axis [mm]: the raster, and a little of the unknown around it."""
     return MILLIMETRES * axis[0] - BESIDE, MILLIMETRES * axis[-1] + BESIDE
 
 

@@ -1,4 +1,4 @@
-"""A diagnosis on one page: the base model, where it fails, what would explain it, what is left.
+"""A diagnosis on one page: the base model, where it fails, its effects, the residual.
 
 Contents: how the three panels stand together, and the ranking's bars.
 """
@@ -55,7 +55,7 @@ class Candidate:
     Parameters
     ----------
     name : str
-        What it is called.
+        Its name.
     heldout : float
         Root mean square error on held-out data of the base model with it [unit of the output];
         infinite where it diverges there, NaN where it was not tried.
@@ -74,14 +74,14 @@ class Candidate:
 def draw_story(
     title: str, base: Comparison, ranking: Sequence[Candidate], rungs: Rungs, name: str = ""
 ) -> Figure:
-    """Draw the base model and where it fails, above what each effect would explain and the ladder.
+    """Draw the base model and where it fails, above the gain of each effect and the ladder.
 
     Parameters
     ----------
     title : str
         The verdict in words.
     base : Comparison
-        The base model on what was fitted.
+        The base model on the fitted samples.
     ranking : sequence of Candidate
         The effects, the best first, of which the first eight are shown; if empty, the ladder takes
         their place.
@@ -100,7 +100,7 @@ def draw_story(
         _draw_ranking(figure.add_subplot(grid[1, 0 if beside else slice(None)]), ranking, rungs)
     ladder = figure.add_subplot(grid[-1, 1 if beside else slice(None)])
     draw_rungs(ladder, rungs, (0.4 if beside else 0.9) * WIDTH)
-    added = "What is added, and what is left" if len(rungs.models) > 1 else "Nothing is added"
+    added = "Effects added, and the error left" if len(rungs.models) > 1 else "Nothing is added"
     ladder.set_title(f"{3 if ranking else 2}  {added}", pad=HEAD, **_HEADING)
     figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=13, fontweight="bold")
     return figure
@@ -125,7 +125,7 @@ def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str,
 
 
 def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> None:
-    """Draw a bar for each effect, the best on top, beside what the base model leaves."""
+    """Draw a bar for each effect, the best on top, beside the base model's error."""
     shown = ranking[:SHOWN]
     ratios = np.array([each.heldout for each in shown]) / rungs.noise
     base = rungs.heldout[0] / rungs.noise
@@ -140,7 +140,7 @@ def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> Non
         label.set_fontweight(_weight(each))
     axes.set_ylim(len(shown) - 0.5, -0.5)
     axes.set_xlabel("held-out error / noise")
-    axes.set_title("2  What each effect alone would leave", **_HEADING)
+    axes.set_title("2  Error left by each effect alone", **_HEADING)
     axes.grid(axis="x", which="both", alpha=0.25)
     axes.set_axisbelow(True)
     _add_key(axes, shown)
@@ -160,7 +160,7 @@ def _scale_errors(axes: Axes, ratios: FloatArray) -> None:
 
 
 def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
-    """Draw what an effect leaves, or say why there is no number."""
+    """Draw the error that an effect leaves, or say why there is no number."""
     begin, told = axes.get_xlim()[0], multiple(ratio)
     if not np.isfinite(ratio):
         ratio, told = begin, "not known" if np.isnan(ratio) else "diverges"

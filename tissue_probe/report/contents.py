@@ -1,4 +1,4 @@
-"""What a report says, as plain data for a caller to fill.
+"""The contents of a report, as plain data for a caller to fill.
 
 Contents: the fields of the page, SI throughout.
 """
@@ -56,7 +56,7 @@ class ReportStep:
     Parameters
     ----------
     model : str
-        What was done, as ``Kelvin-Voigt``, ``+ cubic_stiffening`` or ``− force_bias``.
+        The step, as ``Kelvin-Voigt``, ``+ cubic_stiffening`` or ``− force_bias``.
     reason : str
         Why, in a sentence.
     equations : tuple of str
@@ -107,7 +107,7 @@ class ReportCandidate:
 
 @dataclass(frozen=True)
 class ReportSignals:
-    """A record with what the first and the last model of the ladder predict of it.
+    """A record with the predictions of the first and the last model of the ladder.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class ReportSignals:
     time : array, shape (N,)
         Times of the samples [s].
     measured, base, final : array, shape (N,)
-        What was measured, and what the first and the last model predict.
+        The samples, and the predictions of the first and the last model.
     base_localisation, final_localisation : Localisation or None
         Where these fail.
     """
@@ -137,13 +137,13 @@ class ReportExcitation:
     Parameters
     ----------
     reason : str
-        What it would tell, in a sentence.
+        Its purpose, in a sentence.
     command : str
         The command line that runs it; empty for a calibration done by hand.
     settings : mapping of str to str
         Its settings with units.
     notes : tuple of str
-        What to know of the command, in sentences.
+        Notes on the command, in sentences.
     """
 
     reason: str
@@ -161,7 +161,7 @@ class ReportSource:
     name : str
         Its file.
     role : str
-        What it served for, as ``fitted`` or ``held out``.
+        Its use, as ``fitted`` or ``held out``.
     description : str
         How it was read: columns, units, and all that was assumed.
     digest : str
@@ -216,7 +216,7 @@ class Report:
     signals : tuple of ReportSignals
         Records to be drawn.
     findings : tuple of str
-        What the inspection of the data found, a sentence each.
+        The findings of the data's inspection, a sentence each.
     base_tests, final_tests : tuple of ResidualTest
         Of the residual of the first and of the last model; the latter empty if they are one.
     excitations : tuple of ReportExcitation
@@ -230,9 +230,9 @@ class Report:
     seconds : float
         Time that the analysis took [s].
     exhaustion : str
-        What it means that values are at their limit; empty where none is.
+        The meaning of values at their limit; empty where none is.
     output : Quantity
-        What the models predict, and all errors are of.
+        The predicted channel, whose errors all are.
     asked : str
         Rig, tissue, and all else that the user said, in one line.
     rig : ReportRig or None

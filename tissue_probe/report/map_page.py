@@ -39,7 +39,7 @@ _DASHES = {"boundary_50": "solid", "boundary_95": "dot"}
 
 @dataclass(frozen=True)
 class MapPage:
-    """What the page says.
+    """The contents of the page.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ class MapPage:
     found : PosteriorMap
         The map.
     sites : Sites
-        What it was made of.
+        The sites that it was made of.
     told : sequence of str
-        What became of the sites, the background, and all that has to be known; a paragraph each.
+        The use of the sites, the background, and further notes; a paragraph each.
     sources : sequence of str
         How the samples were read, in sentences.
     created : str
@@ -75,7 +75,7 @@ def render_map(page: MapPage) -> str:
 
 
 def _plot(page: MapPage) -> str:
-    """Return stiffness, P(inclusion) and what could hide, with sites and boundaries."""
+    """Return stiffness, P(inclusion) and hidden amounts, with sites and boundaries."""
     surface, hide = page.found.surface, page.found.could_hide
     radius = np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius)
     layers = (

@@ -22,7 +22,7 @@ UPLOT = "workbench/page/vendor"
 
 
 def templates() -> Environment:
-    """Return the templates of pages: what is filled in is text, and nothing may be left out."""
+    """Return the templates of pages: filled-in values are text, and none may be left out."""
     return Environment(
         loader=PackageLoader("tissue_probe.report", "."),
         autoescape=True,
@@ -41,7 +41,7 @@ def render(report: Report) -> str:
     Parameters
     ----------
     report : Report
-        What the page says.
+        The contents of the page.
     """
     environment = templates()
     factor, unit = plots.unit_of(report)

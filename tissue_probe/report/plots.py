@@ -1,4 +1,4 @@
-"""What the report draws, as plain data for the page's script (``report.js``).
+"""The report's plots, as plain data for the page's script (``report.js``).
 
 Contents: numbers and names, in the units that are shown.
 """
@@ -19,7 +19,7 @@ FEW = 8  # samples in a bin, from which on its error is shown
 
 
 def unit_of(report: Report) -> tuple[float, str]:
-    """Return by what errors are divided, and their unit, so that the base model's reads easily."""
+    """Return the divisor of errors, and their unit, so that the base model's reads easily."""
     return scaled(report.steps[0].training_rmse, report.output.unit)
 
 

@@ -1,4 +1,4 @@
-"""What an excitation could not show, and the experiment or calibration that would tell.
+"""Effects that an excitation could not show, and the experiment or calibration that would.
 
-Contents: predictions by fitted models of what was not measured yet.
+Contents: predictions by fitted models of experiments that were not made yet.
 """

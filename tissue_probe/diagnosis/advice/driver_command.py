@@ -1,6 +1,6 @@
 """The command line that runs a suggested experiment on the suite's driver.
 
-Contents: the driver's parameters by name, the coil's volts, and what to do beside it.
+Contents: the driver's parameters by name, the coil's volts, and steps beside it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class DriverCommand:
     line : str
         To be pasted into a shell.
     notes : tuple of str
-        What to do before, where the amplitude comes from, and how it is recorded, in sentences.
+        Steps before it, where the amplitude comes from, and how it is recorded, in sentences.
     """
 
     line: str
@@ -54,7 +54,7 @@ def coil_gain(position: FloatArray, command: FloatArray) -> float:
 
 
 def driver_command(suggestion: Suggestion, gain: float) -> DriverCommand | None:
-    """Return what runs a suggested experiment; None where it suggests none.
+    """Return the command that runs a suggested experiment; None where none is suggested.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def _amplitude(way: float, gain: float) -> tuple[float, str]:
     wanted = f"{1e3 * way:g} mm"
     if not np.isfinite(gain):
         return USUAL, (
-            f"What the coil was told is not in these measurements: {USUAL:g} V is the driver's "
+            f"The coil's command is not in these measurements: {USUAL:g} V is the driver's "
             f"usual amplitude; set excitation.amplitude so that the coil moves by about {wanted}."
         )
     volts = float(f"{way / gain:.3g}")
@@ -101,7 +101,7 @@ def _contact(preload: float) -> str:
     return (
         f"Press the probe in by {1e3 * preload:g} mm before the driver is activated (stage or "
         f"robot; the simulated stage: {STAGE} -p z:={_ros(-preload)}). The position does not hold "
-        f"that way: diagnose what you record with "
+        f"that way: diagnose the recording with "
         f"`constant` contact_position={_ros(-preload)}+-{TOUCH:g}."
     )
 

@@ -40,7 +40,7 @@ EXPERIMENTS: tuple[tuple[dict[str, object], float, float], ...] = (
     ({"kind": "chirp", "start": 1.0, "stop": 60.0, "duration": 4.0}, 2e-3, 4.0),
 )
 AMPLITUDE = 1e-3
-#: Of an excitation what is so much a second.
+#: Values of an excitation that are rates per second.
 RATES = {"frequency", "start", "stop", "spacing"}
 #: Of models that explain equally well, so many are held to be the right one, in their order.
 COMPARED = 3
@@ -54,7 +54,7 @@ DIFFERS = 3.0
 #: Of a constant by which models differ: name, then value and effects of each of two.
 STATED = "weigh or calibrate {0}, and state it: it is {1:.3g} with {2}, and {3:.3g} with {4}"
 
-#: What tells an effect that hides within the rig's tolerances.
+#: The calibration that shows an effect which hides within the rig's tolerances.
 CALIBRATIONS = {
     "force_bias": "record the force in free air, and tare (tissue_probe calibrate)",
     "force_gain": "hang a known weight on the load cell",
@@ -76,7 +76,7 @@ LED = {
     **CALIBRATIONS,
     "load_cell_stiffness_error": "press the tip on a rigid stop: the force against the position "
     "is the load cell's stiffness",
-    "added_mass": "weigh what hangs between load cell and tissue",
+    "added_mass": "weigh the parts that hang between load cell and tissue",
     "structural_mode": "move in free air, faster and faster: a resonance shows in the force",
     "force_lag": "press the tip on a steel spring: force and position must turn together",
 }
@@ -84,7 +84,7 @@ LED = {
 
 @dataclass(frozen=True)
 class Suggestion:
-    """What to do next.
+    """The next experiment or calibration.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class Suggestion:
     shows : tuple of str
         Effects that could not be seen, and would be.
     calibration : str
-        What would tell where no excitation does.
+        The calibration that would tell where no excitation does.
     """
 
     excitation: Mapping[str, object]
@@ -130,7 +130,7 @@ def suggest(
     rivals : sequence of Fit
         Models that explain the measurement equally well, the best first; or one alone.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     library : mapping of str to Effect
         All effects.
     unseen : sequence of str
@@ -144,7 +144,7 @@ def suggest(
 def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None:
     """Choose the experiment that the wrong models could not follow if one of the first were right.
 
-    Where each could follow the best, being faint, one of the others may be what is to be found.
+    Where each could follow the best, being faint, one of the others may be the missing one.
     """
     stated, known = _constants(rivals, instrument), _calibrations(differing(rivals), instrument)
     helps = "; ".join(filter(None, (stated, known)))
@@ -187,7 +187,7 @@ def _more(fit: Fit) -> str:
 def _showing(
     base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
 ) -> Suggestion | None:
-    """Choose the experiment that shows most of what could not be seen, and name what it shows."""
+    """Choose the experiment that shows most of the unseen effects, and name those it shows."""
     if base.composition.input is FORCE:  # another force may show them: see ``_between``
         return None
     effects = [library[name] for name in unseen]
@@ -211,13 +211,13 @@ def _showing(
 
 
 def _calibrations(names: Sequence[str], instrument: Instrument) -> str:
-    """Say what tells effects by calibrating."""
+    """Name the calibrations that tell effects."""
     known = LED if instrument.rig.tip_is_position else CALIBRATIONS
     return "; ".join(dict.fromkeys(known[name] for name in names if name in known))
 
 
 def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Made, _Told]]:
-    """Simulate experiments with a fitted model, and say what is told of each."""
+    """Simulate experiments with a fitted model, and judge each."""
     experiments = list(_experiments(right))
     told = mapped(judged, [measurement for *_, measurement in experiments])
     return list(zip(experiments, told, strict=True))

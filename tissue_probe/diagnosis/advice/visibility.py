@@ -1,7 +1,7 @@
 """How well an excitation shows an effect, before anybody has seen it.
 
-Contents: what an effect of typical strength would change in the force, beyond what the model can
-absorb.
+Contents: the change of the force by an effect of typical strength, less the part that the model
+absorbs.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ def visibilities(
     effects : iterable of Effect
         With their parameters at their defaults.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     alone : Composition
-        The model to which an effect is added to see what it changes: that of the fit, or, where
+        The model to which an effect is added to see its change: that of the fit, or, where
         the fit has further effects, the one without them, whose pairs are compiled already.
     """
-    with np.errstate(all="ignore"):  # what is beyond all bounds shows nothing
+    with np.errstate(all="ignore"):  # a change beyond all bounds shows nothing
         own = _Absorbed(fit, instrument)
         return mapped(lambda effect: _visibility(fit, own, effect, instrument, alone), effects)
 
@@ -71,7 +71,7 @@ def unseen(
     """Name the effects that the measurements could not have shown.
 
     See ``visibilities``; and of the models that were ``tried`` with one effect more, those whose
-    strength is known no better than what is typical of it: in a single ramp dry friction poses as
+    strength is known no better than its typical value: in a single ramp dry friction poses as
     damping, though its steps would show by themselves.
     """
     others = addable(fit.composition, library)
@@ -90,7 +90,7 @@ def _is_unknown(fit: Fit) -> bool:
 
 
 class _Absorbed:
-    """What a fitted model can absorb of a change of the force."""
+    """The part of a change of the force that a fitted model can absorb."""
 
     def __init__(self, fit: Fit, instrument: Instrument) -> None:
         problem = Problem(fit.composition, fit.measurements, instrument)
@@ -99,14 +99,14 @@ class _Absorbed:
         self.precision = precision(problem, fit.values)[free]
 
     def left(self, change: FloatArray, further: FloatArray, known: FloatArray) -> float:
-        """Sum of squares of a change, less what the model and further columns absorb.
+        """Sum of squares of a change, less the part that the model and further columns absorb.
 
         Parameters
         ----------
         change : array, shape (N,)
             Of the force over the noise.
         further : array, shape (N, m)
-            What unknowns that the model has not change.
+            The sensitivities of unknowns that the model has not.
         known : array, shape (m,)
             Their precision.
         """
@@ -127,7 +127,7 @@ def _visibility(
     problem = Problem(alone.plus(effect), fit.measurements, instrument)
     strengths = effect.parameters[: effect.strengths]
     typical = {strength.name: strength.default for strength in strengths}
-    # Not at none: the start of what the effect remembers matters in proportion to its strength.
+    # Not at none: the start of the effect's memory matters in proportion to its strength.
     faint = {name: FAINT * size for name, size in typical.items()}
     values = start_values(problem, fit.named(), effect, faint)
     columns = by_unknown(problem, values, begin_states(problem, fit, values))

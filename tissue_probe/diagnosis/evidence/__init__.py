@@ -1,4 +1,4 @@
-"""How sure it is what is missing: one number for what a model leaves, one for its probability.
+"""How sure a missing effect is: one number for a model's residual, one for its probability.
 
 Contents: adequacy, evidence, probabilities, and the verdict that follows from them.
 """

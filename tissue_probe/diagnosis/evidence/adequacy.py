@@ -16,7 +16,7 @@ SIZE, SIZE_NEARLY = 2.8, 0.05
 #: The same of slow over fast parts of the residual: slow are an eighth of the cosines, so that the
 #: share varies by the root of eight more.
 COLOUR, COLOUR_NEARLY = 7.1, 0.12
-#: How far an octave of the residual may stand out, in what is usual of noise.
+#: How far an octave of the residual may stand out, in units of noise's usual departure.
 EVEN = 8.0
 #: Sum of squared departures, in standard deviations, from the rig's tolerances and starts.
 STRAINED = 25.0
@@ -56,12 +56,12 @@ def adequacy(fit: Fit) -> float:
 
 
 def excess_of(fit: Fit) -> float:
-    """Return by how much more than noise a fit leaves, over what is granted."""
+    """Return by how much more than noise a fit leaves, over the granted excess."""
     return (fit.ratio - 1.0) / _most(SIZE, SIZE_NEARLY, fit)
 
 
 def coloured_by(fit: Fit) -> float:
-    """Return by how much slower than white noise the residual is, over what is granted."""
+    """Return by how much slower than white noise the residual is, over the granted excess."""
     return (fit.colour - 1.0) / _most(COLOUR, COLOUR_NEARLY, fit)
 
 
@@ -86,14 +86,14 @@ def is_quiet(fit: Fit) -> bool:
 
 
 def beyond_doubt(fit: Fit) -> bool:
-    """Whether a fit leaves noise only, far from the limits of what noise may be."""
+    """Whether a fit leaves noise only, far from the limits of noise."""
     return adequacy(fit) < BEYOND_DOUBT
 
 
 def doubtful(fit: Fit) -> bool:
-    """Whether an encoder's rounding, known roughly, may pass for what a fit leaves.
+    """Whether an encoder's rounding, known roughly, may explain the residual of a fit.
 
-    It leaves more than it should beyond doubt, or what has a colour that fine steps do not give.
+    The residual is too large beyond doubt, or it has a colour that fine steps do not give.
     """
     coloured = not is_coarse(fit) and coloured_by(fit) > 1.0
     return leaves_more(fit) or (fit.rounding > ROUNDING * fit.noise and coloured)

@@ -1,6 +1,6 @@
-"""The models from the base to the most probable one, and what may be said of them.
+"""The models from the base to the most probable one, and the verdict on them.
 
-Contents: the verdict, and by what it is told.
+Contents: the verdict, and the rules that decide it.
 """
 
 from __future__ import annotations
@@ -113,10 +113,10 @@ def concluded(
     tried: Sequence[Fit] = (),
     second: Mapping[frozenset[str], float] | None = None,
 ) -> Ladder:
-    """Say what is missing, by the probabilities of the models that were tried.
+    """Name the missing effects, by the probabilities of the models that were tried.
 
-    The most probable one is the last step, whether it leaves noise only or not: what is named is
-    never less probable than what stands beside it.
+    The most probable one is the last step, whether it leaves noise only or not: the named model is
+    never less probable than those beside it.
 
     Parameters
     ----------

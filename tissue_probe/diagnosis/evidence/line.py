@@ -1,4 +1,4 @@
-"""Lines at multiples of a sine that drives: whatever is not linear leaves them.
+"""Lines at multiples of a sine that drives: anything nonlinear leaves them.
 
 Contents: the sine's frequency, and whether a model hums at a multiple of it.
 """

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Logarithm of the odds of no second effect, and of no line at a multiple of the drive: it makes up
-#: for one line of whatever is not linear.
+#: for one line of any nonlinear cause.
 SECOND, LINE = 4.0, 8.0
-#: A law's form is right to this share: forms of one family are told apart no better by what they
-#: leave.
+#: A law's form is right to this share: forms of one family are told apart no better by their
+#: residuals.
 FORM = 0.01
 #: Logarithm of a ratio of costs from which on a form is beyond all question.
 MUCH = 50.0
@@ -169,9 +169,9 @@ def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float
     fit : Fit
         The model without the effect.
     effect : Effect
-        What is added.
+        The added effect.
     cost : float
-        What is promised to be left.
+        The promised cost.
     base : Fit
         The model that was asked about.
     """
@@ -185,8 +185,8 @@ def promised_evidence(fit: Fit, effect: Effect, cost: float, base: Fit) -> float
 def thought_of(fit: Fit, base: Fit) -> float:
     """Return the logarithm of a model's odds without its likelihood.
 
-    By what is thought of its effects before anything was measured, and by the Bayesian information
-    criterion for what it has to learn (G. Schwarz, Ann. Statist. 6 (1978), 461).
+    By the odds of its effects, and by the Bayesian information criterion for the values that it has
+    to learn (G. Schwarz, Ann. Statist. 6 (1978), 461).
     """
     line = LINE if is_multiple(fit) else 0.0
     return -0.5 * (fit.bic - fit.misfit) + prior(_effects(fit, base)) - line
@@ -279,8 +279,8 @@ def _tempered(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> li
 
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
     share: one that leaves D more than the likeliest is less likely by exp(-D / 2 (1 + FORM^2 E)).
-    Effects that both models have remove nothing here: their form is the same in both. What
-    has to be learnt costs the same: of a value that may be anything a law that is right to FORM
+    Effects that both models have remove nothing here: their form is the same in both. Values that
+    have to be learnt cost the same: of a value that may be anything a law that is right to FORM
     tells so much that log(1 / FORM) is as large as the criterion's penalty. But no form that leaves
     more than noise is more probable than one that leaves noise only, however simple it is.
     """

@@ -1,4 +1,4 @@
-"""A composed model fitted to measurements by output error, with what is known of the rig.
+"""A composed model fitted to measurements by output error, with the tolerances of the rig.
 
-Contents: the least-squares problem, the search, and what its end tells.
+Contents: the least-squares problem, the search, and the fit at its end.
 """

@@ -1,4 +1,4 @@
-"""How well a fit knows its unknowns: also where some of what it learns from is noise.
+"""How well a fit knows its unknowns: also where a part of the sensitivities is noise.
 
 Contents: from the normal equations to a covariance.
 """
@@ -11,10 +11,10 @@ from tissue_probe.diagnosis.fitting.point import Point, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.signals import FloatArray
 
-#: Largest share of noise in what the samples tell of a direction: an interval is then some thirty
-#: times as wide as without noise, and tells that nothing is known.
+#: Largest share of noise in the information of the samples on a direction: an interval is then some
+#: thirty times as wide as without noise, and tells that nothing is known.
 MOSTLY = 0.95
-#: What the samples tell in a direction, over what they tell in the best: less is rounding.
+#: The information of the samples on a direction, over that on the best one: less is rounding.
 LEAST = 1e-12
 
 

@@ -15,7 +15,7 @@ from tissue_probe.signals import FloatArray
 
 
 class Effort:
-    """What is done for measurements, in responses to one value over all of their samples.
+    """The work done for measurements, in responses to one value over all of their samples.
 
     Most of a search's time goes into these: a model with eight values and four states takes twelve
     to be evaluated once.
@@ -23,7 +23,7 @@ class Effort:
     Parameters
     ----------
     measurements : sequence of Measurement
-        What models are fitted to.
+        The observations that models are fitted to.
     """
 
     def __init__(self, measurements: Sequence[Measurement]) -> None:

@@ -16,14 +16,14 @@ from tissue_probe.quantities import FORCE
 #: Stiffnesses [N/m] from which the force of a known motion is fitted.
 STIFFNESSES = (300.0, 2000.0)
 #: Samples, and degree, of the polynomials that give a motion's derivatives: of short ones noise
-#: hides the mass, long ones flatten what is quick.
+#: hides the mass, long ones flatten quick motion.
 WINDOWS, DEGREE = (9, 33, 129), 4
 
 
 def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]:
     """Return values by name from which to begin, each in its turn.
 
-    The force of a known motion is nearly linear in what is searched, so that any stiffness will do.
+    The force of a known motion is nearly linear in the unknowns, so that any stiffness will do.
     The motion under a known force is not: its resonance must be met. There the equation of motion
     itself is regressed first, on derivatives of the measured position.
     """
@@ -36,7 +36,7 @@ def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]
 
 
 def _regressed(measurement: Measurement, window: int) -> dict[str, float]:
-    """Regress F = c + k x + beta x' + m x''; what comes out negative is left to its default."""
+    """Regress F = c + k x + beta x' + m x''; a negative value is left to its default."""
     period = measurement.sample_period
     columns = [smoothed(measurement.position, window, DEGREE, order, period) for order in range(3)]
     columns = np.stack([*columns, np.ones_like(columns[0])], axis=1)

@@ -1,6 +1,6 @@
-"""A model fitted to measurements: its values, and what it leaves.
+"""A model fitted to measurements: its values and its residual.
 
-Contents: what is kept of a fit, and what follows from that alone.
+Contents: the numbers that are kept of a fit, and those that follow from them alone.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ class Fit:
     composition : Composition
         The model.
     measurements : tuple of Measurement
-        What it was fitted to.
+        The observations that it was fitted to.
     entries : tuple of Entry
-        What is declared of the values: ``composition.values``, then those of further runs
+        The declarations of the values: ``composition.values``, then those of further runs
         (``Runs``).
     values : array, shape (q,)
         Constants and parameters, in this order.
     starts : tuple of array
         The states at the first sample of each measurement.
     covariance : array, shape (q, q)
-        Of the values' errors; rows of what was held are 0.
+        Of the values' errors; rows of values that were held are 0.
     residuals : tuple of array
         Measured minus simulated output.
     evened : tuple of array
-        The same with flicker noise, and what a force's noise shakes, made white: noise alone would
-        leave white noise of each measurement's ``noise``.
+        The same with flicker noise, and the motion that a force's noise makes, whitened: noise
+        alone would leave white noise of each measurement's ``noise``.
     misfits : tuple of float
         Sum of squared residuals of each measurement over its noise, flicker noise weighed as such.
     cost : float
@@ -49,18 +49,18 @@ class Fit:
     unknowns : int
         How many parameters were free (the rig's tolerances and the starts not counted).
     start_penalty : float
-        What the freedom of the effects' states at the start costs (Laplace's evidence): the log of
+        The cost of the freedom of the effects' states at the start (Laplace's evidence): the log of
         how many times narrower the data make their prior, of each state up to a parameter's cost.
     heldout : tuple of array
         Residuals of each eighth of the record when the values are fitted to the other seven
-        (to first order in what that changes).
+        (to first order in the change of the values).
     converged : bool
         Whether the search settled.
     rounding : float
-        What an encoder's rounding leaves in the simulated force, rms [N], where the model smooths
-        or corrects the position; 0 where it does not.
+        The residual that an encoder's rounding leaves in the simulated force, rms [N], where the
+        model smooths or corrects the position; 0 where it does not.
     colour, unevenness : float
-        How slow what is left is, and how far from even over the frequencies (``whiteness``).
+        How slow the residual is, and how far from even over the frequencies (``whiteness``).
     strain : float
         Sum of squared departures from the priors, those of the rig's tolerances and of the starts.
     exhausted : tuple of str
@@ -121,7 +121,7 @@ class Fit:
 
     @cached_property
     def heldout_rmse(self) -> float:
-        """Root mean square of the residual of what was left out of the fit."""
+        """Root mean square of the residual of the held-out samples."""
         return self._rms(self.heldout)
 
     def error(self, index: int) -> float:
@@ -136,7 +136,7 @@ class Fit:
 
     @property
     def output(self) -> Quantity:
-        """What the model predicts, and its unit."""
+        """The channel that the model predicts, and its unit."""
         return self.composition.output
 
     def _rms(self, parts: Sequence[FloatArray]) -> float:
@@ -180,22 +180,22 @@ class Fit:
 
     @property
     def excess(self) -> float:
-        """Root mean square of what a residual holds beyond the output's white noise."""
+        """Root mean square of the residual beyond the output's white noise."""
         return float(np.sqrt(max(self.rmse**2 - self.noise**2, 0.0)))
 
     @property
     def bic(self) -> float:
         """Bayesian information criterion, the noise's level being unknown.
 
-        What an encoder's rounding is known to leave is not held against a model that says so; for
-        saying so it pays as for noise that is larger by as much. Where less is left, the rounding
-        counts as white noise of that size.
+        A residual that an encoder's rounding explains does not count against a model that contains
+        it; the model pays for it as for noise that is larger by as much. Where less is left, the
+        rounding counts as white noise of that size.
         """
         return self.misfit + self.unknowns * float(np.log(self.samples)) + self.start_penalty
 
     @property
     def misfit(self) -> float:
-        """What the criterion has for the residual: minus twice the logarithm of the likelihood."""
+        """The criterion's term for the residual: minus twice the logarithm of the likelihood."""
         cost = max(self.cost, np.finfo(float).tiny)  # zeros are fitted without a rest
         if self.rounding > 0.0:
             share = (self.rounding / self.noise) ** 2

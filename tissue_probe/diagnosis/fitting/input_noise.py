@@ -19,9 +19,9 @@ from tissue_probe.quantities import FORCE
 def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None) -> Fit:
     """Fit again with the noise that the driving force leaves, if it is seen and not known yet.
 
-    Least squares on residuals that are white is what the criteria of ``ranking`` suppose: effects
-    would else follow the slow wanderings of a tip that is shaken by noise. What compares with this
-    fit takes its measurements, and so the same filter.
+    The criteria of ``ranking`` suppose least squares on white residuals: effects would else follow
+    the slow wanderings of a tip that is shaken by noise. A fit that is compared with this one takes
+    its measurements, and so the same filter.
 
     Parameters
     ----------
@@ -38,13 +38,13 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
 
 
 def with_input_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
-    """Return the measurements of a fit with the noise that errors of what drives it make."""
+    """Return the measurements of a fit with the noise that errors of the input make."""
     of_force = fit.composition.input is FORCE
     return filtered(fit, instrument) if of_force else shaken(fit, instrument)
 
 
 def _steadied(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None) -> Fit:
-    """Fit again with the noise that a noisy position leaves, and what the output tells of it."""
+    """Fit again with the noise that a noisy position leaves, estimated from the output, too."""
     if all(m.motion is None for m in fit.measurements):
         return fit
     seen = _again(fit, shaken(fit, instrument), instrument, held)

@@ -1,6 +1,6 @@
-"""What the end of a search tells: a fit with its covariance, its rest, and its held-out error.
+"""The fit at the end of a search, with its covariance, its residual and its held-out error.
 
-Contents: what is computed once, from the normal equations at the end.
+Contents: the numbers computed once, from the normal equations at the end.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ REASON = 1e-2
 
 
 def finished(problem: Problem, point: Point, converged: bool) -> Fit:
-    """Return the fit at a point: covariance, what is left, and what that says of noise and rig."""
+    """Return the fit at a point: covariance, residual, and its statements on noise and rig."""
     q = problem.count
     told, inverse = free(problem, point), covariance(problem, point)
     found, own = np.zeros((q, q)), told < q
@@ -36,8 +36,8 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
     excess = max(1.0, point.cost / samples)
     cosines = [problem.cosines(index, each) for index, (each, _) in enumerate(point.simulated)]
     left, alone = _left_out(problem, point)
-    # What is counted of a noisy position is too much where the motion is smoother than its jerk
-    # lets expect: that the rest lacks fast noise is not held against a model.
+    # The noise counted for a noisy position is too large where the motion is smoother than its jerk
+    # lets expect: a residual without fast noise does not count against a model.
     least = 1.0 if any(each.noise.is_upper_limit for each in problem.measurements) else 0.0
     return Fit(
         composition=problem.composition,
@@ -92,7 +92,7 @@ def _rounding(problem: Problem, point: Point) -> float:
         return 0.0
     step = values[kernel.rounded] if smooths else 0.0
     if smooths:
-        values[kernel.rounded] = 0.0  # what follows is smoothed already
+        values[kernel.rounded] = 0.0  # the motion below is smoothed already
     changes = []
     for index, (m, start) in enumerate(zip(problem.measurements, point.starts, strict=True)):
         right, wrong = (problem.response(index, u, values, start).output for u in _as_read(m, step))
@@ -112,10 +112,10 @@ def _as_read(measurement: Measurement, step: float) -> tuple[FloatArray, FloatAr
 
 
 def _start_penalty(problem: Problem, point: Point) -> float:
-    """Log of how many times the samples narrow what was known beforehand of the starts.
+    """Log of how many times the samples narrow the priors of the starts.
 
-    Summed over what they tell apart of them, and of each no more than a parameter costs: the BIC
-    takes a parameter for known beforehand as well as one sample tells it.
+    Summed over the states that the samples separate, and of each no more than a parameter costs:
+    the BIC takes a parameter for known beforehand as well as one sample tells it.
     """
     q, n = problem.count, problem.states
     own = [
@@ -142,7 +142,7 @@ def _left_out(problem: Problem, point: Point) -> tuple[list[FloatArray], tuple[s
     to r + J (A - J^T J)^-1 J^T r, exactly so for a model linear in its values; J^T J and J^T r over
     the noise, of which flicker noise is left aside. The values named are those that one block
     tells, and all the others hardly. A value at a bound stays there: an effect whose strength is
-    fitted as zero leaves what the model without it leaves.
+    fitted as zero leaves the same residual as the model without it.
     """
     q, n = problem.count, problem.states
     told = problem.free & (np.diag(point.normal)[:q] > 0) & ~_at_end(problem, point.values)
@@ -161,7 +161,8 @@ def _left_out(problem: Problem, point: Point) -> tuple[list[FloatArray], tuple[s
         for block in np.array_split(np.arange(residual.size), BLOCKS):
             rest = (whole - J[block].T @ J[block]) / np.outer(root, root)
             alone |= np.diag(rest) < REASON
-            # What only this block tells would be unknown without it; it stays within reason.
+            # A value that only this block determines would be unknown without it; it stays within
+            # reason.
             rest[np.diag_indices(own.size)] += REASON
             out[block] += by_value[index][block] @ (
                 np.linalg.solve(rest, J[block].T @ r[block] / root) / root

@@ -1,4 +1,4 @@
-"""Samples that no model follows, as they stand alone in what it leaves: disturbances.
+"""Samples that no model follows, since they stand alone in its residual: disturbances.
 
 Contents: finding them in the residual of a fit.
 """
@@ -14,23 +14,23 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
-#: A row of outliers is off by this many standard deviations of what is left around it, at the worst
+#: A row of outliers is off by this many standard deviations of the residual around it, at the worst
 #: and at the least: of white noise one sample in 26 million is at the worst.
 FAR, NEXT = 5.5, 3.5
-#: And that at once, by this many from a sample to the next: what a model lacks comes more slowly.
+#: And that at once, by this many from a sample to the next: a missing effect comes more slowly.
 EDGE = 2.5
 #: Samples in a row at the most, and between two such rows at least.
 LONGEST, APART = 8, 20
-#: Samples around, of which the median is what a model leaves, and the spread the noise.
+#: Samples around, of which the median is the model's residual, and the spread the noise.
 AROUND, SPREAD = 25, 151
-#: What comes more often than in this share of the samples is something that the model lacks.
+#: Outliers in more than this share of the samples are an effect that the model lacks.
 RARE = 0.01
 #: Residual over noise of the rest above which a model lacks so much that nothing is said.
 NEARLY = 2.5
 
 
 def without_outliers(fit: Fit) -> list[Measurement] | None:
-    """Return what was fitted without the outliers of a fit; None where there are none."""
+    """Return the measurements of a fit without its outliers; None where there are none."""
     pairs = zip(fit.measurements, fit.residuals, strict=True)
     found = [outliers(residual, measurement) for measurement, residual in pairs]
     kept = fit.without(found, RARE)
@@ -57,7 +57,7 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     far = over > FAR
     if not far.any():
         return far
-    # A long row moves the median around it, so that what is beside it seems to be off, too.
+    # A long row moves the median around it, so that the samples beside it seem to be off, too.
     bridged = np.interp(number, number[~far], residual[~far])
     over = np.pad(_over(residual, bridged, measurement), LONGEST)
     found = np.zeros(over.size, dtype=bool)

@@ -19,17 +19,17 @@ from tissue_probe.diagnosis.observation.noise import FAINT, Noise, faint
 from tissue_probe.signals import FloatArray
 
 #: How many of the samples before a tip that moves by itself remembers: a resonance has two, and
-#: what relaxes beside it one each.
+#: each relaxing branch beside it has one.
 REMEMBERED = 2
 #: Errors drawn to tell the taps: of some hundred samples each then tells them to a twentieth.
 DRAWS = 4
 
 
 def felt(fit: Fit) -> list[Measurement]:
-    """Return the measurements of a fit, their motions told by what the output shows of them, too.
+    """Return the measurements of a fit, their motions estimated from the output, too.
 
     Of a channel that is more precise than the position: where a corner of the motion is hidden in
-    its noise, the output shows it. Not where that rings: what it shows of a corner comes late.
+    its noise, the output shows it. Not where the output rings: there a corner shows late.
     """
     pairs = zip(fit.measurements, fit.residuals, strict=True)
     return [_felt(each, each.motion, each.noise, residual) for each, residual in pairs]

@@ -1,6 +1,6 @@
-"""Fitting a composed model by output error: what is searched, in which scale, with what priors.
+"""Fitting a composed model by output error: the unknowns, their scales and their priors.
 
-Contents: unknowns, tolerances, what is known of a start, noise and its weights.
+Contents: unknowns, tolerances, priors of a start, noise and its weights.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ RESTING = 1e-4
 
 
 class Begin(NamedTuple):
-    """What is known beforehand of the states at a first sample: where they are, and how well.
+    """The prior of the states at a first sample: mean and precision.
 
     ``precision``, shape (n, n), is the inverse of their covariance.
     """
@@ -54,8 +54,9 @@ def history(rates: bytes) -> FloatArray:
 
     A branch that forgets at the rate r holds the integral of exp(-r s) x'(-s) over the time s
     before the first sample. Of a tip's velocity x' that may have been any, as white noise, two
-    branches hold what correlates as 2 sqrt(r q) / (r + q): nearly the same where rates are near.
-    States that do not forget, of rate 0, have each its own start, and so has what forgets at once.
+    branches hold integrals that correlate as 2 sqrt(r q) / (r + q): nearly the same where rates are
+    near. States that do not forget, of rate 0, have each its own start, and so has a state that
+    forgets at once.
 
     Parameters
     ----------
@@ -72,14 +73,14 @@ def history(rates: bytes) -> FloatArray:
     if branches.size > 1:
         r = r[branches]
         alike = 2.0 * np.sqrt(np.multiply.outer(r, r)) / np.add.outer(r, r)
-        # Two of one rate are one: what tells them apart is nothing but rounding.
+        # Two of one rate are one: nothing but rounding separates them.
         alike.flat[:: r.size + 1] += 1e-6
         inverse[np.ix_(branches, branches)] = np.linalg.inv(alike)
     return inverse
 
 
 class Problem:
-    """Unknowns of a model under measurements: what is searched, in which scale, with what priors.
+    """Unknowns of a model under measurements: their scales and their priors.
 
     The unknowns are the values (constants of the rig held or drawn to their tolerances; those of
     ``Runs``), then the states at the start of each measurement, drawn to where a probe at rest has
@@ -92,7 +93,7 @@ class Problem:
     measurements : sequence of Measurement
         All of one specimen.
     instrument : Instrument
-        What is known of the rig.
+        The constants of the rig with their tolerances.
     """
 
     def __init__(
@@ -130,7 +131,7 @@ class Problem:
         reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
         self.lower = np.where(tolerated, np.maximum(self.lower, self.nominal - reach), self.lower)
         self.upper = np.where(tolerated, np.minimum(self.upper, self.nominal + reach), self.upper)
-        # What is stated of a rig holds, however large or small it is.
+        # A stated constant of a rig holds, however large or small it is.
         self.lower = np.where(own, self.lower, np.minimum(self.lower, self.nominal))
         self.upper = np.where(own, self.upper, np.maximum(self.upper, self.nominal))
         self.logarithmic = own & (self.lower > 0)
@@ -166,7 +167,7 @@ class Problem:
             self.nominal[place], self.deviation[place] = np.min(positions), np.ptp(positions)
 
     def begin(self, values: FloatArray) -> list[Begin]:
-        """Return what is known beforehand of the states at the start of each measurement."""
+        """Return the prior of the states at the start of each measurement."""
         begins = []
         for index, measurement in enumerate(self.measurements):
             own, extent = self.runs.values_in(index, values), measurement.extent
@@ -190,7 +191,7 @@ class Problem:
                 "none": 2 * measurement.noise.own,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
-            if not still:  # a branch holds what was felt since: its memory times the speed
+            if not still:  # a branch holds its memory times the speed
                 felt = np.maximum(extent.speed / rates[forgetting], shortest)
                 deviation[forgetting] = np.minimum(deviation[forgetting], felt)
             begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))

@@ -19,9 +19,9 @@ from tissue_probe.signals import FloatArray, IntArray
 class Runs:
     """Values of a model under measurements of one or more runs, each of one or more parts.
 
-    First come those of the first measurement, in the kernel's order; then of each further run what
-    belongs to it (``Effect.of_run``), and of each further part of a run how it differs from the
-    first (``Effect.of_part``). All else is the same everywhere.
+    First come those of the first measurement, in the kernel's order; then of each further run its
+    own values (``Effect.of_run``), and of each further part of a run its differences from the first
+    (``Effect.of_part``). All else is the same everywhere.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Runs:
             places.append(place)
         #: Of each measurement, the place of each of the kernel's values among all.
         self.places = places
-        #: What is declared of each value.
+        #: The declaration of each value.
         self.entries: tuple[Entry, ...] = tuple(entries)
         #: How many runs there are.
         self.count = len(numbers)

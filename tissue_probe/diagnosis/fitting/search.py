@@ -26,14 +26,14 @@ SHORT = 1.0
 UNDAMPED = 1e-6
 #: A search is given up where ten more steps like the last leave more than this times the best.
 HOPELESS = 1.5
-#: And this share of the noise, where only what exceeds it is compared.
+#: And this share of the noise, where only the excess over it is compared.
 LEAST_EXCESS = 0.04
 #: And none in so many first steps that are damped by more than this: as it falls they gain more.
 FIRST, DAMPED = 10, 0.3
 #: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
 KEPT = 0.4
 #: Share to which damping falls after a step; and after one that follows a refused one: it falls
-#: faster with each, since in a valley what was refused will be again.
+#: faster with each, since in a valley a refused step will be refused again.
 EASE, CAREFUL = 0.1, 0.7
 #: A branch of tissue at rest has been pressed in, and is compressed by as much as the tissue at the
 #: most; or it was drawn back a little. In shares of that.
@@ -45,7 +45,8 @@ def _solve(
 ) -> tuple[FloatArray, list[FloatArray], float]:
     """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
 
-    What a step would carry beyond a bound stops there, and the rest steps again without.
+    A value that a step would carry beyond a bound stops there, and the others step again without
+    it.
     """
     q, n = problem.count, problem.states
     diagonal = np.diag(point.normal)
@@ -84,8 +85,8 @@ def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
 def _bounds(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray]:
     """Return how far values may go, and starts where the probe is not at rest.
 
-    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but what
-    relaxes has been pressed.
+    Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but a
+    relaxing branch has been pressed.
     """
     relaxing = np.array([spread == "branch" for spread in problem.kernel.spreads], dtype=bool)
     lower, upper = [problem.lower], [problem.upper]
@@ -119,8 +120,8 @@ def promise(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) 
 class Bar:
     """The lowest cost that any search of a comparison has reached so far, here or in a copy.
 
-    ``noise`` is the part of any cost that is not counted: what is left by noise alone, where only
-    what comes near the best is asked for. Nothing counts that costs more than ``most``.
+    ``noise`` is the part of any cost that is not counted: the cost of noise alone, where only
+    searches near the best are asked for. Nothing counts that costs more than ``most``.
     """
 
     def __init__(self, cost: float = np.inf, noise: float = 0.0, most: float = np.inf) -> None:
@@ -153,7 +154,7 @@ def search(
     Parameters
     ----------
     problem : Problem
-        What is searched.
+        The unknowns and their cost.
     values : array, shape (q,)
         Where to begin.
     starts : sequence of array

@@ -1,4 +1,4 @@
-"""What every unknown of a model changes in the force, over the noise: columns of one matrix.
+"""The sensitivity of the force to each unknown of a model, over the noise: columns of one matrix.
 
 Contents: the columns of several measurements under one another, and the precision that tolerances
 give.
@@ -26,13 +26,13 @@ def by_unknown(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
 
 
 def unknown(problem: Problem) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of these columns belong to what is searched: not to a constant that is held."""
+    """Which of these columns belong to a free unknown, and not to a constant that is held."""
     starts = np.ones(problem.states * len(problem.measurements), dtype=bool)
     return np.concatenate([problem.free, starts])
 
 
 def precision(problem: Problem, values: FloatArray) -> FloatArray:
-    """Return what is known of each unknown beforehand: one over the square of its deviation."""
+    """Return the prior precision of each unknown: one over the square of its deviation."""
     known = np.where(problem.free, problem.deviation, np.inf) ** -2.0
     spreads = [begun.deviation**-2.0 for begun in problem.begin(values)]
     return np.concatenate([known, *spreads])

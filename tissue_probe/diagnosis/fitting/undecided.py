@@ -23,7 +23,8 @@ from tissue_probe.signals import BoolArray
 
 #: Errors drawn: a sample that switches in a fifth of them is found in 97 of 100 cases.
 DRAWS = 16
-#: A change of the output stands out by so many times what is usual: of normal errors one in 15,000.
+#: A change of the output stands out by so many times the usual change: of normal errors one in
+#: 15,000.
 STANDS_OUT = 4.0
 #: Share of the samples that are left out at the most: the others must tell the tissue.
 MOST = 0.5

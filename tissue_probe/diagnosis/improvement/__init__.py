@@ -1,4 +1,4 @@
-"""Effect after effect until what is left is noise: the ladder, and what gives way on it.
+"""Effect after effect until the residual is noise: the ladder, and effects that give way on it.
 
 Contents: models of several effects.
 """

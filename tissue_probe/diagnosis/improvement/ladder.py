@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 Progress = Callable[[str], None]
-"""Told what is under way."""
+"""Called with the step under way."""
 
 #: Effects in all.
 MOST = 3
-#: One of several effects must alone remove this share of what exceeds the noise: among the few
+#: One of several effects must alone remove this share of the excess over the noise: among the few
 #: lines of a steady motion several that alone explain nothing can make up for any.
 LEADING = 0.2
 
@@ -49,7 +49,7 @@ def climb(
     progress: Progress = lambda doing: None,
     tell: Tell = lambda fit: None,
 ) -> Ladder:
-    """Fit a model, and add to it what is missing.
+    """Fit a model, and add the missing effects to it.
 
     Where the best model shows that samples are to be weighed otherwise, the search begins anew
     after all that it asks for.
@@ -61,15 +61,15 @@ def climb(
     measurements : sequence of Measurement
         All of one specimen.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     library : mapping of str to Effect
-        What may be added.
+        The effects that may be added.
     begin_at : mapping of str to float, optional
         Values at which the search for the model itself begins, see ``fit_base``.
     given : collection of str
         Names of revisions that are not made.
     progress : callable
-        Told what is under way; an exception that it raises ends the search.
+        Called with the step under way; an exception that it raises ends the search.
     tell : callable
         Told the model with each effect alone, as ``fit_candidates`` does.
     """
@@ -99,7 +99,7 @@ def _from_singles(
     library: Mapping[str, Effect],
     progress: Progress,
 ) -> Ladder:
-    """Return the ladder from a base over the best model of one effect, and what may be said."""
+    """Return the ladder from a base over the best model of one effect, and the verdict."""
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     if best is base or is_enough(base):
         return concluded(base, ranking, [])
@@ -182,5 +182,5 @@ def _asked_for(base: Fit, wanted: Sequence[Effect], instrument: Instrument) -> l
 
 
 def _leads(base: Fit, alone: Fit) -> bool:
-    """Whether an effect alone removes a good part of what exceeds the noise."""
+    """Whether an effect alone removes a good part of the excess over the noise."""
     return base.ratio**2 - alone.ratio**2 > LEADING * (base.ratio**2 - 1.0)

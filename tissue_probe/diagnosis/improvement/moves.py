@@ -35,7 +35,7 @@ class Move(NamedTuple):
     fit : Fit
         The model without the effect.
     effect : Effect
-        What is added, with all forms of it that are tried.
+        The added effect, with all forms of it that are tried.
     promised : float
         Logarithm of the probability that the larger model is promised, up to the same constant of
         all models.
@@ -69,7 +69,7 @@ def families(fit: Fit) -> tuple[str, ...]:
 
 
 def addable(composition: Composition, library: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Return what may stand beside a model's effects: no second form of a law that it has.
+    """Return the effects that may stand beside a model's: no second form of one that it has.
 
     And nothing that follows the spring where that is straight: it is one of its simpler effects.
     """
@@ -96,9 +96,9 @@ class Moves:
     base : Fit
         The model without any effect.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     library : mapping of str to Effect
-        What may be added.
+        The effects that may be added.
     leading : collection of str
         Names of effects that alone lead somewhere. A model without any is not sought.
     """
@@ -114,7 +114,7 @@ class Moves:
         self._library, self._leading = library, frozenset(leading)
 
     def longer(self, fits: Sequence[Fit]) -> list[Move]:
-        """Return each effect that may be added to models, by what the score test promises."""
+        """Return each effect that may be added to models, by the promise of the score test."""
         pairs = [(fit, self._allowed(fit)) for fit in fits]
         screens = screened(pairs, self._base.composition, self._instrument)
         return [
@@ -135,18 +135,18 @@ class Moves:
         return tuple(sorted(family for each in effects for family in self._families(each)))
 
     def _families(self, effect: Effect) -> set[str]:
-        """Return the families of an effect and of what it contains."""
+        """Return the families of an effect and of those that it contains."""
         contained = (self._library[name] for name in effect.simpler if name in self._library)
         return {effect.family, *(each.family for each in contained)}
 
     def _allowed(self, fit: Fit) -> list[Effect]:
-        """Return what may be added to a fit: what leads, where nothing of it does."""
+        """Return effects that may be added to a fit: leading ones, where it has none of them."""
         allowed = addable(fit.composition, self._library).values()
         leads = any(map(self._leads, fit.composition.effects))
         return [each for each in allowed if leads or self._leads(each)]
 
     def _leads(self, effect: Effect) -> bool:
-        """Whether an effect, or what it contains, alone leads somewhere."""
+        """Whether an effect, or one that it contains, alone leads somewhere."""
         return not self._leading.isdisjoint((effect.name, *effect.simpler))
 
     def made(self, moves: Iterable[Move], needed: float) -> list[Fit]:

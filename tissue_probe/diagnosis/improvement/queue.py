@@ -43,11 +43,11 @@ class Queue:
     base : Fit
         The model without any effect.
     moves : Moves
-        What may be done.
+        The moves that may be made.
     known : dict
         The best fit of each set of effects that was tried, by their names.
     effort : Effort
-        What was done.
+        The work that was done.
     curtailed : bool
         Whether the budget ended a search before the promises did.
     """
@@ -110,8 +110,8 @@ class Queue:
     def _next(self, count: int) -> list[Move]:
         """Return the moves that are made next: those of one kind that promise most.
 
-        Kin of what was tried comes after all that is of other families: it takes its place in the
-        best model at once, see ``_neighbours``. The parts of the best model come first.
+        Effects of a family already tried come after those of other families: it takes its place in
+        the best model at once, see ``_neighbours``. The parts of the best model come first.
         """
         best = self.best(count)
         self._waiting = [move for move in self._waiting if self._is_open(move)]
@@ -153,8 +153,8 @@ class Queue:
     def _is_open(self, move: Move) -> bool:
         """Whether a move promises more than its effects reached from other sides, and than none.
 
-        Where no promise is worth much, each side is tried; and what promises most in any case: a
-        search may find more than was promised.
+        Where no promise is worth much, each side is tried; and the most promising move in any case:
+        a search may find more than was promised.
         """
         if not (move.reliable and self._tried):
             return True
@@ -176,7 +176,7 @@ class Queue:
         return move.promised > reached - (RIVAL if enough else 0.0)
 
     def _make(self, few: Sequence[Move], count: int) -> None:
-        """Make moves; the neighbours of what is better than all before are tried at once."""
+        """Make moves; the neighbours of a model better than all before are tried at once."""
         fewer, done = self.best(count - 1) or self.base, self.effort.done
         before = self.best(count) or fewer
         found = self.moves.made(few, self._needed(fewer))
@@ -198,7 +198,7 @@ class Queue:
     def _neighbours(self, fit: Fit, needed: float) -> list[Fit]:
         """Fit models that have another effect of the same family, or a nested one, in one's place.
 
-        What is left of a model without one of its effects is extended by others later, too.
+        A model without one of its effects is extended by others later, too.
         """
         self._turned(fit)
         names = frozenset(fit.composition.names)
@@ -243,7 +243,7 @@ class Queue:
 
 
 def is_enough(best: Fit | None) -> bool:
-    """Whether a model leaves noise only, beyond what an encoder's rounding may hide."""
+    """Whether a model leaves noise only, and no rounding of an encoder may hide more."""
     return best is not None and explained(best) and not doubtful(best)
 
 

@@ -1,6 +1,6 @@
 """One channel of a measurement: its values, their resolution and white noise.
 
-Contents: what the checks of ``inspection`` need to know of a channel.
+Contents: properties of a channel that the checks of ``inspection`` need.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Channel:
         """Whether noise, not the step, decides if two samples are equal.
 
         A channel whose noise is 0.3 steps has none but rounding; from 0.6 steps on it changes from
-        sample to sample also at rest. Without steps, a millionth of the span is what simulations
-        without noise have by their arithmetic. A channel that rests for most of the time has none.
+        sample to sample also at rest. Without steps, simulations without noise have a millionth of
+        the span by their arithmetic. A channel that rests for most of the time has none.
         """
         noise = noise_beside_steps(self.values)
         return noise > NOISY * self.grain and noise > EXACT * self.span

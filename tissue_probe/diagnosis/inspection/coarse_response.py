@@ -13,7 +13,7 @@ from tissue_probe.diagnosis.transforms import correlation, smoothed, without_lin
 from tissue_probe.signals import FloatArray
 
 _WINDOW, _DEGREE = 9, 4  # of the smoothing polynomial
-_TINY = 1e-12  # of what spans 1: a straight line has no more left
+_TINY = 1e-12  # of a signal that spans 1: a straight line has no more left
 _BRANCHES = 6  # two a decade and more, from the record's length down
 _COLLINEAR = 0.97  # a sine's acceleration is its position turned round
 

@@ -1,4 +1,4 @@
-"""Values far from their neighbours for a few samples: what no motion does, but electronics do.
+"""Values far from their neighbours for a few samples: electronics make them, and no motion.
 
 Contents: finding them in one channel.
 """
@@ -13,14 +13,14 @@ from tissue_probe.signals import BoolArray, FloatArray, spans_of
 
 #: Share of a cubic through the neighbours that each of them has.
 _CUBIC = np.array([-1.0, 4.0, 0.0, 4.0, -1.0]) / 6.0
-#: What stands out is off by so many times what is usual around it.
+#: A value stands out that is off by so many times the usual deviation around it.
 _ALONE = 12.0
 _AROUND = 101  # samples
-#: What a single one's neighbours are off lies between these shares of what it is off.
+#: The neighbours of a single one are off by shares of its deviation between these.
 _BEND, _STEP = 0.55, 0.8
 #: Samples in a row at the most, and to either side of them those that a cubic follows.
 LONGEST, _SIDE = 8, 4
-#: Those to either side are off by less than this many times what is usual, and this share.
+#: Those to either side are off by less than this many times the usual deviation, and this share.
 _QUIET, _SHARE = 3.0, 0.15
 #: Both ends of a row are off by this share of it, to one side: at a bend less, at a step to both.
 _ABRUPT = 0.6
@@ -39,11 +39,11 @@ def disturbed(
     values : array, shape (n,)
         One channel, finite.
     large, least : float
-        Share of the rms, and size, that what stands out exceeds.
+        Share of the rms, and size, that an outstanding value exceeds.
     excused : array of bool, shape (n,)
         Which samples are known to be of another kind.
     turning : array of bool, shape (n,)
-        Where the other channel turns sharply: what stands out there for longer is its doing.
+        Where the other channel turns sharply: a longer disturbance there comes from it.
     """
     large = max(large * float(np.std(values)), least)
     single = alone(values, large) & ~excused
@@ -81,7 +81,7 @@ def _off(values: FloatArray) -> FloatArray:
 
 
 def bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
-    """Put what lies on a curve through the others in the place of values that are not steady."""
+    """Replace values that are not steady by those of a curve through the others."""
     number = np.arange(values.size)
     if steady.all():
         return values
@@ -139,14 +139,14 @@ def _is_bend(window: FloatArray, size: float) -> bool:
 
 
 def _usual(off: FloatArray, place: int) -> float:
-    """Return what is usual around a place."""
+    """Return the usual deviation around a place."""
     around = off[max(place - _AROUND, 0) : place + _AROUND]
     return float(max(np.median(off), np.percentile(around, 65)) / 0.93)
 
 
 @for_a_call(32)
 def _departures(length: int) -> FloatArray:
-    """Return the matrix of departures from a cubic through what is to either side of a row."""
+    """Return the matrix of departures from a cubic through the samples to either side of a row."""
     place = np.linspace(-1.0, 1.0, length + 2 * _SIDE)
     powers = np.vander(place, 4)
     beside = np.abs(np.arange(place.size) - (place.size - 1) / 2) > (length - 1) / 2

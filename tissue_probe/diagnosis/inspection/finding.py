@@ -1,4 +1,4 @@
-"""What is wrong with samples: one finding, and stretches of samples that it concerns.
+"""A fault of samples: one finding, and the rows of samples that it concerns.
 
 Contents: the record of a finding.
 """
@@ -18,7 +18,7 @@ class Finding:
         One of those that ``inspection.inspect`` or ``fit_checks.check_fit`` lists, ``as_read``, or
         ``curtailed``.
     sentence : str
-        What is wrong, and what to do.
+        The fault, and its remedy.
     fatal : bool
         Whether a fit of any model would be worthless.
     spans : tuple of (first, stop)

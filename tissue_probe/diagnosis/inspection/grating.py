@@ -1,4 +1,4 @@
-"""Whether what is rough in a position repeats with the place: an encoder's error, and no noise."""
+"""Whether the roughness of a position repeats with the place: an encoder's error, and no noise."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FINE, WIDE, MANY = 4e-6, 2e-4, 100
 ENOUGH = 2000
 #: Differences of this order leave noise, and nothing of a motion that is sampled well.
 ORDER = 6
-#: What exceeds the median by this factor is no noise, and no error of a grating.
+#: A value that exceeds the median by this factor is no noise, and no error of a grating.
 CORNER = 8.0
 #: Share of the roughness from which it is the encoder's: of noise hardly any repeats.
 REPEATS = 0.5

@@ -14,7 +14,7 @@ ENOUGH = 0.1
 of them then tell a tissue from one half as stiff again."""
 
 FEWEST = 64
-"""Samples below which what a fit leaves cannot be judged: eight blocks of eight are held out of it,
+"""Fewer samples leave a residual that cannot be judged: eight blocks of eight are held out of it,
 as spectra of it are averaged over eight segments."""
 
 
@@ -24,8 +24,8 @@ def stiffness_deviation(
     """Return how well samples determine the stiffness, in shares of force over position.
 
     The standard deviation that least squares give of k in F = k u + beta du/dt + F0, by the
-    samples' own scatter about it. Neither a model nor the noise need be known; what the true model
-    has besides counts as scatter, so that it is never told too small. Infinite where nothing moves.
+    samples' own scatter about it. Neither a model nor the noise need be known; further parts of the
+    true model count as scatter, so that it is never too small. Infinite where nothing moves.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def stiffness_deviation(
         return 0.0  # no force: that is known exactly, and is told otherwise
     u, v, f = (column / scale for column, scale in zip(columns, scales, strict=True))
     likeness = float(np.mean(u * v))
-    own = 1.0 - likeness**2  # what of the position is not the velocity's doing
+    own = 1.0 - likeness**2  # the part of the position that does not come from the velocity
     if own < 1e-9:
         return np.inf
     right = np.array([np.mean(u * f), np.mean(v * f)])

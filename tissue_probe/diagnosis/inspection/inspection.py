@@ -1,6 +1,6 @@
-"""Whether samples are fit to be fitted: what is wrong with them, and what to do.
+"""Whether samples are fit to be fitted: their faults, and the remedies.
 
-Contents: the list of checks, their order, and what is said of each.
+Contents: the list of checks, their order, and the sentence of each.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tissue_probe.signals import FloatArray, spans_of
 
 @dataclass(frozen=True)
 class Inspection:
-    """What is wrong with samples, and how fine they are.
+    """The faults of samples, and how fine they are.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Inspection:
 
     @property
     def answer(self) -> str | None:
-        """``adc_saturation`` or ``stuck_samples``, where that is what is wrong with the data."""
+        """``adc_saturation`` or ``stuck_samples``, where the data have that fault."""
         names = [finding.name for finding in self.findings]
         return next((name for name in ("adc_saturation", "stuck_samples") if name in names), None)
 
@@ -158,7 +158,7 @@ def _too_short(count: int, sample_period: float, told: str) -> str:
 def _filled(
     position: FloatArray, force: FloatArray, known: np.ndarray
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Bridge what is missing by straight lines, so that only known values decide."""
+    """Bridge missing samples by straight lines, so that only known values decide."""
     number = np.arange(known.size)
     for name, column in (("position", position), ("force", force)):
         if known.all():

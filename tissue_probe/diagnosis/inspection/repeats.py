@@ -4,8 +4,8 @@ Contents: runs of equal samples, and how likely they are.
 
 In a channel with white noise of standard deviation s, two neighbours are equal with a probability
 of at most p = erf(step / (2 sqrt(2) s)), which is 0 without steps; a run of L samples comes by
-chance at most N p^(L-1) times. In a channel without noise a long run is what a slow motion leaves,
-so there the run must end as a stuck one does: by a jump over what was missed.
+chance at most N p^(L-1) times. In a channel without noise a slow motion leaves a long run, so there
+the run must end as a stuck one does: by a jump over the missed samples.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CHANCE = 1e-4
 """A pattern that comes more rarely than this by chance, in the whole record, is none of chance."""
 
 GENTLE = 0.3
-"""A move by less than this share of what seems to be noise, next to larger ones, is smooth."""
+"""A move by less than this share of the seeming noise, next to larger ones, is smooth."""
 
 SHORTEST = 3  # equal samples in a row that count as a run
 
@@ -100,7 +100,7 @@ def stuck(channel: Channel, other: Channel) -> Runs:
 
 
 def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
-    """Mark runs that a motion comes to and leaves gently: what passes for noise elsewhere is none.
+    """Mark runs that a motion comes to and leaves gently: the seeming noise elsewhere is none.
 
     That is by one step, or by no more than it moves beyond.
     So it is where an interpolated encoder reads almost no motion, once in each of its periods, and
@@ -153,11 +153,11 @@ def _corners(channel: Channel, other: Channel, there: Runs) -> bool:
 
 
 def _jumps(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
-    """Mark runs that end by a jump over what the neighbouring samples say was missed.
+    """Mark runs that end by a jump over the motion that the neighbours say was missed.
 
-    The jump is larger than the steps about it, as L samples were missed; but not larger than what
-    L such steps make, as that is a motion by steps. A smooth turn within one step for L samples
-    ends by no more than 8 (L / 2 + 2) / L^2 steps.
+    The jump is larger than the steps about it, as L samples were missed; but not larger than L such
+    steps, as that is a motion by steps. A smooth turn within one step for L samples ends by no more
+    than 8 (L / 2 + 2) / L^2 steps.
     """
     values, stop = channel.values, equal.first + equal.length
     ends = (equal.first > 0) & (stop < values.size)  # a record may begin at rest

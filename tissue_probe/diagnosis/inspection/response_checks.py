@@ -1,6 +1,6 @@
 """Whether force and position can belong together: contact, clocks, signs, units.
 
-Contents: what a first look at their relation says.
+Contents: checks by a first look at their relation.
 """
 
 from __future__ import annotations
@@ -72,10 +72,11 @@ def check_response(
     times: float = 1.0,
     drives: Quantity = POSITION,
 ) -> Iterator[Finding]:
-    """Yield what is wrong between the channels.
+    """Yield the faults between the channels.
 
     ``no_contact``, ``unsynchronised``, ``wrong_polarity``, ``suspicious_units``; ``few_a_cycle`` in
-    the place of what so few samples cannot tell. The record is ``times`` slower than usual.
+    the place of findings that so few samples do not allow. The record is ``times`` slower than
+    usual.
     """
     cycle = _cycle(position)
     for found in _response(position, force, sample_period, times, drives):
@@ -153,7 +154,7 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
-    # What may be fitted as a delay is an effect.
+    # A lag that may be fitted as a delay is an effect.
     if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < LEFT:
         return 0  # without a lag they belong together, too: damping passes for one of milliseconds
     shifted = coarse_response(both, lag)
@@ -186,8 +187,8 @@ def _check_sign(
 ) -> Iterator[Finding]:
     """Tissue resists: it pushes back, and takes up energy; mass alone does neither.
 
-    What relaxes or creeps may seem to do the opposite: where a first look explains little, a closer
-    one decides, with ``left``.
+    A tissue that relaxes or creeps may seem to do the opposite: where a first look explains little,
+    a closer one decides, with ``left``.
     """
     gives_energy = found.viscous < -0.05 and found.elastic < -0.5 * found.viscous
     pulls = found.separable and found.elastic < -0.2 and found.viscous < 0.05

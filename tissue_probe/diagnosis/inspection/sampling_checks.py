@@ -70,7 +70,7 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
 
 
 def check_sampling(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
-    """Yield what is wrong with a channel by itself.
+    """Yield the faults of a channel by itself.
 
     ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``,
     ``one_way``.

@@ -165,7 +165,7 @@ def _sums(over: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
 def _explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
     """Return the sums of squares that the best of linear models explain.
 
-    A tip at rest tells nothing of the way: what is not told counts as no slope.
+    A tip at rest tells nothing of the way: an unknown slope counts as none.
     """
     inverse = np.linalg.pinv(grams, rcond=ROUNDED, hermitian=True)
     return np.einsum("ni,nij,nj->n", sides, inverse, sides)

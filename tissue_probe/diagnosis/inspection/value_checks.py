@@ -1,6 +1,6 @@
 """Values that no sensor measured: cut off at a limit, repeated, or far from their neighbours.
 
-Contents: what is said of them.
+Contents: the findings on them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.repeats import Runs, clipped, stuck
 from tissue_probe.signals import BoolArray, spans_of
 
-_LARGE = 0.03  # share of the rms that what stands alone exceeds
+_LARGE = 0.03  # share of the rms that a value exceeds which stands alone
 _FOLLOWING = 21  # samples about a sharp turn of the position in which the force follows it
 _COUNTS = 3.0  # steps of an encoder by which no reading of it is off alone
 _HELD = 0.5  # share of samples in runs from which a channel is slower than it is sampled

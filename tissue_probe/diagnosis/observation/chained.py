@@ -1,12 +1,12 @@
-"""What errors of a noisy position leave in the output of a model that it drives.
+"""The noise that errors of a noisy position leave in the output of a model that it drives.
 
-Contents: how such errors go on from sample to sample, and what is white beside them.
+Contents: how such errors go on from sample to sample, and the white noise beside them.
 
 An error of the position is a chain: each value follows from the three before and something new
 (``Motion.chain``). The output has a few neighbours of it, each times a tap, and its own white
-noise; where the tip moves by itself, it rings with what it felt before. Kalman's filter then tells
-of each sample what the earlier ones let expect; the rest, over its deviation, is white and of
-variance 1 (B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
+noise; where the tip moves by itself, it rings with earlier errors. Kalman's filter then predicts
+each sample from the earlier ones; the difference, over its deviation, is white and of variance 1
+(B. Anderson, J. Moore, Optimal Filtering (1979), section 5.3).
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ NEAR = 4
 
 @dataclass(frozen=True)
 class Chained(Noise):
-    """White noise, and what an error of the position makes in the output.
+    """White noise, and the noise that an error of the position makes in the output.
 
     Attributes
     ----------
     own : float
         See ``Noise``.
     chain : array, shape (n, 4)
-        Of the error at each sample: the weights of the three before, and the deviation of what is
-        new [m].
+        Of the error at each sample: the weights of the three before, and the deviation of the new
+        independent part [m].
     taps : array, shape (2 NEAR + 1,)
-        What the error of each neighbour does to the output, the latest first [unit / m].
+        The derivative of the output by the error of each neighbour, the latest first [unit / m].
     beside : float
-        Deviation of what the taps do not tell [unit of the output].
+        Deviation of the noise that does not come through the taps [unit of the output].
     memory : array, shape (k,)
-        What a sample has of what each of the k before felt, the latest first [-].
+        The share of each of the k earlier effects in a sample, the latest first [-].
     size : float
         Deviation of all that it makes in the output [unit of the output].
     """
@@ -90,7 +90,7 @@ class Chained(Noise):
         return inside
 
     def white(self, values: FloatArray, used: BoolArray) -> FloatArray:
-        """Return what each sample of values, shape (n, ...), has beside what those before tell.
+        """Return each sample of values, shape (n, ...), less its prediction from those before.
 
         Those that are not used are 0, and the first and last few: they lack neighbours, and the
         course through the samples is bound less there.

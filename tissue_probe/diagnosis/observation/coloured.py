@@ -26,13 +26,14 @@ from tissue_probe.signals import BoolArray, FloatArray, spans_of
 #: White noise of the output over that of the force in it, as ratios that are tried: half of a step
 #: is 15 %, and so well the smaller of both deviations is told.
 RATIOS = np.geomspace(1e-4, 10.0, 41)
-#: Share of the covariance's mean that rounding may be: so much is added to what is inverted.
+#: Share of the covariance's mean that rounding may be: so much is added to the matrix that is
+#: inverted.
 ROUNDING = 1e-13
 
 
 @dataclass(frozen=True)
 class Coloured(Noise):
-    """White noise, and what white noise of the force that drives makes in the output.
+    """White noise, and the noise that white noise of the driving force makes in the output.
 
     Attributes
     ----------

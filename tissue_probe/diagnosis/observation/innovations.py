@@ -1,9 +1,9 @@
-"""Kalman's filter for samples that feel a chain of errors, and remember what they felt, compiled.
+"""Kalman's filter for samples with a chain of errors and a memory of them, compiled.
 
 Contents: two loops over the samples.
 
-The state is the errors from some samples ahead to as many behind, then what the last few samples
-felt of them, the latest first.
+The state is the errors from some samples ahead to as many behind, then their effect on the last few
+samples, the latest first.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numba import njit
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gains(chain, taps, memory, variance, beside, used):  # type: ignore[no-untyped-def]
-    """Return Kalman's gains and the deviations of what is new, of samples that feel a chain.
+    """Return Kalman's gains and the innovations' deviations, of samples that feel a chain.
 
-    The last of each row of gains is that of what the sample itself felt. See ``Shaken``.
+    The last of each row of gains is that of the effect on the sample itself. See ``Shaken``.
     """
     n, size, kept = chain.shape[0], taps.size, memory.size
     near, whole = size // 2, size + kept
@@ -65,7 +65,7 @@ def _onward(covariance, chain, to, size):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _remembered(covariance, with_felt, felt, size):  # type: ignore[no-untyped-def]
-    """Return the covariance with what a sample felt as the latest that is remembered."""
+    """Return the covariance with a sample's own effect as the latest that is remembered."""
     moved = covariance.copy()
     moved[size + 1 :, size + 1 :] = covariance[size:-1, size:-1]
     moved[:size, size + 1 :] = covariance[:size, size:-1]
@@ -80,7 +80,7 @@ def _remembered(covariance, with_felt, felt, size):  # type: ignore[no-untyped-d
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def white(chain, taps, memory, gains, deviations, columns):  # type: ignore[no-untyped-def]
-    """Return what each sample of each column has beside what those before tell."""
+    """Return each sample of each column less its prediction from those before."""
     n, size, kept = chain.shape[0], taps.size, memory.size
     near, whole = size // 2, size + kept
     new = np.zeros_like(columns)

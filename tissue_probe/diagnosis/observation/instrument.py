@@ -1,6 +1,6 @@
 """The instrument that took samples: the rig, and its constants with their tolerances.
 
-Contents: what is known of the probe, and how well.
+Contents: the constants of the probe and their tolerances.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Instrument:
         return (CONTACT_POSITION.name,) if self.free_touch else ()
 
     def of_size(self, scale: Scale) -> Instrument:
-        """Return the instrument of a record of a size: what nobody gave is as many times larger."""
+        """Return the instrument of a record of a size: constants not given are scaled by it."""
         units = {each.name: each.entry.unit for each in self.rig.constants} | {FLICKER: "N"}
         factors = {
             name: scale.of(unit) if name in self.supposed else 1.0 for name, unit in units.items()

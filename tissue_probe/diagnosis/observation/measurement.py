@@ -66,26 +66,26 @@ class Measurement:
     used : array of bool, shape (n,)
         Which samples a fit weighs; all by default.
     output : Quantity
-        What a model predicts of it, ``FORCE`` or ``POSITION``; the other one drives.
+        The channel that a model predicts, ``FORCE`` or ``POSITION``; the other one is the input.
     misread : array, shape (n,), optional
         Of a position that was smoothed: one of the errors that it may still have [m].
     motion : Motion, optional
-        What is known of a position that drives and was noisy: ``position`` is its mean.
+        The estimate of a noisy position that is the input: ``position`` is its mean.
     input_noise : float
         Standard deviation of the white noise of a force that drives, as a model told it [N]; NaN
         where none did: it is no more than the force is rough.
     coil_gain : float
         Way of the coil for each volt of its command [m/V]; NaN where that is not known.
     notes : tuple of str
-        What was done to read it, in sentences: resampled, filled in, cut.
+        The changes made when it was read, in sentences: resampled, filled in, cut.
     source : str
-        Where it came from, such as a file; what is wrong with its samples is told of that.
+        Where it came from, such as a file; faults of its samples are reported with that name.
     run : str
         Name of the run that it was cut from, others maybe too; without, a run of its own.
     begins : float
         Time of the first sample after the run's first [s].
     resampling : Resampling
-        What was done to white noise where times were uneven: ``noise`` is that before it.
+        The change of white noise where times were uneven: ``noise`` is that before it.
     between : Between, optional
         How the input goes on from sample to sample. None where that is not known: smoothly then.
     fineness : Fineness
@@ -96,7 +96,7 @@ class Measurement:
     time_doubt : float
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale
-        Of what size the record is that it belongs to.
+        The size of the record that it belongs to.
     """
 
     position: FloatArray
@@ -178,7 +178,7 @@ class Measurement:
     def force_noise(self) -> float:
         """Standard deviation of the white noise of a force that drives, at the most [N].
 
-        A command has none: what its digits leave may add up, but is the same in every run.
+        A command has none: the errors of its digits may add up, but are the same in every run.
         """
         if self.is_commanded:
             return 0.0
@@ -187,17 +187,17 @@ class Measurement:
 
     @property
     def input(self) -> Quantity:
-        """What drives the model."""
+        """The channel that drives the model."""
         return other(self.output)
 
     @property
     def input_values(self) -> FloatArray:
-        """What was measured of it."""
+        """The samples of the input."""
         return getattr(self, self.input.name)
 
     @property
     def output_values(self) -> FloatArray:
-        """What was measured of that which a model predicts."""
+        """The samples of the channel that a model predicts."""
         return getattr(self, self.output.name)
 
     def over_noise(self, values: FloatArray) -> FloatArray:
@@ -240,7 +240,7 @@ class Measurement:
     def thinned(self) -> Measurement:
         """Return the same in as few samples as tell which start of a search promises most.
 
-        What a filter makes white needs all samples.
+        A filter that whitens needs all samples.
         """
         times = int(OFTEN * self.scale.time / self.sample_period + 1e-6)
         if times < 2 or not self.noise.is_white or self.at is not None:
@@ -281,7 +281,7 @@ class Measurement:
         return replace(self, noise=noise, input_noise=told)
 
     def _only(self, kept: slice) -> Measurement:
-        """Return some of the samples; their period, and what is known of a motion, stay."""
+        """Return some of the samples; their period, and the estimate of a motion, stay."""
         return replace(
             self,
             position=self.position[kept],
@@ -330,7 +330,7 @@ class Measurement:
 def _step(position: FloatArray, finest: float) -> float:
     """Return the step of which all differences of position are multiples [m]; 0 if there is none.
 
-    Found as Euclid finds a common divisor: what is left over by the smallest is the next smallest.
+    Found as Euclid finds a common divisor: the remainder of the smallest is the next smallest.
     """
     moves = np.unique(np.abs(np.diff(position)))
     step = np.min(moves[moves > finest], initial=np.inf)

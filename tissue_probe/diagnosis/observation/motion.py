@@ -1,4 +1,4 @@
-"""The motion in a noisy position: what drives a model, where the encoder's noise would shake it.
+"""The motion in a noisy position: the input of a model that the encoder's noise would shake.
 
 Contents: the most likely motion, and others as likely.
 
@@ -42,7 +42,7 @@ ANGLES = (np.arange(2000) + 0.5) * np.pi / 2000
 
 @dataclass(frozen=True)
 class Motion:
-    """What is known of a motion whose samples are noisy.
+    """The estimate of a motion whose samples are noisy.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Motion:
 
     @cached_property
     def position(self) -> FloatArray:
-        """The mean of what it may have been, shape (n,) [unit of the samples]."""
+        """The mean of the motion's posterior, shape (n,) [unit of the samples]."""
         return (
             _solved(_factor(self.calmness), self.samples) if self.calmness.any() else self.samples
         )
@@ -111,7 +111,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Felt:
-    """What another channel tells of the same motion, by a fitted model.
+    """The information of another channel on the same motion, by a fitted model.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class Felt:
     position : array, shape (n,)
         At which the model was run [unit of the samples].
     taps : array, shape (k,), k odd
-        What a change of the position at each neighbour does to a sample, the latest neighbour
+        The derivative of a sample by the position at each neighbour, the latest neighbour
         first [unit / unit].
     noise : float
         Standard deviation of its own white noise [its unit].
@@ -215,7 +215,7 @@ def _solved(factor: FloatArray, right: FloatArray) -> FloatArray:
 
 
 def _spread(jerks: FloatArray) -> FloatArray:
-    """Return D^T times jerks: what each does to the four samples that it is told from."""
+    """Return D^T times jerks: the share of each in the four samples that it is computed from."""
     return np.convolve(jerks, JERK[::-1])
 
 
@@ -223,8 +223,8 @@ def _shares(gains: FloatArray) -> FloatArray:
     """Return how much of itself each found jerk is, where the calmness is the same throughout.
 
     That is, at each of ``LOGARITHMS``, how many of the motion's values the samples tell, and not
-    the calmness. ``gains`` is what the other channel tells at ``ANGLES``, over what the samples
-    tell.
+    the calmness. ``gains`` is the information of the other channel at ``ANGLES``, over that of the
+    samples.
     """
     stiff = np.exp(LOGARITHMS)[:, None] * (2.0 - 2.0 * np.cos(ANGLES)) ** 3
     return np.mean((1.0 + gains) / (1.0 + gains + stiff), axis=1)

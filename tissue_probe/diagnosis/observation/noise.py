@@ -1,4 +1,4 @@
-"""Noise of the output: what makes the residual of a right model white and of variance 1.
+"""Noise of the output, whose whitening makes the residual of a right model white, of variance 1.
 
 Contents: the interface of all kinds of noise, and the kind that is white already.
 """

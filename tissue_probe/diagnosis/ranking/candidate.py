@@ -58,9 +58,9 @@ ONWARD = 3
 
 
 def shared(fit: Fit, models: Iterable[Composition]) -> list[object]:
-    """Return what fits of models to the same measurements hold, and both processes have.
+    """Return the objects in fits of models to the same measurements that both processes have.
 
-    The models' code is loaded: what a copy of the process loads is lost with it.
+    The models' code is loaded: code that a copy of the process loads is lost with it.
     """
     return [*fit.measurements, *(part for model in models for part in (model, model.kernel))]
 
@@ -71,14 +71,14 @@ def best_of(fits: Iterable[Fit]) -> Fit:
 
 
 def _runs_on(fit: Fit, most: float, lowest: float) -> bool:
-    """Whether a search ran out of steps, though what it had come to may count."""
+    """Whether a search ran out of steps, though its last cost may count."""
     return not fit.converged and fit.cost <= min(HOPELESS * lowest, most)
 
 
 def is_settled(fit: Fit, lowest: float) -> bool:
     """Whether values near those of a fit need not be tried: it is far off, or explains all.
 
-    How much noise there is, is estimated: what leaves clearly more than the lowest does not.
+    The size of the noise is estimated: a fit that leaves clearly more than the lowest needs a try.
     """
     close = fit.ratio < CLOSE and fit.cost < lowest + 2.0 * RIVAL
     return fit.cost > ASTRAY * lowest or (explained(fit) and close)
@@ -86,7 +86,7 @@ def is_settled(fit: Fit, lowest: float) -> bool:
 
 @dataclass(frozen=True)
 class Look:
-    """Fewer samples, from which a start's promise is told, and what a cost there is of the whole.
+    """Fewer samples, to compute a start's promise, and the factor from their cost to that of all.
 
     Most of the time goes into promises, and they only put starts in order.
     """
@@ -110,10 +110,10 @@ _Proposal = tuple[float, FloatArray, list[FloatArray]]
 
 @dataclass(frozen=True)
 class Begin:
-    """Where a search may begin: what one step promises, values, and states at the start.
+    """Where a search may begin: the cost that one step promises, values, and states at the start.
 
-    ``best`` are the most promising, in order; ``direct`` says that a strength was among what was
-    proposed.
+    ``best`` are the most promising, in order; ``direct`` says that a strength was among the
+    proposed values.
     """
 
     best: Sequence[_Proposal] = ()
@@ -139,7 +139,7 @@ class Candidate:
         self.base, self.effect, self.values = base, effect, values
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
-        #: What fits hold, and every process has.
+        #: The objects that fits hold, and every process has.
         self.known = shared(base, [composition])
         exactly = self.problem.kernel.corrects
         self.look = Look(base.measurements, 1.0) if exactly else look
@@ -167,7 +167,7 @@ class Candidate:
         return Begin([each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct)
 
     def _in_each_run(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
-        """Return what promises most where each of several runs has its own instant.
+        """Return the most promising values where each of several runs has its own instant.
 
         It is varied in one run after the other.
         """
@@ -254,7 +254,7 @@ class Candidate:
         return near or _runs_on(best, most, lowest)
 
     def settled(self, found: Sequence[Fit], bar: Bar, lowest: float) -> Iterator[Fit]:
-        """Search near the best of what was found while that does better, and then go on.
+        """Search near the best fit found while that does better, and then go on.
 
         ``lowest`` is the lowest cost that any search had reached before.
         """

@@ -1,6 +1,6 @@
 """Every effect of the library, added to a fitted model and fitted in its turn.
 
-Contents: the base, all candidates, and what one tells of another.
+Contents: the base, all candidates, and starts that one candidate gives another.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def fit_base(
     instrument: Instrument,
     begin_at: Mapping[str, float] | None = None,
 ) -> Fit:
-    """Fit a model from its default values, and from what a first look at the samples tells.
+    """Fit a model from its default values, and from the estimates of a first look at the samples.
 
     A tissue that relaxes is fitted from where relaxation beside a Kelvin-Voigt solid ends, too.
 
@@ -69,10 +69,10 @@ def fit_base(
     measurements : sequence of Measurement
         All of one specimen.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     begin_at : mapping of str to float, optional
-        Values found before, maybe on another specimen: the search begins there, and there with what
-        a first look tells.
+        Values found before, maybe on another specimen: the search begins there, and there with the
+        estimates of a first look.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def fit_base(
 def _relaxed(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> list[dict[str, float]]:
-    """Return what is found of a tissue's own effects when they are searched as candidates are."""
+    """Return the values of a tissue's own effects, searched as candidates are."""
     names = TISSUE_EFFECTS[composition.tissue]
     if not names:
         return []
@@ -136,11 +136,11 @@ def refit(
     fit : Fit
         Where to begin.
     composition : Composition
-        What to fit.
+        The model to fit.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     measurements : sequence of Measurement, optional
-        What to fit to; those of ``fit`` by default.
+        The observations to fit to; those of ``fit`` by default.
     held : mapping of str to float, optional
         Values that are not fitted.
     """
@@ -167,14 +167,15 @@ def fit_candidates(
     base : Fit
         The model as it is.
     effects : iterable of Effect
-        What may be added; what cannot be fitted, or acts on what the rig has not, is left out.
+        Effects that may be added; those that cannot be fitted, or act on a part that the rig has
+        not, are left out.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     needed : float
         The cost that is asked for; searches that will not come near are given up, and those that
         reach it and leave hardly more than noise need no other start.
     known : sequence of Fit
-        What other effects led to: the searches are given up that will not come near these either.
+        Fits of other effects: searches are given up that will not come near these either.
     tell : callable
         Told each fit when its search has ended, maybe in a copy of this process, where it must not
         change anything of this one.
@@ -231,7 +232,7 @@ def _told(fits: Iterator[Fit], tell: Tell) -> Iterator[Fit]:
 
 
 def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]:
-    """Return what searches find, and what is found near the best of each that is not enough.
+    """Return the fits of searches, and the fits near the best of each that is not enough.
 
     How far off it is can be told when all have ended: which of them is ahead is chance.
     """
@@ -246,7 +247,7 @@ def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]
 
 
 def _all(searches: Sequence[_Search]) -> list[list[Fit]]:
-    """Return what each search finds, made by turns: the others may soon be ahead of one by far."""
+    """Return the fits of each search, made by turns: the others may soon be ahead of one by far."""
     known = [part for candidate, _ in searches for part in candidate.known]
     return in_turns([fits for _, fits in searches], known)
 
@@ -279,12 +280,13 @@ def _given_up(
 def _behind(
     candidates: Sequence[Candidate], fits: Sequence[Fit], lowest: float
 ) -> list[tuple[Candidate, Fit]]:
-    """Return forms of effects that did worse than another form, and what that one found.
+    """Return forms of effects that did worse than another form, and the fit of that other form.
 
-    The way to where a tip sticks and slides may lead through friction that only creeps. And what
-    contains a simpler effect can do no worse than that, nor that worse than what ended as it: it
-    went astray. A form that leaves noise only is enough, unless a parameter ended at its bound:
-    there the form only approximates another one.
+    The way to where a tip sticks and slides may lead through friction that only creeps. An effect
+    that contains a simpler one has a cost no higher than the simpler one. And a simpler effect has
+    a cost no higher than an effect that ended as the simpler one. Where the costs say otherwise,
+    the search went astray. A form that leaves noise only is enough, unless a parameter ended at its
+    bound: there the form only approximates another one.
     """
     best, found = list(_first_of_each(sorted(fits, key=lambda fit: fit.cost)).values()), []
     for candidate in candidates:
@@ -306,7 +308,7 @@ def _at_a_bound(fit: Fit) -> bool:
 
 
 def _is_also(effect: Effect, fit: Fit) -> bool:
-    """Whether what was added is the effect, in some form, or contained in it, or ended as it."""
+    """Whether the added effect is this one, in some form, or contained in it, or ended as it."""
     own = added(fit)
     return own.name in (effect.name, *effect.simpler) or (
         effect.name in own.simpler and in_limit(fit)

@@ -1,6 +1,6 @@
 """A fitted model on other runs of the specimen: its values are held, but those of a run.
 
-Contents: what is found anew in each run, such as the phase of the mains.
+Contents: the values that are fitted again in each run, such as the phase of the mains.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def carried(
 ) -> Fit | None:
     """Take a model to other runs of the specimen; None where it diverges.
 
-    Only what belongs to a run is fitted anew: the states at its start, and phases and instants
+    Only the values of a run are fitted again: the states at its start, and phases and instants
     (``Effect.of_run``).
 
     Parameters
@@ -59,7 +59,7 @@ def carried(
     measurements : sequence of Measurement
         Of the other runs.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     """
     held = {name: named[name] for name in of_specimen(composition, instrument)}
     problem = Problem(composition, measurements, instrument, held)

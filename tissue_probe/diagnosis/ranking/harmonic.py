@@ -1,6 +1,6 @@
-"""A line at a multiple of a sine's frequency: what anything not linear leaves, and no one cause.
+"""A line at a multiple of a sine's frequency: any nonlinear cause leaves one.
 
-Contents: whether one line explains what an effect was to explain.
+Contents: whether one line explains the same residual as an effect.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ HIGHEST = 5
 
 _Begun = tuple[Problem, FloatArray, list[FloatArray]]
 
-#: What is told of hum, by name.
+#: Names of hum's effect and parameters.
 HUM, SINE, COSINE = "mains_hum", "hum_sine", "hum_cosine"
 
 
@@ -51,7 +51,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     """Return the multiple of a sine's frequency at which one line explains more than effects do.
 
     A lightly damped mode, tuned to such a multiple by the fit, makes the line that stiffening of
-    another form leaves. Against the line's sine and cosine it counts what it has to be tuned.
+    another form leaves. Its cost is compared with that of the line's sine and cosine.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     final : Fit
         The same with effects.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
 
     Returns
     -------

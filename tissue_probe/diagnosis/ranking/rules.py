@@ -26,7 +26,7 @@ def significant(simple: Fit, better: Fit, base: Fit) -> bool:
 
 
 def in_limit(fit: Fit) -> bool:
-    """Whether what was added ended in the limit where it is a simpler effect."""
+    """Whether the added effect ended in the limit where it is a simpler one."""
     return ended_in_limit(added(fit), fit.named())
 
 

@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
 
 class Promise(NamedTuple):
-    """What an effect, in one form of it, promises beside a fitted model.
+    """The lower cost that an effect, in one form of it, promises beside a fitted model.
 
     Attributes
     ----------
     effect : Effect
         In the form that promises most.
     cost : float
-        What may be left with it.
+        The cost that it promises.
     """
 
     effect: Effect
@@ -44,20 +44,20 @@ class Promise(NamedTuple):
 def screened(
     pairs: Iterable[tuple[Fit, Iterable[Effect]]], alone: Composition, instrument: Instrument
 ) -> list[list[Promise]]:
-    """Return what effects, each in its best form, promise beside fitted models, the most first.
+    """Return the promises of effects, each in its best form, beside fitted models, the best first.
 
-    What an effect changes in the force is taken from the model without the others, at the fitted
+    The force that an effect adds is computed from the model without the others, at the fitted
     values; the part of it that the fitted model's own parameters and starts can make is projected
-    out, and what is left is compared with the residual (a score test).
+    out, and the remainder is compared with the residual (a score test).
 
     Parameters
     ----------
     pairs : iterable of (Fit, iterable of Effect)
-        Models as they are, and what may be added to each.
+        Models as they are, and the effects that may be added to each.
     alone : Composition
         The model to which effects are added one at a time, such as the base of a ladder.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     """
     pairs = [(fit, _tried(fit, alone, effects)) for fit, effects in pairs]
     tests = [_tests(fit, alone, tried, instrument) for fit, tried in pairs]
@@ -75,7 +75,7 @@ def _tried(fit: Fit, alone: Composition, effects: Iterable[Effect]) -> list[Effe
 
 
 def _ordered(fit: Fit, scores: Iterable[tuple[Effect, float]]) -> list[Promise]:
-    """Return the best form of each effect, what promises most first.
+    """Return the best form of each effect, the most promising first.
 
     Of forms with more values than others these have to be paid for, by the criterion of fits.
     """
@@ -108,7 +108,7 @@ def _tests(
 
 
 class _ScoreTest:
-    """What a fitted model leaves of some samples of its measurements, and cannot make itself."""
+    """The residual of a fitted model at some samples, less the part its own unknowns can make."""
 
     def __init__(
         self,
@@ -119,7 +119,7 @@ class _ScoreTest:
     ) -> None:
         self.fit, self.alone, self.instrument = fit, alone, instrument
         self.measurements = measurements
-        with np.errstate(all="ignore"):  # what is beyond all bounds is left out
+        with np.errstate(all="ignore"):  # a value beyond all bounds is left out
             own, residual = _own(fit, Problem(fit.composition, measurements, instrument))
             without = Problem(alone, measurements, instrument)
             plain = start_values(without, fit.named(), None, {})
@@ -140,7 +140,7 @@ class _ScoreTest:
 def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
     """Sum of squares of the residual that a change of the force could explain.
 
-    The effect has no part in what basis and residual have below: what was known beforehand.
+    The effect has no part in the last rows of basis and residual: those of the priors.
     """
     if not np.isfinite(change).all():
         return 0.0
@@ -153,9 +153,9 @@ def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> f
 
 
 def _changes(fit: Fit, problem: Problem, effect: Effect, bare: FloatArray) -> Iterator[FloatArray]:
-    """Yield what the effect's strengths change in the force, over the noise, for each start.
+    """Yield the forces that the effect's strengths add, over the noise, for each start.
 
-    ``bare`` is what is left without the effect.
+    ``bare`` is the residual without the effect.
     """
     strengths = [entry.name for entry in effect.parameters[: effect.strengths]]
     strong = [meaning in strengths for meaning in problem.runs.meanings]
@@ -176,9 +176,9 @@ def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
 
 
 def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """Return what the fitted model's unknowns change in the force, and its residual, over noise.
+    """Return the sensitivities of the fitted model's unknowns, and its residual, over noise.
 
-    Below stand their changes and departures over what is known of them beforehand, without which
+    Below stand their changes and departures over their prior deviations, without which
     any tolerance of the rig would make up for an effect.
     """
     free = unknown(problem)
@@ -194,6 +194,6 @@ def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:
 
 
 def _departure(problem: Problem, fit: Fit) -> FloatArray:
-    """Return by how much each unknown is below what was expected of it."""
+    """Return by how much each unknown is below the mean of its prior."""
     expected = [begun.mean for begun in problem.begin(fit.values)]
     return np.concatenate([problem.nominal - fit.values, *expected - np.array(fit.starts)])

@@ -34,7 +34,7 @@ ABOUT, SIDE, MOST = 9, 3.0, 24
 
 
 def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
-    """Return the values of a fit to what is sure to be in contact, if there is enough of it.
+    """Return the values of a fit to the samples sure to be in contact, if there are enough.
 
     Elsewhere the base is wrong if contact is lost.
     """
@@ -48,7 +48,7 @@ def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
 
 
 def from_touch(base: Fit, instrument: Instrument) -> list[Values]:
-    """Return the values of a fit to what comes after a touch that was seen, with the touch there.
+    """Return the values of a fit to the samples after a touch that was seen, with the touch there.
 
     A model that never lets go is fitted best by a touch that is far from it, and the way back leads
     over a jump of the cost at every sample.
@@ -83,14 +83,14 @@ def of_first_parts(base: Fit, instrument: Instrument) -> list[Values]:
 
 
 def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tuple[Values, Values]]:
-    """Yield values known of a model, and with each what may be tried for an effect beside it.
+    """Yield values known of a model, and with each the values to try for an effect beside it.
 
     Parameters
     ----------
     base : Fit
         The model without the effect.
     effect : Effect
-        What is added.
+        The effect that is added.
     known : sequence of mapping of str to float
         Its values, then those of fits to a part of the samples: ``pressed_in`` and the others.
     """
@@ -104,7 +104,7 @@ def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tup
 
 
 def instants(effect: Effect) -> list[str]:
-    """Name what belongs to a run and is no strength: any strength is a step away, no instant."""
+    """Name the values of a run that are no strengths: any strength is a step away, no instant."""
     strengths = [each.name for each in effect.parameters[: effect.strengths]]
     return [name for name in effect.of_run if name not in strengths]
 
@@ -161,9 +161,9 @@ def touches(problem: Problem, fit: Fit) -> list[Values]:
 
 
 def _strong(effect: Effect, tried: Iterable[Values]) -> list[Values]:
-    """Propose the usual strength too, where an effect remembers what was before the first sample.
+    """Propose the usual strength too, where an effect remembers the time before the first sample.
 
-    Of no strength, it matters nothing what it remembers, and the way up may begin downhill.
+    At strength zero its memory has no influence, and the way up may begin downhill.
     """
     usual = {each.name: each.default for each in effect.parameters[: effect.strengths]}
     return [{**usual, **each} for each in tried]
@@ -182,7 +182,7 @@ def start_values(
     effect: Effect | None,
     proposed: Values,
 ) -> FloatArray:
-    """Values to begin a search with: those known, no strength, what is proposed, defaults."""
+    """Values to begin a search with: those known, no strength, the proposed ones, defaults."""
     named = effect.parameters[: effect.strengths] if effect else ()
     strengths = {parameter.name: effect.neutral for parameter in named}
     given = {**known, **strengths, **proposed}
@@ -190,7 +190,7 @@ def start_values(
     default = {entry.name: given.get(entry.name, entry.default) for entry in runs.entries}
     pairs = zip(runs.names, runs.meanings, strict=True)
     values = np.array([given.get(name, default[meaning]) for name, meaning in pairs])
-    values = np.where(problem.free, values, problem.nominal)  # what is held is not proposed anew
+    values = np.where(problem.free, values, problem.nominal)  # a value that is held is not proposed
     return np.clip(values, problem.lower, problem.upper)
 
 

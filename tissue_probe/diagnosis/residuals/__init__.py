@@ -1,4 +1,4 @@
-"""What a model leaves: the noise below it, tests of the rest, and where in a record it stands out.
+"""The residual of a model: its noise, its tests, and where in a record it stands out.
 
 Contents: measured minus predicted output as mere signals.
 """

@@ -1,6 +1,6 @@
-"""What a residual says about the model that left it: all tests together.
+"""All tests of a residual, which judge the model that left it.
 
-Contents: what can be said of measured minus predicted output without a model.
+Contents: tests of measured minus predicted output that need no model.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ def residual_tests(
     residual : array, shape (N,)
         Measured minus predicted output, evenly sampled; N >= 64, finite.
     drive : array, shape (N,)
-        What drives: displacement u of the coil [m], or a force [N] whose answer is the position.
+        The input: displacement u of the coil [m], or a force [N] whose answer is the position.
     sample_period : float
         Time between two samples [s].
     noise : float
         Standard deviation of the output's white noise, positive; see `noise_floor`.
     output : Quantity
-        What is predicted.
+        The predicted channel.
 
     Returns
     -------

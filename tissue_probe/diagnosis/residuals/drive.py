@@ -1,6 +1,6 @@
-"""How a rig was driven, read from what drives it: what repeats, and which frequencies move.
+"""How a rig was driven, read from its input: the period of repetition and the frequencies.
 
-Contents: what tests of a residual must know of the drive.
+Contents: properties of the drive that tests of a residual need.
 """
 
 from __future__ import annotations

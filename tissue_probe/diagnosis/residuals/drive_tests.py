@@ -1,6 +1,6 @@
-"""Whether a residual follows the drive: what a right model leaves knows nothing of the motion.
+"""Whether a residual follows the drive: that of a right model is independent of the motion.
 
-Contents: correlation with what drives and its rate of change, at the same time and later.
+Contents: correlation with the input and its rate of change, at the same time and later.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LATEST = 0.05  # s by which a residual may follow its cause
 def drive_correlation(
     residual: FloatArray, drive: FloatArray, sample_period: float, quantity: Quantity
 ) -> ResidualTest:
-    """Test the correlation of the residual with what drives, up to 50 ms earlier or later.
+    """Test the correlation of the residual with the input, up to 50 ms earlier or later.
 
     ``statistic`` is the correlation coefficient of largest size; Bonferroni over the lags.
     """
@@ -38,13 +38,13 @@ def drive_correlation(
 def rate_correlation(
     residual: FloatArray, drive: FloatArray, sample_period: float, quantity: Quantity
 ) -> ResidualTest:
-    """Test the correlation with the rate of what drives, as `drive_correlation` does."""
+    """Test the correlation with the rate of the input, as `drive_correlation` does."""
     return _correlation(
         quantity.rate,
         residual,
         np.gradient(drive, sample_period),
         sample_period,
-        "what takes energy is not the model's damper alone: relaxation (standard_linear_solid, "
+        "the model's damper does not take all the energy: relaxation (standard_linear_solid, "
         "generalized_maxwell, springpot), friction (coulomb_friction, stribeck_friction, "
         "bouc_wen_hysteresis), damping that grows with depth (hunt_crossley) or timing "
         "(force_lag, channel_delay; encoder_quantization looks alike)",

@@ -79,13 +79,13 @@ def offset(
 def amplitude(
     residual: FloatArray, position: FloatArray, sample_period: float, noise: float
 ) -> ResidualTest:
-    """Test for what is not linear within a period, and how it grows with the local amplitude.
+    """Test for a nonlinear residual within a period, and how it grows with the local amplitude.
 
-    In windows as long as the drive's strongest period, what is linear in position, speed and
-    acceleration, and constant, is taken out of the residual: a fit of stiffness and damping to the
+    In windows as long as the drive's strongest period, a constant and the parts linear in position,
+    speed and acceleration are taken out of the residual: a fit of stiffness and damping to the
     whole record leaves such parts of either sign. Left is a mean square q, to be compared with the
-    noise, beside the amplitude A (of the position's analytic signal).
-    ``statistic`` is the power n of the gamma law with mean noise^2 + c A^(2 n) that fits q best.
+    noise, beside the amplitude A (of the position's analytic signal). ``statistic`` is the power n
+    of the gamma law with mean noise^2 + c A^(2 n) that fits q best.
     """
     name = "amplitude"
     size = max(2 * TERMS, round(dominant_period(position, sample_period) / sample_period))
@@ -106,14 +106,14 @@ def amplitude(
         name,
         power,
         normal_beyond((ratio - 1.0) / np.hypot(NOISE_UNCERTAINTY, np.sqrt(0.5 / freedom))),
-        f"what is not linear within a period is {ratio:.3g} times the noise and grows as "
+        f"the nonlinear residual within a period is {ratio:.3g} times the noise and grows as "
         f"amplitude to the {power:.1f}",
         _meaning_of_power(power),
     )
 
 
 def _not_linear(residual: FloatArray, position: FloatArray) -> FloatArray:
-    """Return each window's mean square once what is linear in the motion is taken out."""
+    """Return each window's mean square once its part linear in the motion is taken out."""
     speed = np.gradient(position, axis=1)
     terms = (np.ones_like(position), position, speed, np.gradient(speed, axis=1))
     columns = np.stack([term / (np.abs(term).max() or 1.0) for term in terms], axis=2)
@@ -155,11 +155,11 @@ def _meaning_of_power(power: float) -> str:
 
 
 def outliers(residual: FloatArray) -> ResidualTest:
-    """Count samples that stand out of their neighbours, whatever moves smoothly left aside.
+    """Count samples that stand out of their neighbours; smooth motion is left aside.
 
     By the fourth difference, r[n-2] - 4 r[n-1] + 6 r[n] - 4 r[n+1] + r[n+2], in which a single
-    sample stands highest; far is what one in a record of white noise reaches with `SIGNIFICANCE`,
-    for differences of the size told by the median of them all.
+    sample stands highest; the limit is the height that one in a record of white noise reaches with
+    `SIGNIFICANCE`, for differences of the size that the median of them all has.
     """
     rough = np.diff(residual, 4)
     usual = np.median(np.abs(rough - np.median(rough))) / MEDIAN_SIZE

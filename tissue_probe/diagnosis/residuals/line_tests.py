@@ -1,7 +1,7 @@
 """Lines in the spectrum of a residual: harmonics of the drive, the mains, and lines of their own.
 
 Contents: tests of single frequencies. Each compares a line with the noise and with the spectrum
-beside it, whichever is larger, so that what is broad is no line.
+beside it, whichever is larger, so that a broad rise is no line.
 """
 
 from __future__ import annotations
@@ -86,13 +86,13 @@ def line_tests(
     Parameters
     ----------
     residual, drive : array, shape (N,)
-        Measured minus predicted output; what drives, as the displacement of the coil [m].
+        Measured minus predicted output; the input, as the displacement of the coil [m].
     sample_period : float
         Time between two samples [s].
     noise : float
         Standard deviation of the output's white noise.
     output : Quantity
-        What is predicted.
+        The predicted channel.
     """
     lines = _lines_of(residual, drive, sample_period, noise, output)
     return (_harmonics(lines), *(_mains(lines, frequency) for frequency in MAINS), _others(lines))
@@ -123,14 +123,14 @@ def _harmonics(lines: _Lines) -> ResidualTest:
 
 
 def _parity(lines: _Lines, among: NDArray[np.bool_]) -> str:
-    """Say what even or odd harmonics tell, if the drive itself has odd ones only."""
+    """Explain even or odd harmonics, if the drive itself has odd ones only."""
     order = np.rint(lines.frequencies / lines.drive.repetition).astype(int)
     if (lines.drive.driven & lines.harmonic() & (order % 2 == 0)).any():
         return ""
     even = lines.power[among & (order % 2 == 0)].sum()
     if even > 0.5 * lines.power[among].sum():
         return (
-            "; mostly even harmonics, as of what is not the same inwards and outwards "
+            "; mostly even harmonics, as of an effect that differs inwards and outwards "
             "(contact_loss, adhesion, hertz_contact, exponential_stiffening, hunt_crossley, or "
             "cubic_stiffening under preload)"
         )

@@ -19,7 +19,7 @@ from tissue_probe.signals import FloatArray
 BINS = 36  # of time, depth and speed; of phase, 10 degrees each
 BANDS_PER_OCTAVE = 3
 RESOLUTION = 1.0  # s of a Welch segment at most; an eighth of the record otherwise
-WIDEST = 0.6  # of a quantity's axis: what is wider than this is everywhere
+WIDEST = 0.6  # of a quantity's axis: a wider region is everywhere
 CONTRAST = 0.25  # by which a region's share of the error must exceed its share of the axis
 
 
@@ -33,7 +33,7 @@ class Region:
         Ends of the interval, in the unit of its quantity. Of a phase, ``begin`` may lie above
         ``end``: the interval then goes on through +-180 degrees.
     excess : float
-        The residual's energy in the region, over what noise alone would leave there.
+        The residual's energy in the region, over that of noise alone.
     share : float
         The region's share of the residual's energy beyond noise, 0 to 1 (more if others lack).
     contrast : float
@@ -54,11 +54,11 @@ class Profile:
     Parameters
     ----------
     quantity, unit : str
-        What the bins divide, and its unit.
+        The quantity that the bins divide, and its unit.
     edges : array, shape (B + 1,)
         Ends of the bins.
     energy, expected : array, shape (B,)
-        Sum of squares of the residual in each bin, and what noise alone would leave there.
+        Sum of squares of the residual in each bin, and that of noise alone.
     here : Region or None
         The interval that stands out most; None if the residual is noise, or spread evenly.
     labels : tuple of str
@@ -75,7 +75,7 @@ class Profile:
 
     @property
     def excess(self) -> FloatArray:
-        """Energy over what noise alone would leave, per bin; NaN in bins without samples."""
+        """Energy over that of noise alone, per bin; NaN in bins without samples."""
         empty = np.full(self.energy.size, np.nan)
         return np.divide(self.energy, self.expected, out=empty, where=self.expected > 0.0)
 
@@ -104,7 +104,7 @@ class Localisation:
         One for each quantity.
     here : Profile or None
         The one whose region stands out most, None if none does; frequency only if no other does,
-        since what moves a mass always keeps to low frequencies.
+        since a moving mass always keeps to low frequencies.
     """
 
     profiles: tuple[Profile, ...]
@@ -125,7 +125,7 @@ def localise(
     residual : array, shape (N,)
         Measured minus predicted output; N >= 64.
     position : array, shape (N,)
-        Displacement u of what is moved [m], positive into the tissue.
+        Displacement u of the moved part [m], positive into the tissue.
     tip_position : array, shape (N,)
         Displacement x of the tip [m]: the indentation; as the model predicts it, or u - F / k0.
     sample_period : float

@@ -1,4 +1,4 @@
-"""Whether a residual remembers its past: what a right model leaves is white.
+"""Whether a residual remembers its past: that of a right model is white.
 
 Contents: tests of the residual's own autocorrelation.
 """
@@ -14,7 +14,7 @@ from tissue_probe.signals import FloatArray
 
 LAGS = 40  # samples; 20 ms at 2 kHz, in which the tip's resonance rings more than once
 _HINT = (
-    "the model misses something that lasts longer than a sample: whatever moves with the tissue or "
+    "the model misses something that lasts longer than a sample: it moves with the tissue or "
     "the tip, not the electronics' noise; the tests of drive and lines say which"
 )
 

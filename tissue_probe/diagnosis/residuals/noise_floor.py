@@ -1,4 +1,4 @@
-"""The white noise in a channel, told from the channel alone: what a right model would leave.
+"""The white noise in a channel, estimated from the channel alone: a right model's residual.
 
 Contents: its standard deviation.
 """
@@ -29,7 +29,7 @@ def noise_floor(
 ) -> float:
     """Estimate the standard deviation of the white noise in a force, from the force alone.
 
-    Of any other channel likewise, ``position`` being what drives it.
+    Of any other channel likewise, ``position`` being its input.
 
     A polynomial of degree p = 7 is taken out of every n = 12 consecutive samples. Of white noise
     it leaves a sum of squares RSS ~ sigma^2 chi^2(n - p - 1), so that
@@ -40,9 +40,9 @@ def noise_floor(
     have none: where contact or play rattles at 60 Hz, too much is found. Noise of quantisation
     counts; a force that comes in steps has at least step / sqrt(12).
 
-    Where the motion itself is too quick for such polynomials (probing step by step), what they
-    leave of the force is no noise as far as a cubic of the position leaves the same; with the
-    position given it is taken out, if that lowers the floor.
+    Where the motion itself is too quick for such polynomials (probing step by step), their residual
+    of the force is no noise as far as a cubic of the position leaves the same; with the position
+    given it is taken out, if that lowers the floor.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def noise_not_felt(position: FloatArray, force: FloatArray) -> tuple[float, floa
     float
         Standard deviation [unit of the position]; 0 where most windows' values are equal.
     float
-        How alike the two channels are there in what is no polynomial, from -1 to 1: the median.
+        How alike the two channels are there beyond a polynomial, from -1 to 1: the median.
     """
     from tissue_probe.diagnosis.chance import chi_squared_median
 
@@ -130,7 +130,7 @@ def noise_not_felt(position: FloatArray, force: FloatArray) -> tuple[float, floa
 
 
 def _roughness(numbers: IntArray) -> Callable[[FloatArray], FloatArray]:
-    """Return what projects every window onto what a polynomial leaves, (windows, n - p - 1)."""
+    """Return the projection of windows onto the residual of a polynomial, (windows, n - p - 1)."""
     windows = sliding_window_view(numbers, SMOOTH_WINDOW)
     steps = np.diff(numbers)
     if steps.min() == steps.max():
@@ -144,7 +144,7 @@ def _roughness(numbers: IntArray) -> Callable[[FloatArray], FloatArray]:
 
 
 def _left_by_polynomial(times: IntArray) -> FloatArray:
-    """Return an orthonormal basis, (..., n, n - p - 1), of what is no polynomial of times."""
+    """Return an orthonormal basis, (..., n, n - p - 1), orthogonal to polynomials of times."""
     first, last = times[..., :1], times[..., -1:]
     at = (2.0 * times - first - last) / (last - first)
     powers = at[..., np.newaxis] ** np.arange(SMOOTH_WINDOW)

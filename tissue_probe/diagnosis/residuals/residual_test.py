@@ -1,6 +1,6 @@
 """The outcome of one test of a residual.
 
-Contents: what every such test asks for and hands back.
+Contents: the arguments and the result of every such test.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class ResidualTest:
     Parameters
     ----------
     name : str
-        What is tested, as a short noun.
+        The tested property, as a short noun.
     statistic : float
-        What was measured; ``finding`` says of what, and in which unit. NaN if this record cannot
-        tell.
+        The measured value; ``finding`` says of which quantity, in which unit. NaN if this record
+        cannot tell.
     p_value : float
         Chance of such a statistic under a right model with white noise.
     passed : bool

@@ -1,4 +1,4 @@
-"""Whether what a fit leaves is white noise, by the cosines of its residual.
+"""Whether the residual of a fit is white noise, by its cosines.
 
 Contents: two numbers that need no level of the noise, where it is not an upper bound.
 """
@@ -25,8 +25,8 @@ def colour(cosines: Sequence[FloatArray], least: float = 0.0) -> float:
     cosines : sequence of array, shape (N,)
         Orthonormal cosines (DCT-II) of each measurement's residual.
     least : float
-        Mean square that fast ones count as at least: what is expected of them, where that is an
-        upper bound; by default their level is their own.
+        Mean square that fast ones count as at least: the expected one, where that is an upper
+        bound; by default their level is their own.
     """
     low, high = (float(np.mean(part**2)) for part in _split(cosines))
     return float(np.sqrt(low / max(high, least, np.finfo(float).tiny)))
@@ -35,9 +35,9 @@ def colour(cosines: Sequence[FloatArray], least: float = 0.0) -> float:
 def unevenness(cosines: Sequence[FloatArray], least: float = 0.0) -> float:
     """Return the largest excess of an octave of slow cosines over fast ones.
 
-    In what is usual where noise is white, about a standard deviation; or, where that says less, in
-    shares ``SMALL`` of all energy, so that what hardly matters does not count on a long recording.
-    A cause that the model has not is seldom spread over all frequencies as noise is.
+    In units of the usual size where noise is white, about a standard deviation; or, where that is
+    smaller, in shares ``SMALL`` of all energy, so that a tiny departure does not count on a long
+    recording. A cause that the model has not is seldom spread over all frequencies as noise is.
 
     Parameters
     ----------

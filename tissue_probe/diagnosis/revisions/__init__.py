@@ -1,5 +1,5 @@
-"""What a fit says of the samples that it was fitted to: how they are to be weighed and simulated.
+"""Changes of the weights, noise and course of samples that a fit to them has shown to be needed.
 
-Contents: one revision a file, each from a fit to measurements of which more is known. What does
-not: noise, courses and steps themselves (``fitting``, ``physics``), the search for effects.
+Contents: one revision a file, each from a fit to measurements of which more is known. Not here:
+noise, courses and steps themselves (``fitting``, ``physics``), the search for effects.
 """

@@ -41,7 +41,7 @@ def quieter(fit: Fit, instrument: Instrument, least: bool = False) -> list[Measu
     fit : Fit
         Leaves less than its noise.
     instrument : Instrument
-        What is known of the rig.
+        Constants of the rig with their tolerances.
     least : bool
         Whether the fit may lack an effect. Its residual has the colour of its resonance then, too,
         so that it cannot tell that noise of a driving force has it: there is none of that.
