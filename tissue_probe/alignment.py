@@ -46,7 +46,7 @@ class Alignment:
 
 
 def _weights(delay: float) -> FloatArray:
-    """Return what the present sample, the one before it, and so on count."""
+    """Return the weights of the present sample, the one before it, and so on."""
     if delay == 0.0:
         return np.ones(1)
     first = max(0, int(delay) - 1)  # of the four samples, with the instant in their midst

@@ -21,7 +21,7 @@ class Alike:
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether two values are the same through and through; what is not known equals itself."""
+    """Whether two values are the same through and through; an unknown value (NaN) equals itself."""
     if one is other:
         return True
     if type(one) is not type(other):

@@ -1,8 +1,8 @@
-"""What a caller states, checked where it comes in: a value of its kind, or one true sentence.
+"""A caller's arguments, checked where they come in: a value of its kind, or one true sentence.
 
-Contents: kinds of values, and the sentence that refuses what is none of a kind.
+Contents: kinds of values, and the sentence that refuses any other value.
 
-A kind is a function of a parameter's name and of what was given for it. It returns the value as the
+A kind is a function of a parameter's name and of the given value. It returns the value as the
 function takes it, of Python's own types. It imports no NumPy: a program that refuses takes none.
 """
 
@@ -37,7 +37,7 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
     """Let a public function take nothing but values of its parameters' kinds.
 
     An error of the operating system with a file, which tells the file and the fault, becomes one of
-    the family as well. What was kept for the call goes with it (``kept``).
+    the family as well. Values kept for the call go with it (``kept``).
 
     Parameters
     ----------
@@ -70,16 +70,16 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
 
 
 def refuse(name: str, given: object, wanted: str) -> NoReturn:
-    """Raise the error that says what a parameter is, and what to give.
+    """Raise the error that says the given value of a parameter, and the allowed ones.
 
     Parameters
     ----------
     name : str
         Of the parameter; after a blank, of one of its parts.
     given : object
-        What was given.
+        The given value.
     wanted : str
-        What is taken, in words.
+        The allowed values, in words.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def refuse(name: str, given: object, wanted: str) -> NoReturn:
 
 
 def _shown(given: object) -> str:
-    """Write what was given, in short; of what is no plain value its type."""
+    """Write the given value, in short; of an object that is no plain value its type."""
     if given is None or isinstance(given, (str, bytes, Real, complex, Decimal, os.PathLike)):
         try:
             text = str(given) if isinstance(given, os.PathLike) else repr(given)
@@ -125,7 +125,7 @@ def number(
     wanted += [f"of {least:g} or more"] if least > -math.inf else []
     wanted += [f"below {below:g}"] if below < math.inf else []
     told = " and ".join([" ".join(wanted[:2]), *wanted[2:]]) + (f" [{unit}]" if unit else "")
-    # Exclusive of infinities, and of what squares would make such.
+    # Exclusive of infinities, and of numbers whose squares are infinite.
     least, below = max(least, -LARGEST), min(below, LARGEST)
 
     def take(name: str, given: Any) -> float:
@@ -203,7 +203,7 @@ def path(name: str, given: Any) -> Path:
 
 
 def function(name: str, given: Any) -> Callable[..., Any]:
-    """Take what can be called."""
+    """Take a function."""
     if not callable(given) or isinstance(given, type):
         refuse(name, given, "a function")
     return given  # type: ignore[no-any-return]

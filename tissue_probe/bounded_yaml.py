@@ -1,6 +1,6 @@
 """YAML of files and recordings, which may come from anywhere, read within bounds.
 
-Contents: how large, how deep and how much repeated a document may be, and what is said of one that
+Contents: how large, how deep and how much repeated a document may be, and the error of one that
 cannot be read.
 
 Every reader of YAML in the package is this one. libyaml scans: PyYAML's own scanner takes minutes
@@ -19,8 +19,8 @@ from tissue_probe.errors import TissueProbeError
 #: Longest document [characters], as it stands and with its aliases written out: four times a
 #: calibration with a thousand tares, the longest that the suite writes. It is read in a second.
 SIZE = 250_000
-#: Deepest nesting: the suite's deepest document has five levels, and what reads or prints one goes
-#: down by a few of the interpreter's 1000 calls a level.
+#: Deepest nesting: the suite's deepest document has five levels, and a function that reads or
+#: prints one goes down by a few of the interpreter's 1000 calls a level.
 DEPTH = 50
 #: Longest whole number [characters]: a stamp in ns has 19, and the time that longer ones take grows
 #: with the square.
@@ -32,7 +32,7 @@ class YamlError(TissueProbeError):
 
 
 def read(path: str | Path) -> Any:
-    """Return what a file in YAML holds, of plain types: dict, list, str, numbers, dates, None.
+    """Return the content of a file in YAML, of plain types: dict, list, str, numbers, dates, None.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def read(path: str | Path) -> Any:
 
 
 def parse(text: str) -> Any:
-    """Return what a text in YAML holds, as ``read`` does of a file.
+    """Return the content of a text in YAML, as ``read`` does of a file.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def parse(text: str) -> Any:
         raise
     except ValueError as error:  # of a value, such as the day 2026-13-45
         raise YamlError(f"is not YAML ({' '.join(str(error).split())})") from None
-    except Exception:  # PyYAML lets pass whatever a tagged value, such as !!bool x, raises
+    except Exception:  # PyYAML lets any error of a tagged value, such as !!bool x, pass
         raise YamlError("is not YAML (a value is not of the type in its tag)") from None
 
 
@@ -107,9 +107,10 @@ class _Level:
 def _measure(text: str) -> None:
     """Raise a YamlError for a document that is too deep, repeats too much, or names a key twice.
 
-    It is scanned, not built: what an alias stands for is counted each time that it stands there.
+    It is scanned, not built: the target of an alias is counted each time that the alias stands
+    there.
     """
-    lengths: dict[str, int | None] = {}  # of what an anchor names; None while it is not at its end
+    lengths: dict[str, int | None] = {}  # of an anchor's target; None before its end
     levels = [_Level(None, is_mapping=False)]
     for event in yaml.parse(text, _Loader):
         line = event.start_mark.line + 1
@@ -141,7 +142,7 @@ def _measure(text: str) -> None:
 
 
 def _key(event: yaml.NodeEvent) -> tuple[str, str | None, bool] | None:
-    """Return by what a key is told from others; None for one that is not a mere word."""
+    """Return the part of a key that tells it from others; None for one that is not a mere word."""
     if not isinstance(event, yaml.ScalarEvent):
         return None
     return event.value, event.tag, event.implicit[0]

@@ -28,7 +28,7 @@ class FileError(TissueProbeError, OSError):
     """A file cannot be read or written; told as the operating system does, and of both families."""
 
     def __reduce__(self) -> tuple[type[FileError], tuple[object, ...]]:
-        """Say how to make it again: what pickles for Dask knows no way for two such families."""
+        """Say how to make it again: Dask's pickling knows no way for two such families."""
         return type(self), self.args
 
 

@@ -1,6 +1,6 @@
-"""What the coil is told to do: periodic and swept signals as functions of time.
+"""The coil's commands: periodic and swept signals as functions of time.
 
-Contents: signals that excite the tissue, each with its amplitude in the unit of whatever it drives
+Contents: signals that excite the tissue, each with its amplitude in the unit of the driven quantity
 (volts at the coil of a probe, metres of its tip in a simulation).
 """
 
@@ -28,7 +28,7 @@ def _frequency(default: float, description: str) -> Any:
 
 
 class _Signal(BaseModel, ABC):
-    """What all excitations have in common: an amplitude, and a value at any time."""
+    """The common part of all excitations: an amplitude, and a value at any time."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -1,4 +1,4 @@
-"""What is kept for as long as a call of the Python interface lasts, and goes with it.
+"""Values that are kept for as long as a call of the Python interface lasts, and go with it.
 
 Contents: such caches.
 
@@ -33,7 +33,7 @@ def for_a_call(most: int) -> Callable[[_F], _F]:
 
 @contextmanager
 def during_a_call() -> Iterator[None]:
-    """Forget afterwards what was kept, unless another call is still under way."""
+    """Forget the kept values afterwards, unless another call is still under way."""
     global _calls
     with _lock:
         _calls += 1

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 
 def sentence(error: ValueError | OSError) -> str:
-    """Say on one line what went wrong, without the number of an operating system's error."""
+    """Return an error's text on one line, without the number of an operating system's error."""
     told = str(error)
     if isinstance(error, OSError) and error.filename and error.strerror:
         told = f"{error.filename}: {error.strerror}"

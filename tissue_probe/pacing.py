@@ -10,7 +10,7 @@ REMEMBERED = 2000
 
 
 class Pacer:
-    """Wakes at ``start + n * period``, so that being late once never shifts what follows.
+    """Wakes at ``start + n * period``, so that being late once never shifts later calls.
 
     It runs on the monotonic clock: steps of the wall clock do not touch it.
 

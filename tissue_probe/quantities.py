@@ -1,4 +1,4 @@
-"""The two signals of an instrument, as what they are called and measured in.
+"""The two signals of an instrument: their names and units.
 
 Contents: name, unit, and the units in which people read them.
 
@@ -27,7 +27,7 @@ class Quantity:
     unit : str
         SI.
     rate : str
-        What its change in time is called.
+        The name of its rate of change.
     drawn, small : str
         Units in which the signal, and an error of it, are shown.
     per_drawn, per_small : float
@@ -65,7 +65,7 @@ PREFIXES = "fpnum kMGT"
 
 
 def scaled(value: float, unit: str) -> tuple[float, str]:
-    """Return by what to divide a value [unit], and the unit with its prefix, to read it easily.
+    """Return a value's divisor [unit], and the unit with its prefix, to read it easily.
 
     Pure numbers, times and rates of inverse units have none.
     """

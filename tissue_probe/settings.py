@@ -25,7 +25,7 @@ _CONSTRAINTS = (annotated_types.Gt, annotated_types.Ge, annotated_types.Lt, anno
 
 
 class SettingsError(TissueProbeError):
-    """A value has the wrong type or lies out of its range; the message says what it takes."""
+    """A value has the wrong type or lies out of its range; the message says the allowed values."""
 
 
 def setting(default: typing.Any, unit: str, description: str, **bounds: float) -> typing.Any:
@@ -53,7 +53,7 @@ def build(settings: type[Settings], values: dict[str, typing.Any], prefix: str =
 
 
 def meaning(field: FieldInfo) -> str:
-    """Say what a field means, with its unit in brackets."""
+    """Return a field's meaning, with its unit in brackets."""
     return f"{field.description or ''}{_unit(field)}".strip()
 
 

@@ -1,7 +1,7 @@
 """The signals of one run, as checked arrays in SI units.
 
 Contents: samples as the probe measured them, where it measured them, and the estimates made of
-them; what every other part of the package exchanges.
+them; every other part of the package exchanges these.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class SampleBlock:
     ValueError
         If the arrays are not one-dimensional and of one length of at least 1, the period is
         not positive and finite, or the sequence is negative. Values that are NaN or infinite
-        are accepted: they are what was measured, and the estimators say what they make of it.
+        are accepted: they were measured so, and the estimators state their use of them.
     """
 
     stamp: int
@@ -140,8 +140,8 @@ class SampleBlock:
         )
 
 
-#: Bounds of what may come as a message, for whoever hears one: outside them it is refused, since
-#: no probe measures so, and a node that took it could hang, or fail at what it makes of it.
+#: Bounds of a message's values, for its receivers: outside them it is refused, since
+#: no probe measures so, and a node that took it could hang, or fail later.
 
 #: Shortest sample period [s]: stamps are whole nanoseconds, and below it their rounding would be
 #: more than a thousandth of the period.
@@ -150,8 +150,8 @@ SHORTEST_PERIOD = 1e-6
 LONGEST_PERIOD = 2.0
 #: Most samples of one message: ten times the longest block that the driver sends.
 MOST_SAMPLES = 20_000
-#: Last stamp [ns since the epoch]: a ROS time ends at 2^31 s; a day before that, whatever is made
-#: of it (the end of a dwell lies an hour ahead at the most) can still be said.
+#: Last stamp [ns since the epoch]: a ROS time ends at 2^31 s; a day before that, any time made of
+#: it (the end of a dwell lies an hour ahead at the most) can still be said.
 LAST_STAMP = (2**31 - 86_400) * NANOSECONDS
 #: Last number of a sample: arrays of them hold 64 bits, with sign.
 LAST_SEQUENCE = 2**63 - 1
@@ -262,7 +262,7 @@ def _concatenate(run: Sequence[SampleBlock]) -> SampleBlock:
 
 
 class Phase(IntEnum):
-    """What the probe does at a palpation site (the constants of ``PalpationSite.msg``)."""
+    """The probe's action at a palpation site (the constants of ``PalpationSite.msg``)."""
 
     APPROACH = 0
     DWELL = 1
@@ -407,7 +407,7 @@ class Recording:
 
 
 class Status(IntEnum):
-    """What an estimate is worth (the constants of ``TissueEstimate.msg``).
+    """The trust in an estimate (the constants of ``TissueEstimate.msg``).
 
     Stiffness and damping are those at the drive's frequency, and all of this holds if the model is
     right as far as innovations can tell: a delay under a steady sine, for one, shifts the damping

@@ -517,7 +517,7 @@ def test_options_that_cannot_be_met_get_one_sentence(fails, recorded, arguments,
 @pytest.mark.parametrize("command", ["diagnose", "improve"])
 def test_no_model_is_tried_on_what_it_is_fitted_to(fails, recorded, command):
     told = fails(command, "data.csv", "--validate", recorded)
-    assert "is what is fitted; give another recording of the same specimen" in told
+    assert "is the fitted recording; give another recording of the same specimen" in told
 
 
 @pytest.mark.parametrize("command", ["compare", "diagnose", "improve"])

@@ -64,8 +64,8 @@ def test_the_title_is_the_verdict_and_the_panels_follow_the_story():
         "1  The base model: Kelvin-Voigt",
         "",
         "Where its error lies",
-        "2  What each effect alone would leave",
-        "3  What is added, and what is left",
+        "2  Error left by each effect alone",
+        "3  Effects added, and the error left",
     ]
 
 
@@ -91,7 +91,7 @@ def test_the_error_of_the_region_is_called_what_the_comparison_calls_it():
 
 
 def test_no_line_is_seen_through_the_number_of_a_bar():
-    axes = panels(draw())["2  What each effect alone would leave"]
+    axes = panels(draw())["2  Error left by each effect alone"]
     for number in axes.texts:
         assert number.get_bbox_patch().get_facecolor() == (1.0, 1.0, 1.0, 1.0)
         assert number.get_zorder() > max(line.get_zorder() for line in axes.lines)
@@ -111,7 +111,7 @@ def test_the_ladders_legend_lies_between_its_title_and_its_marks(count, ranking)
 
 
 def test_effects_are_ranked_from_the_top_in_units_of_the_noise():
-    axes = panels(draw())["2  What each effect alone would leave"]
+    axes = panels(draw())["2  Error left by each effect alone"]
     assert [label.get_text() for label in axes.get_yticklabels()] == [x.name for x in RANKING]
     assert axes.yaxis_inverted()
     assert numbers(axes) == ["2.4×", "2.44×", "6×"]
@@ -123,7 +123,7 @@ def test_effects_are_ranked_from_the_top_in_units_of_the_noise():
 
 
 def test_the_chosen_effect_has_its_colour_and_those_that_cannot_be_told_apart_are_hatched():
-    axes = panels(draw())["2  What each effect alone would leave"]
+    axes = panels(draw())["2  Error left by each effect alone"]
     chosen, tied, other = bars(axes)
     assert chosen.get_facecolor() != tied.get_facecolor() == other.get_facecolor()
     assert [bool(bar.get_hatch()) for bar in (chosen, tied, other)] == [True, True, False]
@@ -133,7 +133,7 @@ def test_the_chosen_effect_has_its_colour_and_those_that_cannot_be_told_apart_ar
 
 def test_eight_effects_are_shown_on_a_logarithmic_axis_where_errors_span_much():
     ranking = [Candidate(f"effect_{n}", error) for n, error in enumerate(np.geomspace(NOISE, 1, 9))]
-    axes = panels(draw(ranking=ranking))["2  What each effect alone would leave"]
+    axes = panels(draw(ranking=ranking))["2  Error left by each effect alone"]
     assert len(bars(axes)) == 8
     assert axes.get_xscale() == "log"
 
@@ -142,14 +142,14 @@ def test_eight_effects_are_shown_on_a_logarithmic_axis_where_errors_span_much():
 def test_an_error_that_is_no_number_is_said_in_words(base):
     ranking = [Candidate("diverging", np.inf), Candidate("untried", np.nan)]
     rungs = Rungs(RUNGS.models, RUNGS.training, (base, np.inf), NOISE)
-    axes = panels(draw(ranking=ranking, rungs=rungs))["2  What each effect alone would leave"]
+    axes = panels(draw(ranking=ranking, rungs=rungs))["2  Error left by each effect alone"]
     assert numbers(axes) == ["diverges", "not known"]
     assert [bar.get_width() for bar in bars(axes)] == [0.0, 0.0]
 
 
 def test_effects_that_were_asked_for_have_no_ranking():
     figure = draw(ranking=())
-    assert list(panels(figure))[-1] == "2  What is added, and what is left"
+    assert list(panels(figure))[-1] == "2  Effects added, and the error left"
     assert len(figure.axes) == 4
 
 
@@ -176,6 +176,6 @@ def test_names_of_any_number_of_steps_stay_apart(count, ranking):
 def test_long_names_of_effects_stay_apart_and_within_the_picture():
     ranking = [Candidate("an_effect_of_my_own_with_a_rather_long_name", 0.02)] * 8
     figure = draw(ranking=ranking)
-    labels = panels(figure)["2  What each effect alone would leave"].get_yticklabels()
+    labels = panels(figure)["2  Error left by each effect alone"].get_yticklabels()
     assert not overlap(figure, labels)
     assert min(label.get_window_extent().x0 for label in labels) >= 0.0

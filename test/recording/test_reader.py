@@ -218,7 +218,7 @@ def test_a_file_cut_off_is_warned_of_with_what_was_read(run, caplog):
     read_recording(run)
     (warning,) = caplog.messages
     assert re.search(
-        r"run.mcap was not closed .* \d complete chunks and what there is of the next", warning
+        r"run.mcap was not closed .* \d complete chunks and the part of the next", warning
     )
 
 

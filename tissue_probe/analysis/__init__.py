@@ -1,4 +1,4 @@
-"""The workflow from measurements to an answer: what scripts, notebooks and the command line call.
+"""The workflow from measurements to an answer: scripts, notebooks and commands call it.
 
 Contents: one module for each question (read, compare, diagnose, improve, estimate, map, simulate),
 results that show themselves, and the sentences in which they speak.

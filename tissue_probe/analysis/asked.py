@@ -1,8 +1,8 @@
 """All that may be asked of measurements, declared once.
 
 From this the Python functions have their keywords and the documentation of these, the command line
-its options, and the page its form. What belongs here: names, values, one sentence each. What does
-not: the meaning of a value (``question``, ``segments``), which takes a second to be imported.
+its options, and the page its form. The meaning of a value (``question``, ``segments``) takes a
+second to be imported, and is not here.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Item(NamedTuple):
     choices : tuple of str
         Its values, where there are only some.
     else_ : str
-        What is taken where it is not said, in words.
+        The value where none is given, in words.
     option : str
         On the command line, where it is called otherwise there.
     metavar : str
@@ -62,7 +62,7 @@ ITEMS = (
     ),
     Item(
         "lowpass", "number",
-        "Take out of position and force alike what is faster, and keep 2.5 samples a cycle of it.",
+        "Take faster parts out of position and force alike, and keep 2.5 samples a cycle of it.",
         metavar="HERTZ", label="low-pass [Hz]", example="none",
     ),
     Item(
@@ -98,8 +98,8 @@ ITEMS = (
     ),
     Item(
         "constants", "constants",
-        "A constant of the rig and its standard deviation (one; what is printed after +- is a 95 % "
-        "interval), SI units, such as tip_mass=0.04+-0.001, or what is known of the tissue, such "
+        "A constant of the rig and its standard deviation (one; a number printed after +- is a 95 "
+        "% interval), SI units, such as tip_mass=0.04+-0.001, or a known value of the tissue, such "
         "as stiffness=0; may be given several times.",
         option="constant", metavar="NAME=VALUE[+-SD]", label="known constants",
         example="tip_mass=.04+-.001",

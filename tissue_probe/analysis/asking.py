@@ -1,6 +1,6 @@
 """Keywords of a question in Python: their signature and their documentation.
 
-Contents: showing what is declared (``asked``) where a function takes it.
+Contents: showing the declared items (``asked``) where a function takes them.
 """
 
 from __future__ import annotations

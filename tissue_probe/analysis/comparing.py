@@ -54,7 +54,7 @@ class ComparisonResult(Alike):
     sources : tuple of str
         Each stretch of samples, in the order of the fit's measurements.
     notes : tuple of str
-        How the samples were read, and what is wrong with them, in sentences.
+        How the samples were read, and their faults, in sentences.
     asked : Question
         The model and the rig as asked for.
     fitted : Measurements
@@ -62,7 +62,7 @@ class ComparisonResult(Alike):
     taken : tuple of Measurement
         Its stretches before the samples that are spoilt were left out.
     instrument : Instrument
-        What was known of the rig when it was fitted.
+        The rig with its tolerances when it was fitted.
     """
 
     fit: Fit
@@ -139,14 +139,14 @@ class ComparisonResult(Alike):
 
     @take.checks(values=take.by_name(take.number(), "numbers"))
     def predict(self, values: Mapping[str, float], index: int | None = None) -> FloatArray:
-        """Return what the model would predict of a stretch if some values were others.
+        """Return the model's prediction of a part if some values were others.
 
         The states at the first sample move with the values as a probe's at rest do.
 
         Parameters
         ----------
         values : mapping of float
-            By the names of ``parameters`` [SI]; what is not named stays as fitted.
+            By the names of ``parameters`` [SI]; values that are not named stay as fitted.
         index : int, optional
             Which stretch; that with most of the error by default.
 
@@ -209,8 +209,8 @@ def compare(
 ) -> ComparisonResult:
     """Compare a model with measurements.
 
-    A model with values of its own (``model``) is held at them, and only what belongs to a run is
-    fitted; any other is fitted.
+    A model with values of its own (``model``) is held at them, and only values of a run are fitted;
+    any other is fitted.
 
     Parameters
     ----------
@@ -225,7 +225,7 @@ def compare(
     Raises
     ------
     TissueProbeError
-        If something cannot be read or fitted; says why, and what to do.
+        If something cannot be read or fitted; says why, and the remedy.
     """
     put, fitted = question(**asked), measurements_of(measured)
     with among(workers):
@@ -259,7 +259,7 @@ def _compared(
 
 
 def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
-    """Return a model at its values on measurements: only what belongs to a run is fitted.
+    """Return a model at its values on measurements: only values of a run are fitted.
 
     Raises
     ------
@@ -276,7 +276,7 @@ def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
 
 
 def _errors(fit: Fit, model: str) -> list[str]:
-    """Tell values and errors; what is held, as a model file has it, is held out of nothing."""
+    """Tell values and errors; a model held at its file's values has no held-out error."""
     output = fit.output
     signal = np.concatenate([m.output_values for m in fit.measurements])
     share = f"{100 * fit.rmse / output.size(signal):.3g} % of the {output.name}'s rms"
@@ -303,7 +303,7 @@ def _failures(fit: Fit, sources: Sequence[str]) -> list[str]:
     if shown := fit_shown.stretch(fit, fit.worst, sources):
         error = fit.output.tell(fit.error(fit.worst), 4)
         told.append(
-            f"What follows, and the picture, is of {shown}; the error in it is {error} rms."
+            f"The lines below, and the picture, are of {shown}; the error in it is {error} rms."
         )
     tests = fit_shown.tests(fit, fit.worst)
     failed = [t for t in tests if not t.passed and np.isfinite(t.statistic)]

@@ -55,18 +55,18 @@ Found = Callable[[str, "Fit"], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DiagnosisResult(Alike):
-    """What is missing in a model, and the model that has it.
+    """The effects missing in a model, and the model that has them.
 
     Attributes
     ----------
     found : Diagnosis
         All that was found: fits, tests, suggestions.
     fitted, validated : Measurements
-        What the models were fitted to, and only tried on.
+        The recordings that the models were fitted to, and those they were only tried on.
     sources : tuple of str
         Each stretch of samples that was fitted.
     notes : tuple of str
-        How the samples were read, and what is wrong with them, in sentences.
+        How the samples were read, and their faults, in sentences.
     asked : Question
         The model and the rig as asked for.
     wording : callable
@@ -136,7 +136,7 @@ class DiagnosisResult(Alike):
 
     @property
     def exhaustion(self) -> str:
-        """What it means that values are at their limit; empty where none is."""
+        """The meaning of values at their limit; empty where none is."""
         ladder = self.found.ladder
         return fit_shown.exhaustion((ladder.base, *ladder.steps))
 
@@ -157,7 +157,7 @@ class DiagnosisResult(Alike):
 
     @take.checks(effect=take.text)
     def explained_by(self, effect: str, index: int) -> FloatArray:
-        """Return what an effect alone takes off the residual of a stretch [unit of the output].
+        """Return the part of a part's residual that an effect alone explains [unit of the output].
 
         Raises
         ------
@@ -249,7 +249,7 @@ def diagnose(
     add : sequence of str
         Effects to be added in this order, instead of those that are missing.
     progress : callable
-        Told what is under way; an exception that it raises ends the diagnosis.
+        Called with the step under way; an exception that it raises ends the diagnosis.
     found : callable
         Told each effect's name and the model with it (``rmse``, ``heldout_rmse``, ``predicted``) as
         soon as that is fitted, maybe again when it is fitted better. It is called in this process
@@ -264,7 +264,7 @@ def diagnose(
     Raises
     ------
     TissueProbeError
-        If something cannot be read or fitted; says why, and what to do.
+        If something cannot be read or fitted; says why, and the remedy.
     """
     put = question(**asked)
     check_wanted(put, add)
@@ -338,7 +338,7 @@ def improve(
     workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> DiagnosisResult:
-    """Add what is missing (or what ``add`` names), and keep the model, pictures and report.
+    """Add the missing effects (or those of ``add``), and keep the model, pictures and report.
 
     Parameters
     ----------
@@ -362,6 +362,6 @@ def _check_validation(fitted: Measurements, validated: Measurements) -> None:
     for part in validated.parts:
         if any(part.is_same(other) for other in fitted.parts):
             raise ParameterError(
-                f"`validate` {part.name} is what is fitted; give another recording of the same "
-                "specimen"
+                f"`validate` {part.name} is the fitted recording; give another recording of the "
+                "same specimen"
             )

@@ -28,7 +28,7 @@ RESOLUTION, SEGMENTS = 1.0, 8
 #: Of a band of frequencies those samples are meant that hold this share of its energy: more would
 #: be the whole record wherever the band is everywhere, fewer only its highest peak.
 SHARE = 0.5
-#: What samples are placed by.
+#: The quantities that samples are placed by.
 AXES = ("time", "indentation", "speed", "phase")
 
 
@@ -51,7 +51,7 @@ class ErrorView(Alike):
     Attributes
     ----------
     output : Quantity
-        What is predicted, force or position.
+        The predicted channel, force or position.
     sample_period, noise : float
         Time between two samples [s]; standard deviation of the output's white noise.
     measured, predicted, residual : array
@@ -59,7 +59,7 @@ class ErrorView(Alike):
     indentation, speed : array
         Displacement [m] and speed [m/s] of the tip, as far as the model says; inwards positive.
     position : array
-        Displacement of what is moved [m], as measured.
+        Displacement of the moved part [m], as measured.
     used : array of bool
         Which samples were fitted.
     where : Localisation

@@ -1,4 +1,4 @@
-"""A filter on measurements, off line: what the live node would have published."""
+"""A filter on measurements, off line: the estimates that the live node would have published."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class EstimateResult(Alike):
     estimates : TissueEstimates
         One a sample.
     measured : ReadRecording
-        What the filter ran on.
+        The recording that the filter ran on.
     notes : tuple of str
-        How the samples were read, and what is wrong with them, in sentences.
+        How the samples were read, and their faults, in sentences.
     """
 
     estimates: TissueEstimates
@@ -93,12 +93,12 @@ class EstimateResult(Alike):
 
     @property
     def status(self) -> Status:
-        """What the estimate at the end of contact is worth."""
+        """The status of the estimate at the end of contact."""
         return Status(self.last.status[-1])
 
     @property
     def text(self) -> str:
-        """The estimate at the end of contact in words, and what looks like a mistake."""
+        """The estimate at the end of contact in words, and likely mistakes."""
         stiffness = _within(self.stiffness, self.stiffness_deviation, 2)
         damping = _within(self.damping, self.damping_deviation, 3)
         told = (
@@ -172,7 +172,7 @@ def estimate(
 ) -> EstimateResult:
     """Estimate stiffness and damping after every sample.
 
-    On a recording of this suite the result is, bit for bit, what the live node published.
+    On a recording of this suite the result is, bit for bit, that of the live node.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def estimate(
 
 
 def _doubts(part: ReadRecording) -> Iterator[str]:
-    """Yield what is wrong with the samples, as ``diagnose`` finds it.
+    """Yield the faults of the samples, as ``diagnose`` finds them.
 
     Raises
     ------

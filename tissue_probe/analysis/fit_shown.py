@@ -29,7 +29,7 @@ AT_LIMIT = ", at its limit"
 
 
 def title(fit: Fit) -> str:
-    """Name a model by what it consists of."""
+    """Name a model by its tissue and effects."""
     names = {"kelvin_voigt": "Kelvin-Voigt", "maxwell": "Maxwell"}
     tissue = names.get(fit.composition.tissue, "Kelvin-Voigt")
     return " + ".join([tissue, *fit.composition.names])
@@ -103,7 +103,7 @@ def as_html(lines: Sequence[str]) -> str:
 
 
 def exhaustion(fits: Sequence[Fit]) -> str:
-    """Say what it means that values are at their limit; empty where none is."""
+    """Explain values at their limit; empty where none is."""
     from tissue_probe.diagnosis.fitting.problem import FARTHEST
 
     # A right model may have no mass, and no damping.
@@ -132,7 +132,7 @@ def where(fit: Fit, index: int) -> Localisation:
 
 
 def tests(fit: Fit, index: int) -> tuple[ResidualTest, ...]:
-    """Test what a model leaves of one of its measurements."""
+    """Test a model's residual of one of its measurements."""
     from tissue_probe.diagnosis.residuals.all_tests import residual_tests
 
     shown = fit.measurements[index]
@@ -150,7 +150,7 @@ def stretch(fit: Fit, index: int, sources: Sequence[str]) -> str:
 
 
 def picture(fit: Fit, index: int, sources: Sequence[str]) -> Figure:
-    """Draw a comparison of one of the measurements with what a model predicts of it."""
+    """Draw a comparison of one of the measurements with a model's prediction of it."""
     from tissue_probe.figures.compare import draw_comparison
 
     shown = fit.measurements[index]

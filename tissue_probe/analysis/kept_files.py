@@ -72,7 +72,7 @@ def write(result: DiagnosisResult, folder: Path) -> None:
 
 
 def kept_model(result: DiagnosisResult) -> FittedModel:
-    """Return the last model of the ladder, with what it was fitted to."""
+    """Return the last model of the ladder, with the recordings that it was fitted to."""
     final = result.found.ladder.final
     data = Data(
         files=tuple(
@@ -138,7 +138,7 @@ def story(result: DiagnosisResult) -> Figure:
 
 
 def report(result: DiagnosisResult) -> Report:
-    """Put a diagnosis into a report; of several stretches it shows what the base predicts worst."""
+    """Put a diagnosis into a report, which shows the part that the base predicts worst."""
     diagnosis, wording, sources = result.found, result.wording, result.sources
     fitted, validated = result.fitted, result.validated
     rig = result.asked.composition.rig
@@ -149,7 +149,7 @@ def report(result: DiagnosisResult) -> Report:
     signals = _signals(base, final, shown, fit_shown.stretch(base, shown, sources) or files[0].name)
     steps = (base, *ladder.steps)
     return Report(
-        title=f"What the model misses: {', '.join(path.name for path in files)}",
+        title=f"Missing effects: {', '.join(path.name for path in files)}",
         verdict=diagnosis.verdict,
         asked=wording(result.asked.head),
         rig=ReportRig(rig.name, f"{rig.summary}; {rig.whose}", rig.drawing),
@@ -223,7 +223,7 @@ def _signals(base: Fit, final: Fit, shown: int, name: str) -> ReportSignals:
 
 
 def equations(composition: Composition) -> tuple[str, ...]:
-    """Return a model's equations in LaTeX: each state's rate, what is measured, and switches."""
+    """Return a model's equations in LaTeX: each state's rate, the outputs, and switches."""
     model = composition.model
     lines = [
         f"\\frac{{d}}{{dt}} {latex(state)} = {latex(rate)}"

@@ -54,7 +54,7 @@ Read = TypeVar("Read")
 LEARNT = (
     "k_sd is not given: the scatter of sites about their neighbours, {:.2g} times k, stands for it"
 )
-#: What says which inclusions matter, in words.
+#: The type that states which inclusions matter, in words.
 SOUGHT = "a Sought, of tissue_probe.mapping.exploration.answer"
 #: Said of a scan in which no site has a value.
 UNHEARD = (
@@ -70,11 +70,11 @@ class MapResult(Alike):
     Attributes
     ----------
     sites : Sites
-        What is known of each site, at its place in the map.
+        The estimate of each site, at its place in the map.
     results : tuple of SiteResult
         The dwells of a scan; none for a table.
     map : PosteriorMap
-        Inclusions, surface, what could hide, background, check.
+        Inclusions, surface, hidden amounts, background, check.
     phantom : Phantom or FeltTable or None
         The tissue of a simulated run, where it is recorded.
     notes : tuple of str
@@ -82,7 +82,7 @@ class MapResult(Alike):
     next : tuple of NextSite
         The sites that tell most, in their order, where they were asked for.
     answer : Answer or None
-        What is known of inclusions in the area, where one is given.
+        The statement on inclusions in the area, where one is given.
     placed : PlacedMap
         The results in space: in the sites' frame, or in another where point pairs are given.
     laid_flat : bool
@@ -144,7 +144,7 @@ class MapResult(Alike):
 
     @property
     def text(self) -> str:
-        """How many sites were measured, what became of the others, and all that has to be known."""
+        """How many sites were measured, the fate of the others, and further notes."""
         background, check = self.map.background, self.map.check
         told = [f"{int(self.sites.felt.sum())} of {self.sites.x.size} sites measured"]
         told += [f"{count} {word}" for word, count in self.unusual.items()]
@@ -257,7 +257,7 @@ class MapResult(Alike):
         }
 
     def plot(self) -> Figure:
-        """Draw stiffness, P(inclusion) and what could hide, with sites and true nodules."""
+        """Draw stiffness, P(inclusion) and hidden amounts, with sites and true nodules."""
         from tissue_probe.figures.stiffness_map import draw_map
 
         known = self.phantom.nodules if self.phantom and not self.laid_flat else ()
@@ -376,8 +376,8 @@ def map_sites(
         Point pairs: columns x, y and perhaps z [m] in the map's frame, X, Y and perhaps Z [m] in
         another one, in which the results are given, too.
     choose_for : str
-        What further sites are chosen for: ``edge``, what inclusions are in doubt; ``find``, those
-        that no site has felt; ``both`` in turn.
+        The purpose of further sites: ``edge``, the outline of found inclusions; ``find``,
+        inclusions that no site has felt; ``both`` in turn.
     outliers : float, optional
         Share of the sites that err far more than they state, by a slip for one. 0 where the robot
         verified contact at each; None if it is learnt. Beside outliers an inclusion that one site
@@ -514,7 +514,7 @@ def _registration(pairs: dict[str, np.ndarray], sites: Sites) -> Registration:
 
 
 def _read(parameter: str, given: Source, read: Callable[[Columns], Read], what: str) -> Read:
-    """Return what a table holds; errors name the parameter."""
+    """Return the data of a table; errors name the parameter."""
     try:
         if isinstance(given, Measurements):
             raise ParameterError(f"samples are given; give a table of {what}")
@@ -555,7 +555,7 @@ def _site_table(measured: Source) -> Columns | None:
 
 
 def _columns(measured: Source) -> Columns | None:
-    """Return the columns of what is given, if it is a table."""
+    """Return the columns of a given table, else None."""
     if isinstance(measured, Measurements):
         return None
     try:
@@ -565,4 +565,4 @@ def _columns(measured: Source) -> Columns | None:
                 return None
         return _table(measured)
     except RecordingError:
-        return None  # whoever reads samples says why
+        return None  # the reader of samples says why

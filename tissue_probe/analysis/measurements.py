@@ -66,7 +66,7 @@ class ReadRecording(Alike):
     layout: tuple[tuple[str, Any], ...] = ()
 
     def is_same(self, other: ReadRecording) -> bool:
-        """Whether it has the very samples of another: the same file, by whatever path, or a copy.
+        """Whether it has the very samples of another: the same file, by any path, or a copy.
 
         Two sheets of a file, or two sensors of a bag, are two recordings.
         """
@@ -89,7 +89,7 @@ class ReadRecording(Alike):
         return digest.hexdigest()
 
 
-#: What ``Measurements`` are made of, in words.
+#: The source of ``Measurements``, in words.
 READ = "recordings that `tissue_probe.read` returned"
 
 
@@ -160,7 +160,7 @@ class Measurements(Alike):
         return draw_samples(recordings, [part.name for part in self.parts])
 
 
-#: Anything that ``read`` takes: a file's path, arrays by name, a data frame, or what it returned.
+#: Anything that ``read`` takes: a file's path, arrays by name, a data frame, or its own result.
 Source = Any
 
 

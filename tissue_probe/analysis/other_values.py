@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def predicted(
     fit: Fit, instrument: Instrument, values: Mapping[str, float], index: int
 ) -> FloatArray:
-    """Return what a model predicts of a measurement if some values were others.
+    """Return a model's prediction of a measurement if some values were others.
 
     See ``ComparisonResult.predict``.
     """

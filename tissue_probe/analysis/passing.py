@@ -35,7 +35,7 @@ def to_bytes(result: object) -> bytes:
 
 
 def from_bytes(data: bytes, effects: Sequence[str | Path] = ()) -> Any:
-    """Return what ``to_bytes`` was given.
+    """Return the object that ``to_bytes`` was given.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def _written(effect: Effect) -> str:
 
 class _Writer(pickle.Pickler):
     def persistent_id(self, obj: object) -> tuple[object, ...] | None:
-        """Name what the reader has as well."""
+        """Name an object that the reader has as well."""
         if isinstance(obj, Quantity):
             return ("quantity", obj.name)
         if isinstance(obj, Rig) and RIGS.get(obj.name) is obj:
             return ("rig", obj.name)
         if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
-            # As a whole, or in one of its forms: `plain` is not what the library holds.
+            # As a whole, or in one of its forms: the library does not hold `plain`.
             return ("effect", *self._named(obj))
         if isinstance(obj, Composition):
             return ("model", obj.rig, obj.tissue, tuple(map(self._named, obj.effects)), obj.scale)
@@ -85,7 +85,7 @@ class _Reader(pickle.Unpickler):
         self._files = tuple(map(Path, effects))
 
     def persistent_load(self, pid: Any) -> object:
-        """Return the reader's own of what is named."""
+        """Return the reader's own object of a name."""
         kind, *named = pid
         if kind == "quantity":
             return {q.name: q for q in (quantities.FORCE, quantities.POSITION)}[named[0]]

@@ -1,4 +1,4 @@
-"""What is in a file before it is known which of its signals are meant.
+"""The contents of a file before it is known which of its signals are meant.
 
 Contents: names, units and first values, as a user looks at them to tell which column is the force.
 """
@@ -51,7 +51,7 @@ class PreviewColumn:
 
 @dataclass(frozen=True)
 class Preview:
-    """What is in a file.
+    """The contents of a file.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Preview:
 
 @take.checks(path=take.path)
 def preview(path: str | Path) -> Preview:
-    """Show what is in a file.
+    """Show the contents of a file.
 
     Raises
     ------

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PromiseResult(Alike):
-    """Effects in the order of what they promise; none of them was fitted.
+    """Effects in the order of their promise; none of them was fitted.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class PromiseResult(Alike):
     promised : tuple of Promise
         Each effect, and the cost that it may leave.
     notes : tuple of str
-        What was done to the samples, and what is wrong with them.
+        Changes of the samples when they were read, and their faults.
     """
 
     base: Fit
@@ -92,7 +92,7 @@ def promises(
     workers: int = WORKERS,
     **asked: Unpack[Asked],
 ) -> PromiseResult:
-    """Rank effects by what they promise, to first order, beside a model that is fitted once.
+    """Rank effects by their promise, to first order, beside a model that is fitted once.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def promises(
     Raises
     ------
     TissueProbeError
-        If something cannot be read or fitted; says why, and what to do.
+        If something cannot be read or fitted; says why, and the remedy.
     """
     put = question(**asked)
     output = put.composition.output

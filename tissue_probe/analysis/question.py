@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import Measurements
     from tissue_probe.physics.effects import Effect
 
-#: What may be known of the tissue, such as that there is none.
+#: Values of the tissue that may be known: zeros say that there is none.
 TISSUE = ("stiffness", "damping")
 
 Constants = Mapping[str, "float | tuple[float, float]"]
@@ -42,7 +42,7 @@ WHICH_RIG = f"nobody said which rig measured this: give `rig` {_EACH}"
 
 
 class Asked(TypedDict, total=False):
-    """What may be said of measurements, by keyword; ``asked.ITEMS`` says what each means."""
+    """Statements on measurements, by keyword; ``asked.ITEMS`` gives the meaning of each."""
 
     site: int | None
     lowpass: float | None
@@ -62,7 +62,7 @@ PRIOR = "`prior`: {} counts as {:g} times as likely as any other effect before t
 
 @dataclass(frozen=True)
 class Question:
-    """A model, what is known of its rig and of the samples, and the effects that it may miss.
+    """A model, statements on its rig and the samples, and the effects that it may miss.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Question:
     instrument : Instrument
         The rig's constants.
     notes : tuple of str
-        What to know of the model, in sentences.
+        Notes on the model, in sentences.
     rig_given : bool
         Whether the user said on which rig was measured.
     site, lowpass, starts, course
@@ -79,7 +79,7 @@ class Question:
     prior : mapping of str to float
         Odds of effects, or of those of a family, by name.
     stated : mapping
-        All that was said, by keyword, but for what would be taken anyway.
+        All given values, by keyword, but for those equal to the default.
     """
 
     model: FittedModel
@@ -157,7 +157,7 @@ class Question:
 
 
 def question(**asked: Unpack[Asked]) -> Question:
-    """Put together what is asked.
+    """Put together a question.
 
     Raises
     ------
@@ -197,7 +197,7 @@ def question(**asked: Unpack[Asked]) -> Question:
 
 
 def _checked_kinds(asked: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what was said, each checked by the kind that is declared of it."""
+    """Return the given values, each checked by its declared kind."""
     kinds = {each.name: _kind(each) for each in ITEMS}
     return {name: kinds[name](name, value) for name, value in asked.items()}
 
@@ -244,7 +244,7 @@ def _is_said(item: Item, given: Any) -> bool:
 
 
 def _written(value: Any) -> str:
-    """Write what was said in one line."""
+    """Write a given value in one line."""
     if isinstance(value, Mapping):
         pairs = ((n, v if isinstance(v, tuple) else (v,)) for n, v in value.items())
         return " ".join(f"{name}={'+-'.join(f'{each:g}' for each in v)}" for name, v in pairs)
@@ -314,7 +314,7 @@ def _rig(given: RigChoice | None) -> Rig | None:
 def _load(
     model: str | Path | FittedModel, effect_files: tuple[Path, ...], rig: Rig | None
 ) -> FittedModel:
-    """Return a model with the user's files of effects; what reads YAML is imported for a file."""
+    """Return a model with the user's files of effects; YAML is imported only for a file."""
     if isinstance(model, FittedModel):
         files = dict.fromkeys((*model.effect_files, *effect_files))
         return replace(model, effect_files=tuple(files))

@@ -45,7 +45,7 @@ def raw_counts(recording: Recording) -> FloatArray:
 def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
     """Return the recording in SI units by another calibration.
 
-    What was tared off in the run is the same number of volts in both. The force's delay that the
+    The zero tared off in the run is the same number of volts in both. The force's delay that the
     driver took out by the former calibration is taken out by the other one instead.
     """
     before = recorded_calibration(recording)

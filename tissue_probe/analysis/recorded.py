@@ -29,7 +29,7 @@ def node_parameters(recording: Recording, key: str, value: object) -> dict[str, 
 
 
 def metadata_value(text: object) -> Any:
-    """Return what a text means in YAML, or the text: metadata of other recorders may be any."""
+    """Return a text's value in YAML, or the text: metadata of other recorders may be any."""
     try:
         return bounded_yaml.parse(text) if isinstance(text, str) else text
     except bounded_yaml.YamlError:
@@ -49,7 +49,7 @@ def estimator_settings(
     Parameters
     ----------
     recording : Recording
-        What was recorded.
+        The recorded channels.
     estimator : str
         The estimator's name.
     changes : mapping

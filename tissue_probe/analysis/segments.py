@@ -1,6 +1,6 @@
 """The stretches of measurements that are fitted: evenly spaced, without a hole, long enough.
 
-Contents: which stretches, and what is said of those left out.
+Contents: which parts, and the sentence on those left out.
 """
 
 from __future__ import annotations
@@ -235,7 +235,7 @@ def _is_long(block: SampleBlock) -> bool:
 def _told_unknown(
     name: str, blocks: Sequence[SampleBlock], known: Sequence[Sequence[Stretch]]
 ) -> list[str]:
-    """Say what was filled in, and what is not known for longer."""
+    """Name samples that were filled in, and those unknown for longer."""
     told = []
     filled = sum(int((~stretch.measured).sum()) for found in known for stretch in found)
     if filled:

@@ -1,4 +1,4 @@
-"""A model under a motion or force that is given: what the rig would measure."""
+"""A model under a given motion or force: the samples that the rig would measure."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ def simulate(
     noise: float = 0.0,
     seed: int = 0,
 ) -> Measurements:
-    """Simulate what a model's rig measures, from rest.
+    """Simulate the samples of a model's rig, from rest.
 
     Parameters
     ----------
     model : path or FittedModel
         A model with values, such as ``diagnose(...).model``.
     excitation : Excitation, mapping or array
-        What drives: a signal of ``tissue_probe.excitation``, its description such as
+        The input: a signal of ``tissue_probe.excitation``, its description such as
         ``{"kind": "sine", "frequency": 10.0, "amplitude": 1e-3}``, or samples; displacement of the
         coil [m], or where a force drives, that force [N].
     duration : float

@@ -1,4 +1,4 @@
-"""The verdict of a diagnosis in words, and what to record or to calibrate next.
+"""The verdict of a diagnosis in words, and the next recording or calibration.
 
 Contents: sentences.
 """
@@ -81,7 +81,7 @@ def _of_others(ladder: Ladder) -> list[str]:
 
 
 def _rest(diagnosis: Diagnosis) -> list[str]:
-    """Say how large the errors are, what could not be seen, and what to do next."""
+    """State the errors, the effects that could not be seen, and the next step."""
     said = [*_errors(diagnosis), *_caveats(diagnosis)]
     said += [*_not_apart(diagnosis.ladder.final), *_unseen(diagnosis)]
     if diagnosis.suggestion:
@@ -127,7 +127,7 @@ def _not_apart(final: Fit) -> list[str]:
 
 
 def _advice(suggestion: Suggestion, rig: Rig) -> list[str]:
-    """Say what to record or to calibrate next."""
+    """Name the next recording or calibration."""
     said = []
     if suggestion.excitation:
         said.append(f"Next experiment: {_motion(suggestion, rig)}.")
@@ -189,7 +189,7 @@ def _mover(rig: Rig) -> str:
 def settings(suggestion: Suggestion, rig: Rig) -> dict[str, str]:
     """Return the settings of a suggested experiment with their units, by name.
 
-    The amplitude is the way of what drives; the volts that a coil takes for it are in
+    The amplitude is that of the input; the volts that a coil takes for it are in
     ``Diagnosis.command``.
     """
     told = {
@@ -254,7 +254,7 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
 
 
 def _agreed(ladder: Ladder) -> str:
-    """Say what all probable models have: effects, then the family of which no form is sure."""
+    """Name the parts of all probable models: effects, then the family of which no form is sure."""
     told = ladder.posterior
     sure = [f"{name} (probability {probability(told.effect(name))})" for name in _common(ladder)]
     if ladder.family:
@@ -290,7 +290,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.ladder.harmonic is not None:
         said = (
             f"Unexplained: a line at {diagnosis.ladder.harmonic:.4g} Hz, a multiple of the drive's "
-            "frequency, explains more than any effect of the library; whatever is not linear "
+            "frequency, explains more than any effect of the library; any nonlinear cause "
             "leaves such lines. Drive at several frequencies to tell, as by a multisine. "
         )
     if diagnosis.ladder.asked:
@@ -338,7 +338,7 @@ def _nearest(diagnosis: Diagnosis) -> str:
 
 
 def _caveats(diagnosis: Diagnosis) -> list[str]:
-    """Say what speaks against trusting the last model."""
+    """Give the reasons against trusting the last model."""
     said = []
     final = diagnosis.ladder.final
     if not final.converged:

@@ -1,6 +1,6 @@
 """The command line: one program beside the ROS executables.
 
-Contents: arguments, and what is printed. Each command imports what it needs when it runs, so that
+Contents: arguments, and printed lines. Each command imports what it needs when it runs, so that
 ``--help`` and shell completion answer at once.
 """
 
@@ -71,7 +71,7 @@ def _options(
 
 
 def main() -> None:
-    """Run the program; what the user can mend is told in one line."""
+    """Run the program; an error that the user can mend is told in one line."""
     try:
         app(prog_name="tissue_probe")
     except (ValueError, OSError) as error:

@@ -81,7 +81,7 @@ def write_json(path: Path, told: dict[str, object]) -> None:
 
 
 def _keywords(asked: Any) -> dict[str, Any]:
-    """Return what was asked as the analysis takes it."""
+    """Return the question as the analysis takes it."""
     found = {each.name: getattr(asked, each.name) for each in fields(asked)}
     return {name: _value(name, given) for name, given in found.items() if given is not None}
 
@@ -94,7 +94,7 @@ def _value(name: str, given: Any) -> Any:
     return odds(given) if name == "prior" else given
 
 
-#: Types of options by the kind of what is asked, and their values where nothing is said.
+#: Types of options by the kind of an item, and their values where nothing is said.
 _TYPES: dict[str, tuple[Any, Any]] = {
     "constants": (list[str] | None, None),
     "file": (Path | None, None),

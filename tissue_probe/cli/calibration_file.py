@@ -29,7 +29,7 @@ def update(
     values: dict[str, float | str],
     intervals: dict[str, Interval],
 ) -> None:
-    """Write newly measured values, their intervals and the day into a file, and say what is new.
+    """Write newly measured values, their intervals and the day into a file, and name the new ones.
 
     Parameters
     ----------

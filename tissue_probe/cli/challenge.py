@@ -87,7 +87,7 @@ def make(
 
 
 def chosen(excitation: str, starts: Starts, site: int | None) -> str | Measured:
-    """Return the name of an excitation, or the motion in a file; says what that is.
+    """Return the name of an excitation, or the motion in a file; prints the motion's summary.
 
     Raises
     ------
@@ -159,9 +159,10 @@ def grade_command(
         Path | None, typer.Option(metavar="FILE", help="Marks as JSON; replaced if there.")
     ] = None,
 ) -> None:
-    """Mark the diagnoses of a series, and show what was taken for what.
+    """Mark the diagnoses of a series, and show which effect was mistaken for which.
 
-    A recording without a diagnosis counts as wrong. What counts as right is in docs/challenge.md.
+    A recording without a diagnosis counts as wrong. docs/challenge.md says which answers count as
+    right.
     """
     from tissue_probe.challenge.folder import read_answers
     from tissue_probe.challenge.grading import grade
@@ -180,7 +181,7 @@ def open_command(
     ],
     answers: Answers = Path("answers.sealed.json"),
 ) -> None:
-    """Open the seal of one recording, and show what is true beside what was found."""
+    """Open the seal of one recording, and show the truth beside the diagnosis."""
     from rich.console import Console
     from rich.table import Table
 
@@ -256,7 +257,7 @@ ROWS = {
 
 
 def summarize(marks: Grade) -> None:
-    """Print the marks, and what was taken for what."""
+    """Print the marks, and which effect was mistaken for which."""
     from rich.console import Console
     from rich.table import Column, Table
 

@@ -30,7 +30,7 @@ def compare(
     """Compare a model with measurements, and show where it fails.
 
     The model is fitted first, unless --model names one that was. Errors are of the force, or of the
-    position where a force drives; the noise floor is what a right model would leave.
+    position where a force drives; the noise floor is the error of a right model.
     """
     measured.check_there(files)
     layout, keywords = signals.layout(), asked.keywords()

@@ -74,7 +74,7 @@ def demo(
 
 
 def _say(step: str) -> None:
-    """Say at once how far the demo is, beside what it prints of its results."""
+    """Say at once how far the demo is, apart from its printed results."""
     print(step, file=sys.stderr, flush=True)
 
 
@@ -143,7 +143,7 @@ def _corners() -> dict[str, list[float]]:
 
 
 def evaluate(bag: Path, folder: Path, explored: bool) -> None:
-    """Draw and print what a recorded scan found."""
+    """Draw and print the results of a recorded scan."""
     from tissue_probe.analysis.mapping import map_sites
     from tissue_probe.analysis.recorded import estimate_again
     from tissue_probe.cli.map import summarize

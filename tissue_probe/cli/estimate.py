@@ -56,7 +56,7 @@ def estimate(
 ) -> None:
     """Estimate stiffness and damping after every sample.
 
-    On a recording the result is, bit for bit, what the live node published. The table has the
+    On a recording the result is, bit for bit, that of the live node. The table has the
     columns time [s], stiffness [N/m], damping [N s/m], their variances, covariance_trace,
     innovation [N], normalized_innovation_squared and status. Time counts from the first sample of
     a recording, or from a table's own zero.

@@ -1,10 +1,10 @@
-"""``tissue_probe estimators``: which filters there are, and what can be set on them."""
+"""``tissue_probe estimators``: which filters there are, and their settings."""
 
 from __future__ import annotations
 
 
 def estimators() -> None:
-    """List the filters, and what can be set on them.
+    """List the filters, and their settings.
 
     Each setting is shown with its default, its range and its unit.
     """

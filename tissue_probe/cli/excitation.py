@@ -164,7 +164,7 @@ def time_to_know(deviations, value: float) -> float | None:
 
 
 def _cells(deviation: float, value: float) -> tuple[str, str]:
-    """Write a deviation absolute and in per cent; what cannot be known is a dash."""
+    """Write a deviation absolute and in per cent; an unknown one is a dash."""
     if deviation == float("inf"):
         return "-", "-"
     return f"{deviation:.3g}", f"{100.0 * deviation / value:.3g}"

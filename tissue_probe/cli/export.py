@@ -30,7 +30,7 @@ def export(
     """Write the samples to CSV or Parquet, every digit kept.
 
     Columns: time [s] since the first sample (of a table since its own zero), position [m], force
-    [N], command [V], sequence, site and its place. Every command reads what is written.
+    [N], command [V], sequence, site and its place. Every command reads the written file.
     """
     from tissue_probe.recording.clocks.stretches import dwell_blocks
     from tissue_probe.recording.writing.tables import write_samples

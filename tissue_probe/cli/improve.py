@@ -1,4 +1,4 @@
-"""``tissue_probe improve``: add what is missing, and watch the error fall."""
+"""``tissue_probe improve``: add the missing effects, and watch the error fall."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def improve(
     asked: Asked,
     add: Annotated[
         list[str] | None,
-        typer.Option(metavar="EFFECT", help="Add this effect, instead of what is missing."),
+        typer.Option(metavar="EFFECT", help="Add this effect, instead of the missing ones."),
     ] = None,
     validate: Validate = None,
     json: Json = None,
@@ -41,7 +41,7 @@ def improve(
         ),
     ] = Path("improved"),
 ) -> None:
-    """Add what is missing, effect by effect, while the error falls.
+    """Add the missing effects, one by one, while the error falls.
 
     The ladder's errors are root mean squares; the whitened one counts 1/f noise and an encoder's
     rounding as noise, where they are known, and is 1 where nothing is left to explain.

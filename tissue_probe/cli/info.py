@@ -1,4 +1,4 @@
-"""``tissue_probe info``: what is in a recording."""
+"""``tissue_probe info``: the contents of a recording."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def info(
         bool, typer.Option("--parameters", help="Show every recorded parameter too.")
     ] = False,
 ) -> None:
-    """Show what is in a recording.
+    """Show the contents of a recording.
 
     Its topics, begin and length [s], samples and how many were lost, sites palpated, and the run's
-    parameters; of any ROS 2 recording, whoever made it. Of a table: its columns, their
+    parameters; of any ROS 2 recording, by any program. Of a table: its columns, their
     units, how many values they have, and how it is read. Where options say which signals are meant,
     also how these are read, or why not.
     """
@@ -42,7 +42,7 @@ def info(
 
 
 def _tell_signals(path: Path, layout: Layout) -> None:
-    """Print how position and force are read by what is stated."""
+    """Print how position and force are read by the options."""
     (part,) = measured.read([path], layout).parts
     measured.tell(part.notes)
     recording = part.recording
@@ -52,7 +52,7 @@ def _tell_signals(path: Path, layout: Layout) -> None:
 
 
 def _tell_bag(samples: Path, parameters: bool) -> None:
-    """Print what is in a bag."""
+    """Print the contents of a bag."""
     from datetime import datetime
 
     from rich.console import Console

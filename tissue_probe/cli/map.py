@@ -30,7 +30,7 @@ PROBABILITY = "proba-\nbility"
 
 
 class ChooseFor(str, Enum):
-    """What further sites are chosen for."""
+    """The purpose of further sites."""
 
     edge = "edge"
     find = "find"
@@ -123,11 +123,12 @@ def map_command(
         ),
     ] = None,
 ) -> None:
-    """Map a scan or a table of sites, and what could hide.
+    """Map a scan or a table of sites, and the inclusions that could hide.
 
     A table of sites has the columns x, y [m], k [N/m] and perhaps k_sd [N/m], z [m], t [s], site,
     or with other units in their names (x_mm, k [N/mm]).
-    The picture shows stiffness [N/m], P(inclusion) and what could hide [mm] over the sites [mm].
+    The picture shows stiffness [N/m], P(inclusion) and the depth to which an inclusion cannot hide
+    [mm] over the sites [mm].
     """
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout
@@ -175,7 +176,7 @@ def map_command(
 
 
 def summarize(result: MapResult) -> None:
-    """Print what became of the sites, and the inclusions, beside the true nodules if known."""
+    """Print the fate of the sites, and the inclusions, beside the true nodules if known."""
     from rich.console import Console
     from rich.table import Table
 

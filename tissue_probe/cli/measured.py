@@ -209,7 +209,7 @@ class Signals:
     adapter: AdapterFile = None
 
     def layout(self) -> Layout:
-        """Make of the options what the readers take.
+        """Make the readers' layout of the options.
 
         Raises
         ------
@@ -258,14 +258,14 @@ def read(paths: Sequence[Path], layout: Layout) -> MeasurementsRead:
 
 
 def tell(notes: Sequence[str]) -> None:
-    """Print how samples were read, and what is wrong with them."""
+    """Print how samples were read, and their faults."""
     for note in notes:
         print(f"note: {with_options(note)}")
 
 
 @contextmanager
 def under_way() -> Iterator[Callable[[str], None]]:
-    """Show what is under way: on a terminal in one line that changes, else a line each."""
+    """Show the step under way: on a terminal in one line that changes, else a line each."""
     from rich.console import Console
     from rich.live import Live
 

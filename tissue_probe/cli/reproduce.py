@@ -30,8 +30,8 @@ def reproduce(
     """Make the paper's results figures again, from simulated data.
 
     Each shows the paper's filters beside robust_ekf: stiffness [N/m], damping [N s/m], covariance
-    trace or force [N]. A table tells what the paper states, what its method gives here, and what
-    robust_ekf gives.
+    trace or force [N]. A table has the paper's values, those of its method here, and those of
+    robust_ekf.
     """
     from tissue_probe.reproduction.table import FIGURES
 
@@ -48,7 +48,7 @@ def reproduce(
 
 
 def summarize(made: Mapping[str, Reproduction]) -> None:
-    """Print what the paper states, what its method gives, and what robust_ekf gives."""
+    """Print the paper's values, those of its method, and those of robust_ekf."""
     from rich.console import Console
     from rich.table import Column, Table
 

@@ -1,4 +1,4 @@
-"""What turns a probe's volts and counts into SI units and back, as one YAML file.
+"""The constants that turn a probe's volts and counts into SI units and back, as one YAML file.
 
 Contents: the numbers, their intervals, and the two conversions.
 """
@@ -90,7 +90,7 @@ class Calibration(BaseModel):
         OSError
             If the file cannot be read.
         ValueError
-            If it is no calibration; says file, field, and what it takes.
+            If it is no calibration; says file, field, and the values that it takes.
         """
         try:
             return _calibration(bounded_yaml.read(path))

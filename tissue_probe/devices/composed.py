@@ -141,7 +141,7 @@ class ComposedProbe:
         Returns
         -------
         position, force : array, shape (n,)
-            What the encoder shows before it is rounded [m], and the load cell without noise [N].
+            The encoder's reading before it is rounded [m], and the load cell's without noise [N].
         """
         position, force = np.empty(command.size), np.empty(command.size)
         self._values[self._tissue] = self._own * relative
@@ -158,7 +158,7 @@ class ComposedProbe:
         return self._delaying.apply(self._measured(position, times), force)
 
     def _measured(self, true: FloatArray, times: FloatArray) -> FloatArray:
-        """Return what an encoder that errs shows; the model tells the true of the shown."""
+        """Return the reading of an encoder that errs; the model corrects it."""
         if self._true is None:
             return true
         shown = true.copy()
@@ -299,7 +299,7 @@ def _simulate(
         force[n] = output(t, y[FIRST:], p, y[COIL], y[SPEED], mode)
         if y[DEPTH] >= -1e-6:
             if p[-1] == 0.0:
-                # Tissue that is touched anew has forgotten: what remembers is as after long rest.
+                # Tissue that is touched again has forgotten: its memory is as after long rest.
                 begin(p, y[COIL], force[n], rest)
                 y[FIRST + 2 :] = rest[2:]
             p[-1] = 1.0

@@ -1,4 +1,4 @@
-"""What every probe can do, whoever made it."""
+"""The functions of every probe, by any maker."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from tissue_probe.signals import FloatArray
 
 
 class DeviceError(RuntimeError):
-    """A device cannot go on; the message says what happened and what to do."""
+    """A device cannot go on; the message says the reason and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """What one read brought, each of shape (n,): position [m], force [N], command [V]."""
+    """The samples of one read, each of shape (n,): position [m], force [N], command [V]."""
 
     position: FloatArray
     force: FloatArray
@@ -40,7 +40,7 @@ class Device(Protocol):
     worst_lateness : float
         Longest delay between a sample and its being fetched since last asked [s].
     description : str
-        What the device is, in YAML, as far as it is needed to understand a recording.
+        The device's description, in YAML, as far as it is needed to understand a recording.
     """
 
     sample_period: float
@@ -70,7 +70,7 @@ class Device(Protocol):
         Raises
         ------
         DeviceError
-            If the coil could not be put at zero; the message says what will.
+            If the coil could not be put at zero; the message says how it will be.
         """
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What keeps the coil at zero after a fault until someone says that it may move again."""
+"""The lock that keeps the coil at zero after a fault until someone says that it may move again."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Interlock:
         return bool(self.reason)
 
     def trip(self, reason: str) -> None:
-        """Trip; the first reason stays, since what follows is most often its consequence."""
+        """Trip; the first reason stays, since later ones are most often its consequence."""
         with self._lock:
             self.reason = self.reason or reason
 

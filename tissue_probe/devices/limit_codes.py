@@ -1,4 +1,4 @@
-"""Numbers by which the check of samples tells which limit was passed, and what it carries on."""
+"""Numbers that name a passed limit in the check of samples, and places of numbers that it keeps."""
 
 #: Which limit was passed.
 NONE, SATURATION, FORCE, RATE, TRAVEL, COMMAND, CURRENT, HEATING, STUCK, UNKNOWN = range(10)

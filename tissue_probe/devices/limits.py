@@ -1,4 +1,4 @@
-"""What must not be passed while the coil is driven, and how it is told from samples."""
+"""The limits while the coil is driven, and how samples are checked."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from tissue_probe.settings import setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 
 #: Longest silence between two signs of life that a scan node promises while the tip may be in the
-#: tissue [s]: fifty of its steps, and as long as a silent DAQ is borne (``stale_limit``). Whoever
-#: watches it may allow more, not less: nobody can be held to more than was promised.
+#: tissue [s]: fifty of its steps, and as long as a silent DAQ is borne (``stale_limit``). A watcher
+#: of it may allow more, not less: nobody can be held to more than was promised.
 PALPATION_LEASE = LONGEST_SILENCE / NANOSECONDS
 
 ADVICE = "the coil is at zero; look at the probe before you reset and activate it again"
 
 
 class Limits(BaseModel):
-    """What must not be passed while the coil is driven."""
+    """The limits while the coil is driven."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -110,7 +110,7 @@ class LimitExceeded(RuntimeError):
     Attributes
     ----------
     samples : Samples or None
-        What was read with it, since it shows what happened; None where nothing was.
+        The samples read with it, since they show the event; None where none were.
     """
 
     def __init__(self, reason: str, samples: Samples | None = None) -> None:
@@ -124,7 +124,7 @@ class LimitMonitor:
     Parameters
     ----------
     limits : Limits
-        What must not be passed.
+        The limits.
     sample_period : float
         Time between two samples [s].
     current_per_volt : float
@@ -158,7 +158,7 @@ class LimitMonitor:
 
     @property
     def limits(self) -> Limits:
-        """What must not be passed; may be replaced at any time, for the next samples."""
+        """The limits; may be replaced at any time, for the next samples."""
         return self._limits
 
     @limits.setter
@@ -202,7 +202,7 @@ class LimitMonitor:
     def judge(self, samples: Samples) -> None:
         """Raise LimitExceeded, with the samples, if they passed a limit.
 
-        NaN passes none: it is what was measured, and those who use it say so. But it may not last.
+        NaN passes none: it was measured so, and those who use it say so. But it may not last.
         """
         self._ended = time.monotonic()
         passed, value = self._first_passed(

@@ -1,4 +1,4 @@
-"""What stands between every command and every device: limits, and zero after any failure."""
+"""The guard between every command and every device: limits, and zero after any failure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Tripped(DeviceError):
 
 
 class GuardedDevice:
-    """A device within its limits: whatever goes wrong, the coil is at zero before anyone hears.
+    """A device within its limits: at any fault the coil is at zero before anyone hears.
 
     A failure while it runs trips the interlock; it does not start again before that is reset. It
     is itself a ``Device``; ``trip`` and ``stop`` may come from any thread at any time.
@@ -24,13 +24,13 @@ class GuardedDevice:
     Parameters
     ----------
     device : Device
-        What is guarded.
+        The guarded device.
     limits : Limits
-        What must not be passed.
+        Its limits.
     current_per_volt : float
         Coil current for each volt of the command, for a coil at rest [A/V].
     interlock : Interlock
-        What a failure trips.
+        The interlock that a failure trips.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class GuardedDevice:
 
     @property
     def description(self) -> str:
-        """What the device is, in YAML."""
+        """The device's description, in YAML."""
         return self._device.description
 
     @property
@@ -92,7 +92,7 @@ class GuardedDevice:
         Tripped
             If the interlock is tripped, also while it starts.
         LimitExceeded
-            If the excitation would pass a limit; nothing is started then, and what ran before is
+            If the excitation would pass a limit; nothing is started then, and an earlier one is
             stopped.
         """
         self.stop()
@@ -131,7 +131,7 @@ class GuardedDevice:
             self._monitor.judge(samples)
         except BaseException as error:
             if not self._running:
-                self._refuse_if_tripped()  # what was raised is the consequence of a trip
+                self._refuse_if_tripped()  # the error is the consequence of a trip
             else:
                 self.trip(str(error) or type(error).__name__)
             raise

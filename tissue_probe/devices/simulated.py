@@ -197,7 +197,7 @@ class SimulatedProbe:
         told: dict[str, object] = {"phantom": self._phantom.model_dump(mode="json")}
         if self._settings.model:
             told["model"] = bounded_yaml.read(self._settings.model)
-        # Lists on one line: a table of thousands stays within what a reader of YAML takes.
+        # Lists on one line: a table of thousands stays within the limits of a reader of YAML.
         return yaml.safe_dump(told, default_flow_style=None, width=math.inf)
 
     @property

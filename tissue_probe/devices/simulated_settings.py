@@ -39,7 +39,7 @@ class SimulatedProbeSettings(BaseModel):
         0.005, "N", "standard deviation of the load cell's white noise", ge=0.0, le=10.0
     )
     force_zero: float = setting(
-        0.0, "N", "what the load cell shows without load", ge=-10.0, le=10.0
+        0.0, "N", "reading of the load cell without load", ge=-10.0, le=10.0
     )
     seed: int = setting(0, "", "seed of the noise", ge=0)
     phantom: str = setting(

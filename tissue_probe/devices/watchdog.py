@@ -14,7 +14,7 @@ class Watchdog:
     Parameters
     ----------
     bark : callable
-        What to do then; may stop the watchdog.
+        Called then; may stop the watchdog.
     """
 
     def __init__(self, bark: Callable[[], None]) -> None:

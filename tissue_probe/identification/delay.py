@@ -84,7 +84,7 @@ def _delay(
     sample_period: float,
     tool: tuple[float, float, float],
 ) -> float:
-    """Return the delay in one stretch: the phase's slope, weighted by what each frequency tells."""
+    """Return the delay in one part: the phase's slope, weighted by each frequency's precision."""
     mass, stiffness, damping = tool
     window = hann(position.size, sym=False)
     u, f = (np.fft.rfft(window * (each - each.mean())) for each in (position, force))

@@ -27,7 +27,7 @@ LEAST_MOTION = 5e-5
 
 
 class Refused(TissueProbeError):
-    """No zero can be taken now; the message says why, and what to do."""
+    """No zero can be taken now; the message says why, and the remedy."""
 
 
 def free_air_zero(

@@ -22,8 +22,8 @@ Interval = tuple[float, float]
 class Line:
     """reading = intercept + known / scale, with 95 % confidence intervals.
 
-    ``scale`` is in known units for each unit of reading, so what a reading is multiplied with;
-    ``residuals`` are what the line leaves of the readings, shape (n,).
+    ``scale`` is in known units for each unit of reading, so the factor of a reading; ``residuals``
+    are the readings minus the line, shape (n,).
     """
 
     scale: float
@@ -41,7 +41,7 @@ def fit_line(known: FloatArray, readings: FloatArray) -> Line:
     known : array, shape (n,)
         Forces, displacements: any unit.
     readings : array, shape (n,)
-        What the sensor gave for each: any unit.
+        The sensor's reading of each: any unit.
 
     Returns
     -------

@@ -25,7 +25,7 @@ FEWEST_SWINGS = 3.0
 
 @dataclass(frozen=True)
 class RingDown:
-    """What an impulse told of the tool.
+    """Constants of the tool, estimated from an impulse.
 
     Attributes
     ----------
@@ -36,8 +36,8 @@ class RingDown:
     frequency : float
         Resonance sqrt(k0 / m) / 2 pi [Hz].
     begin : int
-        Number of the first sample that was fitted: one swing after the peak, so that whatever
-        struck the tip has let go.
+        Number of the first sample that was fitted: one swing after the peak, so that the hammer has
+        let go of the tip.
     fitted : array
         The fitted force from that sample on, in the unit of the force.
     degrees_of_freedom : int

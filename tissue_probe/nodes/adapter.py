@@ -1,7 +1,7 @@
 """The adapter node: samples of any robot that carries a force sensor, out of its pose and wrench.
 
-Contents: hearing the two topics, publishing, telling what is wrong. It commands nothing: whoever
-moves the robot also stops it.
+Contents: hearing the two topics, publishing, telling faults. It commands nothing: the mover of the
+robot also stops it.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ from tissue_probe.settings import setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS
 from tissue_probe_msgs.msg import ProbeSamples
 
-#: Time between two looks at what has come [s]: a look costs as much as some tens of messages, and
-#: estimates wait no longer than two periods of the fastest pose that a robot controller sends.
+#: Time between two looks at the messages that have come [s]: a look costs as much as some tens of
+#: messages, and estimates wait no longer than two periods of the fastest pose that a robot
+#: controller sends.
 INTERVAL = 0.01
 #: By how much a rate may differ from that stated before it is told: jitter of a second's count is
 #: less, and at more messages are bridged or left out that should not be.
@@ -41,7 +42,7 @@ LOG_AGAIN = 10.0
 
 
 class AdapterSettings(RobotSettings):
-    """What the node adds to what is told of the robot."""
+    """The node's settings beside those of the robot."""
 
     frame_id: str = setting("probe", "", "frame of the samples")
 
@@ -54,7 +55,7 @@ class Heard:
     found : float
         Messages of use a second.
     faults : list of str
-        What has been wrong since it was last examined, a sentence for each kind.
+        The faults since it was last examined, a sentence for each kind.
     """
 
     def __init__(self, channel: Channel, hearing: Hearing, rate: float) -> None:

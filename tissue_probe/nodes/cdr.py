@@ -102,7 +102,7 @@ def last_estimate_to_cdr(estimates: TissueEstimates, frame_id: str) -> bytes:
 
 
 def estimate_from_cdr(data: bytes) -> tuple[str, int, Estimate, int]:
-    """Return a ``TissueEstimate``: estimator, status, what a map is made of, number of the sample.
+    """Return a ``TissueEstimate``: estimator, status, the estimate for a map, sample's number.
 
     Raises
     ------

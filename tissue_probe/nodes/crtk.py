@@ -1,4 +1,4 @@
-"""CRTK's operating state: what a robot is ready for, told and commanded as the dVRK does it.
+"""CRTK's operating state: whether a robot is ready, told and commanded as the dVRK does it.
 
 https://crtk-robotics.readthedocs.io: the states, and which command leads from which to which.
 """
@@ -33,7 +33,7 @@ class OperatingStateInterface:
     """Publishes ``operating_state`` when it changes and once a second, hears ``state_command``.
 
     Reliable both; the state is kept for late joiners, and repeated for those who did not ask for
-    what is kept, as CRTK's own client does not.
+    kept messages, as CRTK's own client does not.
 
     Parameters
     ----------

@@ -55,7 +55,7 @@ class DecisionProcess:
         return future
 
     def close(self) -> None:
-        """End it, whatever it computes."""
+        """End it, also within a computation."""
         self._process.kill()
         self._process.wait()
 

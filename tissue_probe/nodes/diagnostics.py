@@ -1,7 +1,7 @@
-"""What a node says of its own health once a second on /diagnostics (REP 107).
+"""A node's report on its own health once a second on /diagnostics (REP 107).
 
-OK: as it should be. WARN: it goes on, but someone should look. ERROR: it does not do what it is
-for. STALE: nothing comes in that it could work on.
+OK: as it should be. WARN: it goes on, but someone should look. ERROR: it does not do its task.
+STALE: nothing comes in that it could work on.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Rate:
 
 
 class Diagnostics:
-    """Publishes what ``examine`` returns, once a second."""
+    """Publishes the health that ``examine`` returns, once a second."""
 
     def __init__(self, node: Node, examine: Callable[[], Health]) -> None:
         self._node = node

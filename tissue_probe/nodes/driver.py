@@ -1,4 +1,4 @@
-"""The driver node: runs a device, excites the tissue, and publishes what the device measured."""
+"""The driver node: runs a device, excites the tissue, and publishes the device's samples."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 #: Most samples that are read, and checked against the limits, at once.
 LONGEST_READ = 10
 
-#: Parameters by which the driver tells what others record.
+#: Parameters of the driver that others record.
 TOLD = ("device_description", "calibration")
 
 #: Below this part of its rate the device is too slow, and the driver warns.
@@ -60,7 +60,7 @@ LATE = 0.05
 
 
 class DriverSettings(BaseModel):
-    """What the driver itself needs to know, and what its device tells of itself."""
+    """The driver's own settings, and its device's description."""
 
     device: Literal[tuple(DEVICES)] = setting("simulated", "", "which probe to run")
     block_size: int = setting(10, "", "samples in one message of `samples`", ge=1, le=2000)
@@ -77,7 +77,7 @@ class DriverSettings(BaseModel):
         "", "", "the calibration in use, in YAML, with its tares; set by the driver, for recordings"
     )
     device_description: str = setting(
-        "", "", "what the configured device is, in YAML; set by the driver, for recordings"
+        "", "", "description of the configured device, in YAML; set by the driver, for recordings"
     )
     autostart: bool = setting(
         False, "", "configure and activate as soon as the node runs, and drive the coil"
@@ -163,7 +163,7 @@ class Driver(SturdyLifecycleNode):
             self._begin = every(0.0, self, self._autostart)
 
     def _autostart(self) -> None:
-        """Configure and activate once; what fails is told in the log, as at any other time."""
+        """Configure and activate once; a failure is told in the log, as at any other time."""
         self._begin.cancel()
         if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
             self.trigger_activate()
@@ -233,7 +233,7 @@ class Driver(SturdyLifecycleNode):
         self._stop()
         self._hear_foreign_samples(False)
         self._crtk.publish()
-        # Whoever deactivates may end this process next.
+        # The one who deactivates may end this process next.
         self._publisher.deliver()
         self.get_logger().info("deactivated: the coil is at zero")
         return TransitionCallbackReturn.SUCCESS
@@ -272,10 +272,10 @@ class Driver(SturdyLifecycleNode):
                 samples = self._tare.apply(device.read(self._samples_to_read()))
                 if publisher.add(samples):
                     self._hear_stage()
-        except LimitExceeded as exceeded:  # what was measured then is worth most
+        except LimitExceeded as exceeded:  # the samples of that moment are worth most
             if exceeded.samples is not None:
                 publisher.add(self._tare.apply(exceeded.samples))
-        except Exception as error:  # whatever it was, the coil must stop and someone must hear
+        except Exception as error:  # after any error the coil must stop and someone must hear
             if self.context.ok():
                 device.trip(str(error) or type(error).__name__)
         finally:
@@ -285,7 +285,7 @@ class Driver(SturdyLifecycleNode):
             publisher.flush()
 
     def _on_tare(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Make what the load cell shows now its zero, unless the probe is in contact."""
+        """Make the load cell's present reading its zero, unless the probe is in contact."""
         try:
             if self._tare is None:
                 raise Refused("the driver is not configured: activate it, in free air, then tare")
@@ -362,7 +362,7 @@ class Driver(SturdyLifecycleNode):
             self._device.stop()
 
     def _release(self) -> None:
-        """Stop, and let go of what there is: configuring may have ended half-way."""
+        """Stop, and let go of a device that may be half made: configuring may have failed."""
         self._stop()
         self._hear_foreign_samples(False)
         if self._device is not None:
@@ -387,7 +387,7 @@ class Driver(SturdyLifecycleNode):
         return (ENABLED, True) if self._thread is not None else (DISABLED, False)
 
     def _on_command(self, command: str) -> None:
-        """Do what CRTK calls enable and disable: activate and deactivate, of the lifecycle."""
+        """Do CRTK's enable and disable: activate and deactivate, of the lifecycle."""
         state, _ = self._operating_state()
         if command == "enable" and state == DISABLED and self._device is not None:
             self.trigger_activate()
@@ -441,7 +441,7 @@ class Driver(SturdyLifecycleNode):
         return [f"{namespace.rstrip('/')}/{name}" for namespace, name in names]
 
     def _hear_foreign_samples(self, wanted: bool) -> None:
-        """Hear what is on the topic of samples, or cease to: it costs as much as an estimator."""
+        """Hear the topic of samples, or cease to: it costs as much as an estimator."""
         if wanted and self._foreign_samples is None:
             self._foreign_samples = self.create_subscription(
                 ProbeSamples, "samples", self._on_any_samples, BLOCKS, raw=True
@@ -512,10 +512,10 @@ class Driver(SturdyLifecycleNode):
 
 
 def slowness(lateness: float, rate: float, due: float) -> str:
-    """Say what is too slow; nothing if all is in time.
+    """Say which part is too slow; empty if all is in time.
 
-    ``lateness`` [s] is the worst of a second, ``rate`` and ``due`` [samples/s] what came and what
-    should have come.
+    ``lateness`` [s] is the worst of a second, ``rate`` and ``due`` [samples/s] those that came and
+    those expected.
     """
     if lateness > LATE:
         return f"a sample was fetched {1e3 * lateness:.0f} ms late"

@@ -24,7 +24,7 @@ class EmergencyStop:
     node : Node
         Whose names these are relative to.
     interlock : Interlock
-        What is shown, and reset.
+        The interlock that is shown, and reset.
     trip : callable
         Puts the coil at zero and trips the interlock, given the reason.
     is_running : callable

@@ -25,7 +25,7 @@ from tissue_probe_msgs.msg import TissueEstimate
 
 #: Longest start without a word [s]: a filter is found again in less, and else is compiled first.
 SILENCE = 3.0
-#: What the health says of a status that gives reason to look.
+#: The health's sentence on a status that gives reason to look.
 _DOUBTS = {
     Status.MODEL_REJECTED.name: "the innovations contradict the model; the estimate is not usable",
     Status.DISTURBED.name: "a force away from the drive's frequency disturbs the estimate",
@@ -37,7 +37,7 @@ COMPILING = (
 
 
 class EstimatorNodeSettings(BaseModel):
-    """What the node adds to the filter's own settings."""
+    """The node's settings beside the filter's own."""
 
     estimator: Literal[tuple(ESTIMATORS)] = setting("ekf", "", "the filter to run")
     restart_at_site: bool = setting(True, "", "forget the tissue when a dwell at a new site begins")
@@ -103,7 +103,7 @@ class EstimatorNode(Node):
             self._estimator.restart_at(site.stamp)
 
     def on_samples(self, block: SampleBlock, frame_id: str) -> None:
-        """Filter the next samples, and publish what is known after the last of them."""
+        """Filter the next samples, and publish the estimate after the last of them."""
         self._count(block.sequence, len(block))
         estimates = self._estimator.process(block)
         if len(estimates) == 0:

@@ -147,12 +147,12 @@ class ExploredSites(Source):
         return f"{self._over}; {self.so_far()}"
 
     def so_far(self) -> str:
-        """Say how many sites are palpated, and what is known."""
+        """Say how many sites are palpated, and the result so far."""
         told = f"{len(self.visited)} sites are palpated"
         return f"{told}: {self._answer.text}" if self._answer else told
 
     def feedback(self, announced: msg.PalpationSite) -> Any:
-        """Say how far it is and what is open."""
+        """Say how far it is and which areas are open."""
         return Explore.Feedback(
             sites_visited=len(self.visited),
             sites_unreachable=len(self._missed),
@@ -178,7 +178,7 @@ class ExploredSites(Source):
         )
 
     def _finish(self, wait: Wait) -> None:
-        """Say what all sites tell together."""
+        """Say the result of all sites together."""
         from tissue_probe.mapping.exploration.decision import final
 
         wait(self.is_judged, UNTOLD)
@@ -243,7 +243,7 @@ def _polygon(area: Any) -> Polygon:
 
 
 def _results_of(bag: str) -> list[SiteResult]:
-    """Return what a recording's dwells found, from its announcements and estimates."""
+    """Return the results of a recording's dwells, from its announcements and estimates."""
     from tissue_probe.recording.bags.reader import read_estimates, read_recording
 
     builder = MapBuilder()

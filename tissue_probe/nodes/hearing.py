@@ -3,7 +3,7 @@
 DDS hands nothing from who publishes best effort to who asks for reliable delivery, and nothing from
 who keeps no messages to who asks for kept ones. Many drivers of robots publish so. Here is asked
 for the strictest that is wanted and that each publisher offers, anew when the publishers change;
-and here is told why nothing is heard, by what the graph shows.
+and the graph shows here why nothing is heard.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Hearing:
         return f"{_names(others)} publishes it as {types}, not as {self._type_name}"
 
     def why_silent(self) -> str:
-        """Say what the graph shows of who could be heard, where nothing was."""
+        """Say by the graph which publishers could be heard, where none was."""
         if mismatch := self.mismatch():
             return mismatch
         if offers := self._offers():
@@ -132,8 +132,8 @@ class Hearing:
     def _should_ask_anew(self, offers: Sequence[TopicEndpointInfo]) -> bool:
         """Whether someone is not heard, or more could be asked for.
 
-        What is kept comes again to who asks anew for it, and is taken as said anew: that is borne
-        only where someone would not be heard otherwise.
+        A kept message comes again to a new subscription, and is taken as new: that is borne only
+        where a publisher would not be heard otherwise.
         """
         if not offers:
             return False
@@ -176,7 +176,7 @@ def offered_by_all(wanted: QoSProfile, offers: Sequence[TopicEndpointInfo]) -> Q
 
 def node_name(info: TopicEndpointInfo) -> str:
     """Return the name of a publisher's node with its namespace; empty while it is not known."""
-    # What DDS without ROS publishes has no node; rmw_fastrtps says so by this name.
+    # Publishers of DDS without ROS have no node; rmw_fastrtps says so by this name.
     if info.node_name.startswith(("_NODE_NAME_UNKNOWN", "_CREATED_BY_BARE_DDS_APP")):
         return ""
     return f"{info.node_namespace.rstrip('/')}/{info.node_name}"

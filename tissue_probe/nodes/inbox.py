@@ -56,7 +56,8 @@ class Inbox:
     ) -> Hearing:
         """Keep messages of a topic until ``empty``; at most the depth of ``qos`` of them.
 
-        Asked for is at most ``qos``, and at most what the publishers offer (``Hearing``).
+        The quality of service asked for is at most ``qos``, and at most that of the publishers
+        (``Hearing``).
         """
         name = self._owner.resolve_topic_name(topic)
         hearing = Hearing(self._node, message_type, name, lambda message: None, qos, raw=raw)
@@ -76,8 +77,8 @@ class Inbox:
     def empty(self, topic: str | None = None) -> int:
         """Hand every message that has arrived to its handler, topic by topic; return how many.
 
-        With a ``topic``, only what has arrived there: for a handler to which another topic's
-        messages matter that may have come while it was busy.
+        With a ``topic``, only the messages that arrived there: for a handler to which another
+        topic's messages matter that may have come while it was busy.
         """
         wanted = list(self._heard) if topic is None else [topic]
         return sum(self._empty(each) for each in wanted)
@@ -115,7 +116,7 @@ class Inbox:
         return count
 
     def _use(self, topic: str) -> None:
-        """Do once what rclpy asks of whoever uses a handle: it takes as long as a message."""
+        """Take a handle into use once, as rclpy asks: it takes as long as a message."""
         self._in_use[topic] = ExitStack()
         self._in_use[topic].enter_context(self._heard[topic][0].subscription.handle)
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: How long the end of a node waits for a map; a compilation takes longer [s].
 _PATIENCE = 1.0
-#: The map waits for whoever measures: the thread's priority is so much lower.
+#: The map waits for measurements: the thread's priority is so much lower.
 NICENESS = 10
 
 

@@ -12,8 +12,8 @@ import time
 class LogTime:
     """Turns the times told by DDS into those of the wall clock as it went on from the beginning.
 
-    What was received while the wall clock stepped may be told by either clock. It was received
-    since the look before the last one, and not later than now.
+    The time of a message received while the wall clock stepped may be of either clock. It was
+    received since the look before the last one, and not later than now.
     """
 
     def __init__(self) -> None:
@@ -23,7 +23,7 @@ class LogTime:
         self._latest = 0
 
     def look(self) -> None:
-        """Begin to take what has arrived since the last look."""
+        """Begin to take the messages that arrived since the last look."""
         self._since, self._looked = self._looked, self._now()
         self._ahead = time.time_ns() - self._looked
 

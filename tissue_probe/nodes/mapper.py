@@ -45,7 +45,7 @@ from tissue_probe_msgs.msg import (
     TissueEstimate,
 )
 
-#: Time between two looks at what has arrived [s].
+#: Time between two looks at the messages that arrived [s].
 INTERVAL = 0.1
 
 
@@ -139,7 +139,7 @@ class Mapper(Node):
         self._publish_posterior()
 
     def _publish_sites(self) -> None:
-        """Publish what the dwells found; have the map made of those that have ended."""
+        """Publish the dwells' results; have the map made of those that have ended."""
         results = self._map.results()
         if results:
             self._sites.publish(results_message(self._header(results), results))

@@ -1,4 +1,4 @@
-"""How a node's process starts, and how it ends: in order, whatever ends it."""
+"""How a node's process starts, and how it ends: in order, for any reason."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Finished(Exception):
     """Raised by a node in a callback when it has done all that it was started for."""
 
 
-#: What a user can mend; told in one line, without a traceback.
+#: Errors that a user can mend; told in one line, without a traceback.
 MISTAKES = (SettingsError, OSError)
 
 
@@ -61,7 +61,7 @@ def run_together(
         print(f"{Path(sys.argv[0]).stem}: {sentence(error)}", file=sys.stderr)
         return 1
     except Exception:
-        # Where the context was shut down under what runs, what is raised is its consequence.
+        # Where the context was shut down under running code, the error is its consequence.
         if rclpy.ok():
             raise
     finally:
@@ -106,7 +106,7 @@ def _spin(executor: Executor) -> None:
 
 def _tell_unknown_parameters(nodes: Sequence[Node]) -> None:
     """Warn of parameters that no node has declared, most likely misspelt: ROS ignores them."""
-    # rclpy has no public name for what is given. What one node does not know is another's.
+    # rclpy has no public name for given parameters. One that a node does not know is another's.
     given = {name for node in nodes for name in node._parameter_overrides}
     unknown = sorted(
         name
@@ -122,7 +122,7 @@ def _tell_unknown_parameters(nodes: Sequence[Node]) -> None:
 
 
 def _explain(arguments: list[str]) -> int:
-    """Answer words on the command line that are not for ROS: help, or what to write instead."""
+    """Answer words on the command line that are not for ROS: help, or the right words."""
     name = Path(sys.argv[0]).stem
     wants_help = bool({"-h", "--help"} & set(arguments))
     stream = sys.stdout if wants_help else sys.stderr

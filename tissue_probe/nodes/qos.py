@@ -17,7 +17,7 @@ POSES = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 #: Where only the newest message counts.
 LATEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
 
-#: What a late joiner must still learn: the map.
+#: For messages that a late joiner must still learn: the map.
 LATCHED = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
@@ -43,7 +43,7 @@ SCAN_ANNOUNCEMENTS = QoSProfile(
 
 
 def watched_announcements(timeout: float) -> QoSProfile:
-    """Return what the watch of a scan asks for: its latest announcement, a sign in ``timeout`` [s].
+    """Return the watch's quality of service: the latest announcement, a sign in ``timeout`` [s].
 
     Who promises less is not heard, and told as incompatible.
     """

@@ -30,18 +30,19 @@ from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS
 
-#: Time between two looks at what has arrived [s]; with the writer's flush it bounds what a killed
-#: recorder loses.
+#: Time between two looks at the messages that arrived [s]; with the writer's flush it bounds what a
+#: killed recorder loses.
 INTERVAL = 0.1
 #: Time between two looks for new topics and nodes [s].
 DISCOVERY_INTERVAL = 0.5
-#: What is asked for where every publisher offers it; so many messages are kept between two looks.
+#: The quality of service asked for where every publisher offers it; so many messages are kept
+#: between two looks.
 STRICTEST = QoSProfile(
     depth=4000,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-#: What a topic raises whose type is not installed, or whose name or type is none of ROS's.
+#: Errors of a topic whose type is not installed, or whose name or type is none of ROS's.
 UNUSABLE = (
     *(ImportError, AttributeError, FileNotFoundError, ValueError),
     *(NameValidationException, RCLError),
@@ -53,7 +54,7 @@ LITTLE_TIME = 600.0
 
 
 class RecorderSettings(BaseModel):
-    """Where to record, and whether to record again what is recorded already."""
+    """Where to record, and whether to replace an existing recording."""
 
     output: str = setting(
         "", "", "file to write, never overwritten; empty for tissue_probe_<time>.mcap"
@@ -61,8 +62,8 @@ class RecorderSettings(BaseModel):
     per_sample: bool = setting(
         False,
         "",
-        "also record what repeats blocks and estimates value by value: measured_cp, measured_cf, "
-        "and the stiffness, damping and covariance_trace of each estimator",
+        "also record the topics that repeat blocks and estimates value by value: measured_cp, "
+        "measured_cf, and the stiffness, damping and covariance_trace of each estimator",
     )
 
 
@@ -97,7 +98,7 @@ class Recorder(Node):
         self.get_logger().info(f"recording to {self._path}")
 
     def destroy_node(self) -> None:
-        """Record what has arrived, close the file, end the node."""
+        """Record the messages that arrived, close the file, end the node."""
         try:
             if not self._failed:
                 self._record()
@@ -135,7 +136,7 @@ class Recorder(Node):
         self._known_topics.add(topic)
         qos = yaml.safe_dump([_as_written(publisher.qos_profile) for publisher in publishers])
         try:
-            # The definition first: a name from the network imports nothing but what has one.
+            # The definition first: a name from the network imports nothing without one.
             definition = message_definition(types[0], share_folders())
             message_type = _message_type(types[0])
             write = partial(self._write, self._writer.add_topic(topic, types[0], definition, qos))

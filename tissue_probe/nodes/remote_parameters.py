@@ -25,8 +25,8 @@ Told = Callable[[str, dict[str, object]], None]
 class RemoteParameters:
     """Asks nodes for all their parameters, each until it has answered.
 
-    A node is known by its name before its services are: what is asked too early reaches nobody, and
-    an answer may miss who has only just asked.
+    A node is known by its name before its services are: a request made too early reaches nobody,
+    and an answer may miss a client that has only just asked.
     """
 
     def __init__(self, node: Node, on_values: Told) -> None:

@@ -1,4 +1,4 @@
-"""Topics that say again, value by value, what a block of samples or an estimate says at once.
+"""Topics that repeat, value by value, a block of samples or an estimate.
 
 They are for surgical stacks and plots that know only common messages; they go out only while
 someone subscribes, and a recording is complete without them.

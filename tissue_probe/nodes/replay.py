@@ -22,7 +22,7 @@ from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import NANOSECONDS
 from tissue_probe_msgs.msg import PalpationSite, ProbeSamples
 
-#: Time between two looks at what is due [s].
+#: Time between two looks at the messages that are due [s].
 INTERVAL = 0.002
 #: Longest wait at the end until every subscriber has everything.
 PATIENCE = Duration(seconds=5)
@@ -31,7 +31,7 @@ SAMPLES, SITE = "tissue_probe_msgs/msg/ProbeSamples", "tissue_probe_msgs/msg/Pal
 
 
 class ReplaySettings(BaseModel):
-    """What to replay, and how."""
+    """The recording to replay, and how."""
 
     bag: str = setting("", "", "MCAP file to replay")
     rate: float = setting(1.0, "", "speed of the replay over that of the run", gt=0.0, le=1000.0)

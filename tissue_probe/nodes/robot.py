@@ -222,7 +222,7 @@ class Robot:
         """Go along the normal to a height [m] above the surface, and see it there.
 
         The way begins at the latest setpoint: it asks nothing of the robot that may not come,
-        whatever that says. A probe that was never moved is left where it is.
+        even if that is elsewhere. A probe that was never moved is left where it is.
 
         Parameters
         ----------

@@ -16,8 +16,8 @@ from tissue_probe.nodes.shedding import Shedding
 from tissue_probe.signals import NANOSECONDS, SampleBlock
 from tissue_probe_msgs.msg import ProbeSamples
 
-#: Longest wait for the last blocks to reach everyone. What a busy machine lost on the way is sent
-#: again after the next of DDS's heartbeats, by default 3 s apart.
+#: Longest wait for the last blocks to reach everyone. Blocks that a busy machine lost on the way
+#: are sent again after the next of DDS's heartbeats, by default 3 s apart.
 DELIVERY = Duration(seconds=5)
 
 
@@ -25,7 +25,7 @@ class SamplePublisher:
     """Numbers and stamps samples, and publishes them.
 
     Sample n of an activation is stamped ``start + n * sample_period``: stamps are exactly
-    equidistant and never step, whatever the wall clock does meanwhile.
+    equidistant and never step, also where the wall clock does.
 
     ``measured_cp`` carries the coil's displacement u [m] as position.z, ``measured_cf`` the
     load-cell force F [N] (positive in compression) as force.z, in the probe's frame. They are sent
@@ -109,7 +109,7 @@ class SamplePublisher:
         return complete
 
     def flush(self) -> None:
-        """Publish what is left of an incomplete block."""
+        """Publish the samples of an incomplete block."""
         if not self._pending:
             return
         parts, self._pending, self._pending_count = self._pending, [], 0
@@ -141,7 +141,7 @@ class SamplePublisher:
         self._pose_wanted = self._poses.get_subscription_count() > 0
         self._wrench_wanted = self._wrenches.get_subscription_count() > 0
         if self.shedding.active and not self._wanted_singly:
-            self.shedding = Shedding()  # whoever comes next finds it as it is then
+            self.shedding = Shedding()  # the next subscriber finds it as it is then
 
     def _publish_one(self, number: int, position: float, force: float) -> None:
         stamp = self._stamp(number)

@@ -47,7 +47,7 @@ class SampleStream:
     malformed : int
         Messages that were left out.
     failure : Exception or None
-        What ended the stream, if anything did; for the main thread to raise.
+        The error that ended the stream, if any; for the main thread to raise.
     """
 
     def __init__(self, owner: Node, listeners: Sequence[Listener]) -> None:

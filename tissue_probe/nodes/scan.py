@@ -68,7 +68,7 @@ class ScanSettings(ContactSettings, RobotSettings, FusedEstimators):
         2.0, "s", "longest wait for the map to tell of the last site", ge=0.0, le=60.0
     )
     explore_for: Literal["edge", "find", "both"] = setting(
-        "both", "", "what explore chooses sites for: edges, inclusions unseen yet, both in turn"
+        "both", "", "purpose of explore's sites: edges, inclusions unseen yet, both in turn"
     )
 
 
@@ -81,10 +81,10 @@ class ScanStopped(RuntimeError):
 
 
 class ScanCancelled(Exception):
-    """Whoever asked for the scan wants it no more."""
+    """The client of the scan has cancelled it."""
 
 
-#: What a scan can be stopped by; anything else is a fault of ours.
+#: Errors by which a scan can be stopped; any other is a fault of ours.
 FORESEEN = (ScanStopped, ScanCancelled, NotMoved, NotTouched, TissueProbeError)
 
 
@@ -101,7 +101,7 @@ class Scan(Node):
     ended and why. Times are those of the samples' stamps, not of this machine's clock. A dwell ends
     when the estimators have told enough (``mapping.leaving``), at last after the goal's time.
 
-    Whatever ends a scan, the probe is lifted first, then others are told. From APPROACH to LIFTED
+    At any end of a scan the probe is lifted first, then others are told. From APPROACH to LIFTED
     the loop that moves the probe asserts the liveliness of the announcements; where that ceases,
     or the node ends without LIFTED, the driver puts the coil at zero (``scan_watch``).
     """
@@ -205,7 +205,7 @@ class Scan(Node):
         return response
 
     def _judge(self, kind: type[Source], goal: Any) -> GoalResponse:
-        # First, since what a goal imports would hold up the scan under way.
+        # First, since a goal's imports would hold up the scan under way.
         if self._busy.locked():
             self.get_logger().error("the scan is refused: another one is under way")
             return GoalResponse.REJECT
@@ -244,7 +244,7 @@ class Scan(Node):
             end, how = goal_handle.succeed, source.ended()
         except ScanCancelled as reason:
             end, how = goal_handle.canceled, str(reason)
-        except Exception as reason:  # whatever it was, someone must hear of it
+        except Exception as reason:  # someone must hear of any error
             end, how = goal_handle.abort, f"stopped: {_told(reason)}"
             if not isinstance(reason.__cause__ or reason, FORESEEN):
                 self.get_logger().error(traceback.format_exc())
@@ -281,7 +281,7 @@ class Scan(Node):
 
     def _wait_for_robot_and_driver(self, goal_handle: ServerGoalHandle) -> None:
         """Give those who have only just been found the time to be heard."""
-        self._inbox.empty()  # what came before the scan is old
+        self._inbox.empty()  # messages from before the scan are old
         self._robot.forget()
         self._forget_samples()
         patience = max(self._settings.motion_timeout, self._settings.samples_timeout)
@@ -480,7 +480,7 @@ def _told(reason: BaseException) -> str:
 
 def main() -> int:
     """Run the scan node."""
-    # One thread for the scan, others for its cancelling and whatever else is asked meanwhile.
+    # One thread for the scan, others for its cancelling and further requests meanwhile.
     return run(Scan, partial(MultiThreadedExecutor, num_threads=3))
 
 

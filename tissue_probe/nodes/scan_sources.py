@@ -1,6 +1,6 @@
 """Where the sites of a scan come from: a grid, or a list that the user gives.
 
-Contents: which site comes next, and what is told of the visited ones.
+Contents: which site comes next, and the message on the visited ones.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Source(ABC):
     begins : list of int
         When each dwell began [ns since the epoch].
     explore_for : str
-        What sites are chosen for, where they are chosen on the way (``exploration``).
+        The purpose of the sites, where they are chosen on the way (``exploration``).
     """
 
     ACTION: ClassVar[type]
@@ -150,7 +150,7 @@ class ListedSites(Source):
         """Say which sites have an estimate of this scan, as far as the mapper tells.
 
         A site of which nothing is known counts as one without: to palpate it again does no harm.
-        What an earlier scan found there does not count: this one may have felt nothing.
+        The result of an earlier scan there does not count: this one may have felt nothing.
         """
         without = self._without_estimate()
         count = len(self.visited)

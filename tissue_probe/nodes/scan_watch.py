@@ -4,8 +4,8 @@ The driver puts the coil at zero where it does not, and the mapper ends the dwel
 
 A scan node asserts the liveliness of its announcements (DDS: manual by topic) from the loop that
 moves the probe. DDS tells here that it ceased, whether its process died, was stopped, or its loop
-hangs. Whoever palpates without announcing sites is not watched, nor who announces them without
-that promise: a replay, for one, which holds no probe.
+hangs. A palpation without announced sites is not watched, nor one that announces them without that
+promise: a replay, for one, which holds no probe.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tissue_probe.nodes.qos import watched_announcements
 from tissue_probe.nodes.timers import every
 from tissue_probe_msgs.msg import PalpationSite
 
-#: What a scan was doing, by the phase that it announced last.
+#: The action of a scan, by the phase that it announced last.
 DOING = {PalpationSite.APPROACH: "on its way to", PalpationSite.DWELL: "in a dwell at"}
 
 #: DDS tells of a publisher at once, and of its node's name in a message of its own, which comes
@@ -61,7 +61,7 @@ class ScanWatch:
         self._subscribe()
 
     def change_timeout(self, timeout: float) -> None:
-        """Allow another silence [s] from now on; what goes on stays watched."""
+        """Allow another silence [s] from now on; a scan under way stays watched."""
         if timeout != self._timeout:
             self._timeout = timeout
             self._subscribe()

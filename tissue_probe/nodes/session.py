@@ -86,7 +86,7 @@ def simulation(
 
 
 class Session:
-    """Processes that are started together and ended together, whatever happens.
+    """Processes that are started together and ended together in every case.
 
     Use it as a context manager. While it is open this process takes part in the graph with a node
     of its own.
@@ -138,7 +138,7 @@ class Session:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # A second Ctrl-C is not heard: it would leave behind what has not ended yet.
+        # A second Ctrl-C is not heard: it would leave behind processes that have not ended yet.
         before = _heard(signal.SIGINT, signal.SIG_IGN)
         self._end()
         self._executor.shutdown()
@@ -156,7 +156,7 @@ class Session:
         Parameters
         ----------
         subscribers : dict
-            How many subscriptions each node must reach with what it publishes, by the node's full
+            How many subscriptions each node's publishers must reach, by the node's full
             name, as the nodes tell in /diagnostics.
         publishers : dict, optional
             How many publishers each node must hear, likewise: one may reach a subscription that
@@ -335,7 +335,7 @@ def _heard(number: signal.Signals, handler: Any) -> Any:
 
 
 def _leave(number: int, frame: object) -> None:
-    """End this process as an error would: what it has started ends with it."""
+    """End this process as an error would: processes that it started end with it."""
     raise SystemExit(128 + number)
 
 

@@ -13,14 +13,16 @@ from statistics import median
 #: that together take less than ln 2 of a processor keep their deadlines however many they are; the
 #: rest is for waking up, reading and judging the samples.
 MOST = math.log(2.0)
-#: Below this part single samples come back. What varies by a third is not shed again at once.
+#: Below this part single samples come back. A load that varies by a third is not shed again at
+#: once.
 ENOUGH = 0.5
 #: A part is measured over so much of the samples' time [s], as long as a usual block.
 SLICE = 0.005
 #: So many slices decide, by their median: one that was interrupted by something else does not count
-#: against the samples, and fewer than five late ones in a row stay below what limits allow.
+#: against the samples, and fewer than five late ones in a row stay below the limits.
 DECIDING = 9
-#: While nothing is published singly, one slice is in so much time [s], to see what it would take.
+#: While nothing is published singly, one slice is in so much time [s], to see the time that it
+#: would take.
 TRIAL_INTERVAL = 1.0
 #: So many trials decide, by their median.
 TRIALS = 5

@@ -1,4 +1,4 @@
-"""What the mapper tells of each visit, on ``sites``."""
+"""The mapper's message on each visit, on ``sites``."""
 
 from __future__ import annotations
 

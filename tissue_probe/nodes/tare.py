@@ -57,7 +57,7 @@ class Tare:
             return Samples(samples.position, samples.force - self._force, samples.command)
 
     def take(self) -> float:
-        """Make what the load cell shows now its zero; return it [N].
+        """Make the load cell's present reading its zero; return it [N].
 
         Raises
         ------

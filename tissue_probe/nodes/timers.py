@@ -10,7 +10,7 @@ from rclpy.timer import Timer
 
 
 def every(period: float, node: Node, callback: Callable[[], None]) -> Timer:
-    """Call back every ``period`` [s], whatever the wall clock does.
+    """Call back every ``period`` [s], independent of the wall clock.
 
     By default a node's timers follow the wall clock: set back by an hour, they stand still for one.
     """

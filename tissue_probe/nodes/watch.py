@@ -1,4 +1,4 @@
-"""A listener beside the suite: what its nodes say, for whoever shows it; what it asks of them.
+"""A listener beside the suite: its nodes' messages, for a display; and requests to them.
 
 Contents: subscriptions and commands of a watcher.
 
@@ -65,7 +65,7 @@ class CommandError(RuntimeError):
 
 @dataclass(frozen=True)
 class WatchedMap:
-    """What the mapper has told of a scan, in SI units; each part comes by itself.
+    """The mapper's messages on a scan, in SI units; each part comes by itself.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class WatchedMap:
     background : float
         Stiffness between the inclusions [N/m]; NaN before any map.
     notes : list of str
-        What has to be known of the map.
+        Notes on the map.
     surface : array or None
         Points of the surface, with the cloud's fields.
     """
@@ -136,7 +136,7 @@ class Watch:
         self._inbox.empty()
 
     def command(self, name: str, given: Mapping[str, Any]) -> str:
-        """Ask something of the nodes; return what they say of it.
+        """Send a command to the nodes; return their answer.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Watch:
             ``tare``; ``excite`` (parameters of the excitation, while stopped); ``scan`` (origin,
             spacing, rows, columns, dwell_time).
         given : mapping
-            What belongs to it.
+            Its arguments.
 
         Raises
         ------

@@ -13,10 +13,10 @@ import sympy as sp
 from tissue_probe.physics.dynamic_stiffness import handed_over, of_branch
 from tissue_probe.physics.effects.effect import Extent, Parameter, State
 
-#: Rates to begin with: from what a record just tells, so far apart that five reach from slow
-#: creep to the tip's own motion.
+#: Rates to begin with: from the slowest that a record just tells, so far apart that five reach from
+#: slow creep to the tip's own motion.
 SLOW, APART, RATES = 0.5, 6.0, 5
-#: Near what is found branches are tried a decade apart.
+#: Near the found ones branches are tried a decade apart.
 DECADE = 10.0
 
 

@@ -1,4 +1,4 @@
-"""The coil's course between two samples: compiled into whatever integrates a model along it."""
+"""The coil's course between two samples: compiled into each integrator of a model along it."""
 
 from numba import njit
 

@@ -54,7 +54,7 @@ def module(name: str, write: Callable[[], str], sources: tuple[str, ...] = ALL) 
 
 
 def place(name: str, ending: str, sources: tuple[str, ...] = ALL) -> Path:
-    """Return where what is generated under a name is kept; its folder is there afterwards."""
+    """Return the path of the code generated under a name; its folder exists afterwards."""
     return _folder() / f"tissue_probe_{name}_{fingerprint(sources)}{ending}"
 
 

@@ -2,7 +2,7 @@
 
 SymPy is imported where symbols are asked for: a model whose machine code is on disk needs none.
 
-Contents: what a model file names, and the way from there to symbols and compiled code.
+Contents: the parts that a model file names, and the way from there to symbols and code.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.model import Model
     from tissue_probe.physics.response import Kernel
 
-#: What a kernel depends on besides its effects, whose text is part of its name.
+#: Sources that a kernel depends on besides its effects, whose text is part of its name.
 SOURCES = (
     "physics/coil_course.py",
     "physics/effects/effect.py",
@@ -42,7 +42,7 @@ SOURCES = (
     "physics/tissues.py",
     "physics/transition.py",
 )
-#: A tissue that pulls back when it is let go, or drives, is none: what seems so is another effect.
+#: A tissue that pulls back when it is let go, or drives, is none: it is another effect.
 TISSUE = (
     Entry("stiffness", "N/m", default=450.0, lower=0.0, upper=1e9),
     Entry("damping", "N s/m", default=5.0, lower=0.0, upper=1e6),
@@ -62,8 +62,8 @@ class Composition:
     effects : tuple of Effect
         Further physics, in the order in which it is applied; those of the library of this scale.
     scale : Scale
-        Of what size the records are that it is for: bounds, typical values and the constants of
-        laws are as many times larger. All numbers are in SI units whatever it is.
+        The size of the records that it is for: bounds, typical values and the constants of laws are
+        as many times larger. All numbers are in SI units at any size.
     """
 
     rig: Rig = OWN
@@ -192,7 +192,7 @@ class Composition:
         return self.entries(self.kernel.values)
 
     def entries(self, names: Iterable[str]) -> tuple[Entry, ...]:
-        """Return what is declared of constants and parameters of these names."""
+        """Return the declarations of constants and parameters of these names."""
         constants = (constant.entry for constant in self.rig.constants)
         known = {entry.name: entry for entry in (*constants, *TISSUE)}
         if not self.scale.is_usual:
@@ -202,7 +202,7 @@ class Composition:
 
 
 def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
-    """Return the unit of a state by what its start is scaled by (``State.spread``).
+    """Return the unit of a state by the scale of its start (``State.spread``).
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
     units : mapping of str to str
         Of the model's values, by name.
     output : str
-        Of what the model predicts.
+        Of the predicted channel.
     """
     kinds = {**dict.fromkeys(("length", "branch", "free"), "m"), "speed": "m/s", "none": output}
     return kinds.get(spread) or units[spread]

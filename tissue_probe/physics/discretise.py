@@ -16,7 +16,7 @@ from tissue_probe.physics.effects.effect import TIME
 from tissue_probe.physics.model import Model
 from tissue_probe.physics.program import Program
 
-# The time at which a step begins [s]: whoever steps a model that moves with time assigns it.
+# The time at which a step begins [s]: code that steps a model that moves with time assigns it.
 BEGUN = sp.Symbol("begun", real=True)
 
 # Of the Taylor series of the motion (exact to 1e-10) and of its derivatives (to 1e-7), while
@@ -32,7 +32,7 @@ MOST_PARTS = 1e4
 
 @dataclass(frozen=True)
 class Step:
-    """The states one sample later, and what they depend on.
+    """The states one sample later, and the symbols that they depend on.
 
     Attributes
     ----------
@@ -221,7 +221,7 @@ def _share(program: Program, model: Model, period: sp.Symbol, longest: float) ->
     coefficients of the characteristic polynomial. It is compared squared, to save the root.
     """
     # Entries by name, in polynomials: ten states would take sums of products minutes. In fractions:
-    # what cancels would else leave its rounding, by the thousands of terms.
+    # terms that cancel would else leave their rounding, by the thousands.
     named = program.let_matrix("a", model.state_jacobian).applyfunc(_exact)
     coefficients = [sp.N(c, 17) for c in _characteristic(named)]
     coefficients = program.let_matrix("c", sp.Matrix(coefficients))

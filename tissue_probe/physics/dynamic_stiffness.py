@@ -1,4 +1,4 @@
-"""Stiffness of tissue at the motion's frequency: what laws beside it may share with it.
+"""Stiffness of tissue at the motion's frequency: effects beside it may share it.
 
 Contents: dividing it between Kelvin-Voigt tissue and such a law.
 """

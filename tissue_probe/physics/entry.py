@@ -11,7 +11,7 @@ from tissue_probe.physics.scale import Scale
 class Entry:
     """A constant or parameter: name, unit, where a search begins, and between which bounds it lies.
 
-    ``default`` is a value typical of what is met, and the scale of the search.
+    ``default`` is a typical value, and the scale of the search.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """Cubic spline through equally spaced samples, in Numba's Python.
 
-Contents: the spline's slopes, its pieces, and what it is a little earlier or later. Imported only
+Contents: the spline's slopes, its pieces, and its values a little earlier or later. Imported only
 where machine code has to be made.
 
 The third derivative goes on through the second sample and the last but one ("not a knot", de Boor
@@ -62,9 +62,9 @@ def pieces(n, period, values, slopes, factors, coefficients):
     error_model="numpy",
 )
 def later(n, m, period, delay, values, slopes, factors, read, rate):
-    """Fill what columns, shape (n, m), were ``delay`` earlier, and how fast the first changed.
+    """Fill the values of columns, shape (n, m), ``delay`` earlier, and how fast the first changed.
 
-    What lies beyond either end stands still.
+    Beyond either end the values stand still.
     """
     _slopes(n, m, values, period, slopes, factors)
     for k in range(n):

@@ -13,7 +13,7 @@ SLOWEST = 0.3
 
 @dataclass(frozen=True)
 class Extent:
-    """How far a recording reaches: what an effect needs to know to propose where a search begins.
+    """How far a recording reaches: an effect needs it to propose where a search begins.
 
     ``duration`` [s]; ``indentation`` [m] (half the coil's travel), ``depth`` [m] (the farthest that
     it goes) and ``speed`` [m/s] (largest); ``force`` [N] (standard deviation); ``pull`` [N]

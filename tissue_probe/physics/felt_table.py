@@ -38,7 +38,7 @@ Column = tuple[float, ...]
 
 
 class FeltTable(BaseModel):
-    """Tissue as a table of what is felt at points of its surface, in m, N/m and N s/m.
+    """Tissue as a table of the values felt at points of its surface, in m, N/m and N s/m.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class FeltTable(BaseModel):
 
     @property
     def nodules(self) -> tuple[Nodule, ...]:
-        """None: a table does not tell what makes it stiff."""
+        """None: a table does not tell why it is stiff."""
         return ()
 
     @cached_property

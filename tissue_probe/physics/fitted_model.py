@@ -24,7 +24,7 @@ class FittedModel:
     values, deviations : dict of float
         Constants and parameters by name (SI), and the standard deviations of their errors.
     data : Data or None
-        What they came from, where that is told.
+        Their origin, where that is told.
     effect_files : tuple of Path
         Python files with effects of the user's own, as the user named them.
     """

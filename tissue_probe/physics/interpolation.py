@@ -72,7 +72,7 @@ def lines(values: FloatArray, period: float) -> FloatArray:
 
 
 def steps(values: FloatArray) -> FloatArray:
-    """Return the pieces, shape (4, n - 1), of what stays as each sample has it until the next."""
+    """Return the pieces, shape (4, n - 1), of a curve that keeps each sample until the next."""
     values = _checked(values)
     pieces = np.zeros((4, values.size - 1))
     pieces[3] = values[:-1]
@@ -152,12 +152,12 @@ def with_acceleration(pieces: FloatArray, period: float) -> FloatArray:
 
 
 def later(values: FloatArray, period: float, delay: float) -> tuple[FloatArray, FloatArray]:
-    """Return what signals were earlier, by the spline through their samples.
+    """Return the earlier values of signals, by the spline through their samples.
 
     Parameters
     ----------
     values : array, shape (n, m)
-        Samples of m signals; what lies beyond either end stands still.
+        Samples of m signals; beyond either end they stand still.
     period : float
         Time between two samples [s].
     delay : float

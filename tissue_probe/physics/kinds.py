@@ -1,11 +1,11 @@
-"""Which tissues there are, and what is known of them without equations.
+"""Which tissues there are, and their facts without equations.
 
 Contents: names, which effects a tissue consists of, how far channels may be apart.
 """
 
 from __future__ import annotations
 
-#: By how much a channel may be late; what is later is no channel of one instrument [s].
+#: By how much a channel may be late; a later one is no channel of one instrument [s].
 LONGEST_DELAY = 0.02
 #: By how much the force may be early: so late a filter of some hundred hertz makes the position. A
 #: force that is earlier has another clock [s].

@@ -1,6 +1,6 @@
 """The library of effects: the suite's own, those of installed packages, and a user's own files.
 
-Contents: finding effects, and saying in one sentence what is wrong with one. Code runs only where
+Contents: finding effects, and naming a fault of one in one sentence. Code runs only where
 the user has named its file, or has installed its package.
 """
 
@@ -57,14 +57,14 @@ SIGNALS = (
 )  # fmt: skip
 MODEL = (MASS, CELL_STIFFNESS, CELL_DAMPING, CONTACT, STIFFNESS, DAMPING)
 ELSEWHERE = (POSITION_ACCELERATION, POSITION_BEFORE, OFFSET, TIP_POSITION, EXTENSION)
-#: A recording like many, on which what an effect proposes is tried.
+#: A recording like many, on which an effect's proposals are tried.
 USUAL = Extent(
     duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-7
 )
 
 
 class EffectError(TissueProbeError):
-    """An effect that cannot be used; the message says which, why, and what to do."""
+    """An effect that cannot be used; the message says which, why, and the remedy."""
 
 
 def effects(extra_files: Iterable[str | Path] = ()) -> dict[str, Effect]:
@@ -125,7 +125,7 @@ def load_effects(path: str | Path) -> tuple[Effect, ...]:
 
 
 def _installed() -> Iterator[tuple[str, Sequence[Effect]]]:
-    """Go through the effects that installed packages offer, each with what it came from."""
+    """Go through the effects that installed packages offer, each with its origin."""
     for entry in _offered(entry_points):
         origin = f"entry point {entry.name} = {entry.value}"
         with _told(f"{origin} cannot be loaded"):
@@ -145,12 +145,12 @@ def _offered(read: Callable[..., Iterable[EntryPoint]]) -> tuple[EntryPoint, ...
 
 @contextmanager
 def _told(what: str) -> Iterator[None]:
-    """Make one sentence of whatever another's code raises, an exit too; but let Ctrl-C through.
+    """Make one sentence of any error of another's code, an exit too; but let Ctrl-C through.
 
     Raises
     ------
     EffectError
-        If anything is raised: ``what``, and that.
+        If anything is raised: the sentence's beginning, and that.
     """
     try:
         yield
@@ -243,7 +243,7 @@ def _form_complaints(effect: Effect, library: Mapping[str, Effect]) -> Iterator[
 
 
 def changed(effect: Effect) -> list[str]:
-    """Name what an effect still does with its strengths at ``neutral``; nothing, if it is right.
+    """Name the changes by an effect with its strengths at ``neutral``; none, if it is right.
 
     States that stay where they start are taken to be there.
     """

@@ -28,14 +28,14 @@ TOGETHER = 4
 _COLUMNS = ir.VectorType(NUMBER, TOGETHER)
 # A product and a sum are rounded once, as processors do it in one instruction.
 _CONTRACTED = ("contract",)
-# LLVM's own functions, and those of C's library, by what SymPy calls them.
+# LLVM's own functions, and those of C's library, by SymPy's names.
 _FUNCTIONS = {
     **{name: f"llvm.{name}.f64" for name in ("exp", "log", "sin", "cos", "floor")},
     **{"Abs": "llvm.fabs.f64", "ceiling": "llvm.ceil.f64"},
     **{name: name for name in ("tan", "asin", "acos", "atan", "atan2", "erf", "erfc")},
     **{name: name for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
 }
-# What SymPy writes by one of these.
+# Functions that SymPy writes by one of these.
 _REWRITTEN = {
     **{"sec": sp.cos, "csc": sp.sin, "cot": sp.tan, "sinc": sp.sin},
     **{"sech": sp.cosh, "csch": sp.sinh, "coth": sp.tanh},
@@ -46,7 +46,7 @@ _RELATIONS = {
 
 
 class NotComputableError(TissueProbeError):
-    """An expression holds what has no machine code."""
+    """An expression holds a function without machine code."""
 
 
 class Function:
@@ -63,7 +63,7 @@ class Function:
     arguments : mapping
         Of each argument ``NUMBER``, ``COUNT`` or ``ARRAY`` (of numbers).
     returns : ir.Type
-        What is returned.
+        The returned type.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class Function:
             self._known[symbol.name] = self._builder.load(place)
 
     def named(self, values: Sequence[sp.Expr]) -> list[sp.Expr]:
-        """Compute values together, for they may share terms; return symbols, or what is an atom.
+        """Compute values together, for they may share terms; return symbols, or atoms.
 
         Raises
         ------
@@ -162,7 +162,7 @@ class Function:
 
     @contextmanager
     def loop(self, times: str | int) -> Iterator[ir.Value]:
-        """Repeat what is made inside, as often as an argument says; yield the number, from 0."""
+        """Repeat the code made inside, as often as an argument says; yield the number, from 0."""
         builder, times = self._builder, self._times(times)
         before, test = builder.block, builder.append_basic_block()
         body, after = builder.append_basic_block(), builder.append_basic_block()

@@ -37,7 +37,7 @@ class Text:
     entries : sequence of str
         Names of the functions that are to be called from outside.
     facts : mapping
-        What is kept with the code, of types that JSON knows.
+        Facts kept with the code, of types that JSON knows.
     linked : sequence of str
         Names of functions that are called, and come from another text.
     """
@@ -75,7 +75,7 @@ def loaded() -> int:
     return len(_loaded)
 
 
-#: A name, and what writes the text that is kept under it.
+#: A name, and the function that writes the text kept under it.
 Written = tuple[str, Callable[[], Text]]
 
 
@@ -130,7 +130,7 @@ def _keeping_garbage() -> Iterator[None]:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], bytes]:
-    """Return what the first line of an object file's JSON tells, and the object file."""
+    """Return the facts in an object file's first line of JSON, and the object file."""
     head, _, code = path.read_bytes().partition(b"\n")
     return json.loads(head), code
 
@@ -156,7 +156,7 @@ def _host() -> str:
 
 
 def _compile(name: str, text: Text) -> bytes:
-    """Return an object file of a text's entries, after a line of JSON that says what is in it."""
+    """Return an object file of a text's entries, after a line of JSON that describes it."""
     code = llvm.parse_assembly(text.code)
     for function in code.functions:
         if not function.is_declaration and function.name not in text.entries:
@@ -171,7 +171,7 @@ def _compile(name: str, text: Text) -> bytes:
 
 
 def _check_calls(name: str, text: Text, code: llvm.ModuleRef) -> None:
-    """Raise RuntimeError where code calls what only a process with Numba in it has.
+    """Raise RuntimeError where code calls a function that only a process with Numba has.
 
     That is its runtime, for arrays that are made and for exceptions. LLVM would end the process.
     """
@@ -184,7 +184,7 @@ def _check_calls(name: str, text: Text, code: llvm.ModuleRef) -> None:
 
 
 def _c_library() -> ctypes.CDLL:
-    """Return what has C's functions in this process: on Windows the runtime of Python itself."""
+    """Return the library of C's functions in this process: on Windows Python's own runtime."""
     return ctypes.CDLL("ucrtbase" if os.name == "nt" else None)
 
 

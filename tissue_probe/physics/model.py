@@ -1,6 +1,6 @@
 """A symbolic model: motion, output and unknown parameters of an instrument on tissue.
 
-Contents: what a model consists of, whatever the instrument.
+Contents: the parts of a model, of any instrument.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ class Model:
     Attributes
     ----------
     states : Matrix of symbols, shape (n, 1)
-        What moves, x: for the compliant probe, tip position [m] and velocity [m/s].
+        The state x: for the compliant probe, tip position [m] and velocity [m/s].
     parameters : Matrix of symbols, shape (q, 1)
-        What is to be estimated, p: stiffness k [N/m] and damping beta [N s/m] first.
+        The parameters p: stiffness k [N/m] and damping beta [N s/m] first.
     constants : tuple of symbols
-        What is known: masses, the load cell's stiffness and damping.
+        The known values: masses, the load cell's stiffness and damping.
     input, input_rate, input_curvature : Symbol
         u, u' and u'': of the coil [m], or, where a force drives, of the measured force [N].
     motion : Matrix, shape (n, 1)
         f, the time derivative of the states.
     output : Expr
-        h, what is measured: the force [N], positive in compression, or, where a force drives, the
+        h, the output: the force [N], positive in compression, or, where a force drives, the
         position [m].
     begin : tuple of State
         Every state again, with where it starts.
     switches : tuple of Switch
-        What is on or off, and when that changes; their symbols are 0 or 1 in ``motion``.
+        Parts that are on or off, and when that changes; their symbols are 0 or 1 in ``motion``.
     position : Expr
         True position of the coil [m], of the measured one, at each sample.
     delay : Expr

@@ -32,7 +32,7 @@ from tissue_probe.settings import SettingsError, rule, setting
 
 
 class ModelFileError(SettingsError):
-    """A model file that cannot be used; the message says where, why, and what to do."""
+    """A model file that cannot be used; the message says where, why, and the remedy."""
 
 
 class UnnamedEffectError(ModelFileError):
@@ -91,16 +91,17 @@ class DataFile(_Entry):
 
 
 class Data(_Entry):
-    """What the numbers came from, and how well they fit it.
+    """The observations of the numbers, and how well they fit them.
 
-    Noise and errors are of what the rig's models predict: a force [N], or a position [m].
+    Noise and errors are of the channel that the rig's models predict: a force [N], or a position
+    [m].
     """
 
     files: tuple[DataFile, ...] = setting((), "", "fitted together")
     date: datetime.date = setting(..., "", "day of the fit")
     noise: float = setting(..., "", "standard deviation of the output's white noise", gt=0.0)
-    rmse_training: float = setting(..., "", "error on what was fitted", ge=0.0)
-    rmse_heldout: float = setting(..., "", "error on what was not", ge=0.0)
+    rmse_training: float = setting(..., "", "error on the fitted samples", ge=0.0)
+    rmse_heldout: float = setting(..., "", "error on held-out samples", ge=0.0)
     converged: bool = setting(True, "", "whether the search for the numbers settled")
 
     @staticmethod
@@ -116,7 +117,7 @@ class Data(_Entry):
         Parameters
         ----------
         files : iterable of path
-            What the model was fitted to.
+            The files that the model was fitted to.
         noise, rmse_training, rmse_heldout : float
             White noise of the output, and the fit's errors.
         converged : bool
@@ -151,7 +152,7 @@ class ModelFile(_Entry):
 
     version: Literal[1] = setting(..., "", "of this layout")
     rig: str = setting(..., "", "how the instrument couples to the tissue")
-    tissue: Literal[tuple(TISSUES)] = setting(..., "", "what the tip presses on")
+    tissue: Literal[tuple(TISSUES)] = setting(..., "", "the tissue that the tip presses on")
     size: Size = setting(Size(), "", "by which constants of its laws are larger, such as a depth")
     effects: tuple[EffectEntry, ...] = setting((), "", "further physics, in order")
     constants: dict[str, Quantity] = setting(..., "", "the rig's")
@@ -176,9 +177,9 @@ def save(
     composition : Composition
         The model.
     values, deviations : mapping of float
-        Each constant and parameter by name (SI); what has no deviation was held.
+        Each constant and parameter by name (SI); one without a deviation was held.
     data : Data, optional
-        What the numbers came from.
+        The observations of the numbers.
     effect_files : sequence of path
         Python files of the effects that are the user's own.
 
@@ -244,7 +245,7 @@ def load(
     UnnamedEffectError
         If it needs an effect that is neither in the library nor in those files.
     ModelFileError
-        If it is no model file, or what it says does not go together.
+        If it is no model file, or its parts do not go together.
     NoFileError
         If there is no such file.
     OSError
@@ -274,7 +275,7 @@ def load(
 
 
 def _content(path: Path) -> dict[str, Any]:
-    """Read the fields of a file; what else it may hold is not quoted."""
+    """Read the fields of a file; its further content is not quoted."""
     try:
         content = bounded_yaml.read(path)
     except bounded_yaml.YamlError as error:
@@ -319,7 +320,7 @@ def _entry(effect: Effect, path: Path, effect_files: Sequence[str | Path]) -> di
 
 
 def _form_of(effect: Effect, known: Effect) -> int | None:
-    # By what is written down: functions of a file that was loaded twice are not the same ones.
+    # By its text: functions of a file that was loaded twice are not the same ones.
     forms = [repr(form.plain) for form in known.every_form]
     said = repr((effect.origin or effect).plain)
     return forms.index(said) if said in forms else None
@@ -386,7 +387,7 @@ def _consistent(path: Path, file: ModelFile, composition: Composition) -> None:
 
 
 def _first_complaint(error: ValidationError) -> str:
-    """Say in one clause which field is wrong, and what it takes."""
+    """Say in one clause which field is wrong, and the allowed values."""
     complaint = error.errors()[0]
     place = complaint["loc"]
     name = ".".join(map(str, place)) or "the file"
@@ -414,7 +415,7 @@ _WANTED = {
 
 
 def _model_at(place: tuple[int | str, ...]) -> type[BaseModel]:
-    """Return the class in which the last name of a place is a field, or what lies at the place."""
+    """Return the class in which the last name of a place is a field, or the one at the place."""
     if not place:
         return ModelFile
     depth = len(place)

@@ -1,9 +1,9 @@
-"""A model's generated functions as what integrates the model calls them: by name, linked later.
+"""A model's generated functions as an integrator calls them: by name, linked later.
 
-All take (t, z, p, u, mode, T, dU, ...): time, states, values and what is prepared of them,
-(u, u', u''), switches, tangents of the n states and of u: n and 3 rows of q columns one after the
-other, so that a compiler knows where all of them lie. What follows is filled; the coil's course u
-is its position, or its force where that is what drives.
+All take (t, z, p, u, mode, T, dU, ...): time, states, values and numbers prepared from them, (u,
+u', u''), switches, tangents of the n states and of u: n and 3 rows of q columns one after the
+other, so that a compiler knows where all of them lie. Further arguments are filled; the coil's
+course u is its position, or its force where that is the input.
 """
 
 import ctypes
@@ -14,15 +14,15 @@ from numba import types
 _F8, _P = types.float64, types.CPointer(types.float64)
 _AT = (_F8, *6 * [_P])
 
-#: What is linked later, with a model's functions.
+#: The functions that are linked later, with a model's.
 LINKED = ("rate", "output", "switch")
-# Numba links at once what it compiles; there they only have to be found.
+# Numba links compiled code at once; there they only have to be found.
 for _name in LINKED:
     llvm.add_symbol(_name, ctypes.cast(ctypes.pythonapi.Py_FatalError, ctypes.c_void_p).value)
 
 #: Fills f = z' and its derivatives dT along T.
 rate = types.ExternalFunction("rate", types.void(*_AT, _P, _P))
-#: Returns what is measured; fills its derivatives.
+#: Returns the output; fills its derivatives.
 output = types.ExternalFunction("output", types.float64(*_AT, _P))
 #: Of f, fills g, which stays positive while a switch stays as it is, g', and the derivatives of g.
 switch = types.ExternalFunction("switch", types.void(*_AT, _P, _P, _P, _P))

@@ -3,7 +3,7 @@
 Contents: the tissue as a function of place.
 
 This is an *effective-stiffness* phantom, not a finite-element one. Each nodule adds a smooth bump
-to what the tip feels of the background, weaker and broader the deeper it lies:
+to the background's stiffness, weaker and broader the deeper it lies:
 
     k(x, y) = k_background * (1 + sum_i e_i exp(-r_i^2 / (R_i^2 + d_i^2)))
     e_i     = (stiffness_ratio_i - 1) / (1 + (d_i / D)^2)
@@ -49,7 +49,7 @@ class Nodule(BaseModel):
     )
 
     def excess(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
-        """Return what the nodule adds to the stiffness at (x, y) [m], over the background's [-]."""
+        """Return the nodule's added stiffness at (x, y) [m], over the background's [-]."""
         distance_squared = (np.asarray(x) - self.x) ** 2 + (np.asarray(y) - self.y) ** 2
         centre = (self.stiffness_ratio - 1.0) / (1.0 + (self.depth / DEPTH_OF_FEELING) ** 2)
         return centre * np.exp(-distance_squared / (self.radius**2 + self.depth**2))
@@ -120,7 +120,7 @@ def load_phantom(path: Path) -> Phantom | FeltTable:
 
 
 def _first_complaint(error: ValidationError) -> str:
-    """Say in one clause which field is wrong, and what it takes."""
+    """Say in one clause which field is wrong, and the allowed values."""
     complaint = error.errors()[0]
     place = complaint["loc"]
     name = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)

@@ -1,4 +1,4 @@
-"""Code of a composed model for whoever integrates it himself: rates, forces, switches.
+"""Code of a composed model for other integrators: rates, forces, switches.
 
 Contents: from a ``Model``'s symbols to the source of one generated module, no derivatives.
 """
@@ -32,9 +32,9 @@ def source(model: Model) -> str:
     """Return the source of a module with the functions of a model.
 
     With time t [s], states z, values p, the coil's position and velocity, and switches ``mode``:
-    ``rate`` fills the states' rates, ``switch`` what must stay positive while each switch stays as
-    it is, ``output`` returns the measured force and ``reaction`` that on the coil [N]; ``begin``
-    fills where the states of a probe at rest are, of its position and force.
+    ``rate`` fills the states' rates, ``switch`` the values that stay positive while each switch
+    stays as it is, ``output`` returns the measured force and ``reaction`` that on the coil [N];
+    ``begin`` fills where the states of a probe at rest are, of its position and force.
     """
     conditions = [
         sp.Piecewise((switch.on, switch.symbol > 0), (switch.off, True))

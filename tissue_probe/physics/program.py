@@ -62,7 +62,7 @@ class Program:
     def load(self, array: str, first: int, names: Sequence[str]) -> list[sp.Symbol]:
         """Read consecutive elements of an array, beginning at ``first``, into symbols.
 
-        What is not used afterwards is not read: Numba takes its time for every line.
+        A variable that is not used afterwards is not read: Numba takes its time for every line.
         """
         for index, name in enumerate(names, first):
             self._loaded[len(self.lines)] = name
@@ -130,7 +130,7 @@ class Program:
         return [f"{array}[{i}]" for i in range(first, first + count)]
 
     def now(self, variables: sp.Matrix) -> sp.Matrix:
-        """Return symbols for what variables are now: those that an array keeps are read once."""
+        """Return symbols for the present values of variables; those in an array are read once."""
         if len(variables) <= MANY:
             return variables
         symbols = [sp.Symbol(f"now_{self._next()}", real=True) for _ in variables]
@@ -173,7 +173,7 @@ class Program:
         return "\n".join(text)
 
     def _used_lines(self, returns: str) -> list[str]:
-        """Return all lines but those that load what no other uses."""
+        """Return all lines but those that load a variable which no other uses."""
         others = [line for i, line in enumerate(self.lines) if i not in self._loaded]
         used = set(re.findall(r"\w+", " ".join([*others, returns])))
         lines = enumerate(self.lines)

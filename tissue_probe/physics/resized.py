@@ -37,7 +37,7 @@ from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.rigs import CONSTANTS
 from tissue_probe.physics.scale import Scale
 
-#: Units of the signals that stand in effects, and of what effects are told by.
+#: Units of the signals in effects, and of the symbols of their conditions.
 _SIGNALS = {
     TIME: "s",
     **dict.fromkeys((POSITION, POSITION_BEFORE, INDENTATION, STRETCH, ELASTIC_DEPTH), "m"),
@@ -128,7 +128,7 @@ class _Turned:
         self._at = {symbol: self._factor(unit) * symbol for symbol, unit in units.items()}
 
     def __call__(self, expression: sp.Expr, unit: str) -> sp.Expr:
-        """Turn what is of a unit."""
+        """Convert an expression of a unit."""
         turned = sp.sympify(expression).xreplace(self._at)
         return turned / self._factor(unit)
 

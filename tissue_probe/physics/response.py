@@ -1,4 +1,4 @@
-"""What a composed model answers to a measured motion or force of the coil, and its derivatives.
+"""The response of a composed model to a measured motion or force of the coil, and its derivatives.
 
 Contents: the input's course, machine code of the model and its integration, delays.
 """
@@ -36,7 +36,7 @@ from tissue_probe.signals import IntArray
 FloatArray = NDArray[np.float64]
 
 _RUN = ctypes.CFUNCTYPE(None, *2 * [ctypes.c_void_p], *2 * [ctypes.c_double])
-# What takes a microsecond keeps the interpreter's lock: to get it back from another thread takes
+# A call of a microsecond keeps the interpreter's lock: to get it back from another thread takes
 # longer.
 _PREPARE = ctypes.PYFUNCTYPE(None, ctypes.c_void_p)
 _BEGIN = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.c_void_p)
@@ -53,7 +53,7 @@ LINE = 64
 class Turned:
     """Units in which a kernel's numbers are, where they are not SI: how large each is.
 
-    ``values`` and ``states`` have one for each; ``scale`` is what they follow from.
+    ``values`` and ``states`` have one for each; they follow from ``scale``.
     """
 
     values: FloatArray
@@ -65,7 +65,7 @@ class Turned:
 
 @dataclass(frozen=True)
 class Kernel:
-    """Machine code of a model, and what it says of itself.
+    """Machine code of a model, and its facts.
 
     Attributes
     ----------
@@ -74,15 +74,15 @@ class Kernel:
     states, values : list of str
         Names, in the order of all arrays.
     first : list of float
-        What the switches are at the first sample.
+        The switches' values at the first sample.
     spreads : list of str
-        For each state, by what its prior is scaled.
+        For each state, the scale of its prior.
     linear : bool
         Whether the model is steady and linear.
     course_columns : list of int
         Numbers of start and values by which the coil's course changes.
     moves_position : bool
-        Whether the true course is another than what is measured.
+        Whether the true course differs from the measured one.
     delays, shifts : bool
         Whether the output is read later, or earlier; whether the model answers to an input of
         earlier, or of later.
@@ -166,7 +166,7 @@ class Kernel:
 
 
 def _integration(facts: Mapping[str, Any]) -> Written:
-    """Return what integrates a model of which this is known."""
+    """Return the integrator of a model with these facts."""
     name = "transition" if facts["linear"] else "runge_kutta"
     return name, lambda: numba_code.text(import_module(f"tissue_probe.physics.{name}"))
 
@@ -208,7 +208,7 @@ class Course:
 
     ``pieces`` are coefficients, shape (m, n - 1), highest power first; ``changes`` those of the
     derivatives, shape (r, m, n - 1), by start or value number ``columns``, shape (r,). The first
-    sample is at the time ``begins`` [s]. What answers is computed in so many times more ``parts``
+    sample is at the time ``begins`` [s]. The response is computed in so many times more ``parts``
     (``Fineness``).
     """
 
@@ -222,7 +222,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Response:
-    """What the rig measures, and its derivatives by start and values.
+    """The rig's output, and its derivatives by start and values.
 
     ``output`` is force [N] or position [m], shape (n,); ``sensitivity`` has shape (n, states + q).
     """
@@ -241,7 +241,7 @@ def course(
     between: Between = Between.smooth,
     fineness: Fineness = USUAL,
 ) -> Course:
-    """Interpolate the true course of what drives through its measured samples.
+    """Interpolate the true course of the input through its measured samples.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def course(
     begins : float
         Time of the first sample after the run's first [s].
     at_rest : bool
-        Whether what drives stood still before the first sample; else it went on as fast as there.
+        Whether the input stood still before the first sample; else it went on as fast as there.
     between : Between
         How the input goes on from sample to sample.
     fineness : Fineness
@@ -419,7 +419,7 @@ def _late(
     values: FloatArray,
     coil: Course,
 ) -> Response:
-    """Read the output later by the delay; what lies beyond either end stands still.
+    """Read the output later by the delay; beyond either end it stands still.
 
     ``late`` is -1 where it is the input that is late.
     """
@@ -430,7 +430,7 @@ def _late(
 
 
 def _in_steps(n: int, columns: int, switches: int) -> tuple[FloatArray, ...]:
-    """Return what ``runge_kutta`` works in."""
+    """Return the work space of ``runge_kutta``."""
     speeds = np.stack([np.zeros(RANGES), np.ones(RANGES), np.ones(RANGES)])
     conditions = np.zeros(4 * switches), np.zeros((switches + 1) * columns)
     return np.zeros(5 * n), _aligned(4 * n * columns), *conditions, speeds
@@ -443,7 +443,7 @@ def _aligned(count: int) -> FloatArray:
 
 
 def _exactly(n: int, columns: int, order: int) -> tuple[FloatArray, ...]:
-    """Return what ``transition`` works in."""
+    """Return the work space of ``transition``."""
     size, values = n + order + 1, columns - n
     signals = np.zeros(n), np.zeros(2 * n * columns), np.zeros(size)
     rows = n * ((values + 3) // 4 * 4)  # a product of matrices takes four columns at once

@@ -2,8 +2,8 @@
 
 Contents: from a ``Model``'s symbols to LLVM's text of its functions.
 
-What depends on the values alone, such as the weights of a ladder of branches, is computed once a
-simulation by ``prepare``, and follows the values in ``p``.
+Numbers that depend on the values alone, such as the weights of a ladder of branches, are computed
+once a simulation by ``prepare``, and follow the values in ``p``.
 """
 
 from __future__ import annotations
@@ -21,18 +21,19 @@ from tissue_probe.physics.machine_code import Text
 from tissue_probe.physics.model import Model
 
 PREPARED = "prepared"
-#: What all functions along the motion take: time, states, values and what is prepared of them,
+#: Arguments of all functions along the motion: time, states, values and numbers prepared from them,
 #: (u, u', u''), switches, tangents of states and of u.
 ALONG = {"t": NUMBER, **dict.fromkeys(("z", "p", "u", "mode", "T", "dU"), ARRAY)}
 
 
 def text(model: Model) -> Text:
-    """Return the functions that ``response`` runs for a model, and what it has to know of it."""
+    """Return the functions that ``response`` runs for a model, and the facts that it needs."""
     values = list(model.values)
     moves = [s for s in values if model.position.has(s)]
     late, delay = model.delay.as_coeff_Mul()
     delays = delay != 0 and late != 0
-    # What switches is not smooth: it answers to a late input instead of being read later itself.
+    # A model with switches is not smooth: it answers to a late input instead of being read later
+    # itself.
     shifts = delays and bool(model.switches)
     moved = [*moves, delay] if shifts else moves
     columns = [len(model.states) + values.index(s) for s in moved]
@@ -66,7 +67,7 @@ def text(model: Model) -> Text:
 def _width(model: Model) -> int:
     """Return how many columns the tangents have: start and values, up to a multiple of four.
 
-    Those beyond stay zero; a processor takes four at once, and what is left one at a time.
+    Those beyond stay zero; a processor takes four at once, and the others one at a time.
     """
     return -(-(len(model.states) + len(model.values)) // 4) * 4
 
@@ -114,7 +115,7 @@ class _Constants:
         function.load("p", [*self.values, *self.known.values()])
 
     def prepare(self, module: ir.Module) -> None:
-        """Add the function that fills what is prepared."""
+        """Add the function that fills the prepared numbers."""
         function = Function(module, "prepare", {"p": ARRAY})
         function.load("p", self.values)
         function.store("p", function.named(list(self.known)), len(self.values))
@@ -122,7 +123,7 @@ class _Constants:
 
 
 class _Along:
-    """What the functions along the motion have in common; derivatives go along the columns."""
+    """The common part of the functions along the motion; derivatives go along the columns."""
 
     def __init__(self, module: ir.Module, model: Model, moved: bool, constants: _Constants) -> None:
         self.module = module
@@ -131,7 +132,7 @@ class _Along:
         self.constants = constants
 
     def function(self, name: str, more: Sequence[str], returns: ir.Type | None = None) -> Function:
-        """Begin a function that is given ``more`` arrays; whoever uses symbols loads them."""
+        """Begin a function that is given ``more`` arrays; code that uses symbols loads them."""
         return Function(self.module, name, ALONG | dict.fromkeys(more, ARRAY), returns)
 
     def fill(
@@ -185,14 +186,14 @@ def _rate(along: _Along) -> None:
 
 
 def _output(along: _Along) -> None:
-    """Return what is measured; fill its derivatives."""
+    """Return the output; fill its derivatives."""
     function = along.function("output", ("dF",), NUMBER)
     output = sp.Matrix([along.model.output])
     function.end(along.fill(function, output, output, "dF")[0])
 
 
 def _switch(along: _Along) -> None:
-    """Fill what must stay positive while each switch stays as it is, its rate, derivatives."""
+    """Fill the value that stays positive while a switch stays as it is, its rate, derivatives."""
     model = along.model
     function = along.function("switch", ("f", "g", "rate", "dg"))
     if model.switches:

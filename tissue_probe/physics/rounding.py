@@ -1,6 +1,6 @@
 """The smooth course of a position that was measured in coarse steps.
 
-Contents: smoothing what an encoder has rounded, and what smoothing leaves uncertain.
+Contents: smoothing a position that an encoder has rounded, and the remaining uncertainty.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_probe.kept import for_a_call
 
 FloatArray = NDArray[np.float64]
 
-#: Finer steps are an encoder's own, and smaller than what the force can tell [m].
+#: Finer steps are an encoder's own, and smaller than the force can tell [m].
 COARSE = 3e-7
 #: Order of the difference that is kept small; the response falls with its double.
 ORDER = 4
@@ -28,8 +28,8 @@ ROUNDS = 4
 #: No sample was rounded by more than half a step: those that seem to have been are trusted more by
 #: this factor, again and again.
 PULL, PULLS = 2.0, 16
-#: Share of its due that is taken off a coarse rounding: what stays rough of it is known
-#: (``Smoothed.error``), and what is smoothed away of the motion is not.
+#: Share of its due that is taken off a coarse rounding: the remaining roughness is known
+#: (``Smoothed.error``), and the part of the motion that is smoothed away is not.
 CAUTION = 0.97
 #: Samples at either end over which a fine rounding is smoothed less: there a spline strays most.
 EDGE = 100
@@ -49,7 +49,7 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
     Rounding to ``step`` q is taken as white noise of variance q^2/12 (Widrow and Kollar 2008),
     the fourth difference of the true course as white too, with a variance that varies along the
     record: Whittaker's graduation (1923) with a weight for each sample. The weights follow the
-    roughness found in the last round; their common factor is such that what is taken off has the
+    roughness found in the last round; their common factor is such that the removed part has the
     variance that rounding has (Morozov's principle of discrepancy, 1966). At last the course is
     drawn to where it came from wherever it has left that by more than half a step.
 
@@ -58,10 +58,10 @@ def smoothed(position: FloatArray, step: float, fine: bool = False) -> Smoothed:
     position : array, shape (n,)
         Rounded displacement [m].
     step : float
-        What it was rounded to [m], positive.
+        The step of the rounding [m], positive.
     fine : bool
         Whether the step is an encoder's own, finer than ``COARSE``: then all of its due is taken
-        off, but for the ends, where the course stays with what was read.
+        off, but for the ends, where the course stays with the reading.
     """
     data = np.ascontiguousarray(position, dtype=np.float64).tobytes()
     return _smoothed(data, float(step), fine)
@@ -85,7 +85,7 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
     trust = np.ones(rounded.size)
     if not fine:
         course, trust = _within_steps(weight, rounded, course)
-    # Perturbing both kinds of noise and solving again draws from what is left uncertain.
+    # Perturbing both kinds of noise and solving again draws from the remaining uncertainty.
     rough = np.sqrt(weight) * random.standard_normal(weight.size)
     error = _solve(weight, np.sqrt(trust) * probe + _difference_transposed(rough), trust)
     unit = step / np.sqrt(12.0)
@@ -95,7 +95,7 @@ def _smoothed(position: bytes, step: float, fine: bool) -> Smoothed:
 def _within_steps(
     weight: FloatArray, rounded: FloatArray, free: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Draw a course to where it has left what was rounded by more than half a step.
+    """Draw a course towards rounded samples that it has left by more than half a step.
 
     Where the variance of all errors is met, few of them may still be too large: at the ends, or
     where the motion turns. Where that costs more variance than rounding has, the record is one of
@@ -128,7 +128,7 @@ def _edges(count: int) -> FloatArray:
 def _balanced(
     rounded: FloatArray, probe: FloatArray, shape: FloatArray, share: float
 ) -> FloatArray:
-    """Find the weights at which what is taken off is as large as white noise of variance 1.
+    """Find the weights at which the removed part is as large as white noise of variance 1.
 
     Of n such errors a smoother S leaves n - trace(S); the trace is estimated by a random probe
     (Hutchinson 1989).
@@ -157,7 +157,7 @@ def _solve(weight: FloatArray, right: FloatArray, trust: FloatArray | float = 1.
 
 
 def _difference_transposed(values: FloatArray) -> FloatArray:
-    """Return D' values: what ``np.diff`` to the fourth order would be turned round."""
+    """Return D' values: the transpose of ``np.diff`` to the fourth order."""
     for _ in range(ORDER):
         values = -np.diff(values, prepend=0.0, append=0.0)
     return values

@@ -17,8 +17,8 @@ from tissue_probe.physics.pointers import OPTIONS, RUN, further
 # relaxes follows the tip's speed, which is smooth, and its rate times the length below SMOOTHLY.
 LONGEST, SMOOTHLY = 0.8, 1.6
 FEWEST, MOST = 1, 64
-# Friction is stiff at rest, yielding at speed: a step is divided by what was found in its range of
-# the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
+# Friction is stiff at rest, yielding at speed: a step is divided by the number found in its range
+# of the tip's speed. The ranges are those up to SLOWEST [m/s], twice that and so on.
 SLOWEST = 1e-5
 # A range is looked at when it is met the first time, so many times later, and ever more rarely.
 AGAIN = 16.0
@@ -286,7 +286,8 @@ def run(arrays, sizes, period, begins):
                     continue
                 mode[turning] = 1.0 - mode[turning]
                 rate(t + since + share * h, z1, p, u, mode, T1, dU, f, slope)
-                # What another switch has turned turns when that does: a tip that goes back at once.
+                # A switch that another has turned turns when that does: a tip that goes back at
+                # once.
                 if g[turning] >= 0.0:
                     speed = dg1[turning]
                     for j in range(q):

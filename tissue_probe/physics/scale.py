@@ -1,7 +1,7 @@
-"""Of what size a record is: the units in which a model's constants are of the usual size.
+"""The size of a record: the units in which a model's constants are of the usual size.
 
-Contents: how many times larger than usual lengths, forces and times are, and what that makes of a
-number by its unit.
+Contents: how many times larger than usual lengths, forces and times are, and the factor of a number
+by its unit.
 
 Bounds, typical values and starts of a search are numbers for a probe that moves by millimetres and
 feels newtons. For a cantilever of an atomic force microscope, or a press, the same numbers hold in
@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 
-#: Powers of these are what sizes are told by: so steps of a prefix (um, mm, m; mN, N, kN) change
+#: Sizes are powers of these: so steps of a prefix (um, mm, m; mN, N, kN) change
 #: nothing but the units.
 STEP = 1000.0
 #: Exponents of length, force and time in the units of which those of parameters are made.
@@ -28,7 +28,7 @@ UNITS: dict[str, tuple[int, int, int]] = {
     "rad": (0, 0, 0),
 }
 #: Of seconds to a power that is itself a parameter. A law says of which time that is a multiple,
-#: and its constant is as large whatever that time.
+#: and its constant is as large for any such time.
 TIME_TO_A_POWER = "s^a"
 
 
@@ -60,7 +60,7 @@ class Scale:
         Parameters
         ----------
         unit : str
-            A product of ``UNITS`` and their powers, such as "N s/m" or "N/m^3": what follows a
+            A product of ``UNITS`` and their powers, such as "N s/m" or "N/m^3": a unit after a
             stroke divides. "1" and nothing are units, too.
 
         Raises

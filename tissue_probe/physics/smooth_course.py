@@ -27,7 +27,7 @@ CUBIC = 3
 
 
 class _Spline(NamedTuple):
-    """What makes a spline's coefficients of samples, and its pieces of these.
+    """The matrices from samples to a spline's coefficients, and from these to its pieces.
 
     ``factor`` and ``pivots`` are those of a band with ``degree`` diagonals on either side.
     """

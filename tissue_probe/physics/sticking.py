@@ -11,7 +11,7 @@ from tissue_probe.physics.effects.effect import NET_FORCE, TIP_VELOCITY, Switch
 SHARPEST = 1e-4
 #: A recording may begin in motion: a tip that moves faster than this [m/s] slides.
 STILL = 1e-6
-#: More than any force [N]: what slides one way does not begin to slide the other.
+#: More than any force [N]: a tip that slides one way does not begin to slide the other.
 BARRED = 1e9
 
 
@@ -19,8 +19,8 @@ def sliding(name: str, breakaway: sp.Expr) -> tuple[Switch, Switch]:
     """Return switches of a tip that slides forward, into the tissue, and back; both off: it sticks.
 
     It sticks where its velocity turns, and slides, maybe at once, where the other forces on it
-    exceed what friction holds (Karnopp, J. Dynamic Systems 107 (1985), 100). For a filter, which
-    remembers no switch, it creeps instead.
+    exceed the force that friction holds (Karnopp, J. Dynamic Systems 107 (1985), 100). For a
+    filter, which remembers no switch, it creeps instead.
 
     Parameters
     ----------

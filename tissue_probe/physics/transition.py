@@ -13,7 +13,7 @@ from tissue_probe.physics.coil_course import coil_course
 from tissue_probe.physics.model_functions import LINKED, output, rate  # noqa: F401
 from tissue_probe.physics.pointers import OPTIONS, RUN, further
 
-# Terms of the Taylor series; a step is halved until what its terms are of is below LARGEST.
+# Terms of the Taylor series; a step is halved until the argument of its terms is below LARGEST.
 ORDER, LARGEST, HALVINGS = 11, 0.5, 24
 # A start of which less is left is forgotten: processors take a hundred times as long to compute
 # with numbers as small as decay ends in (subnormal ones).
@@ -22,7 +22,7 @@ FORGOTTEN = 1e-100
 
 @njit(**OPTIONS)
 def _add_product(size, a, b, into):
-    """Add a product of two square matrices to what is there."""
+    """Add a product of two square matrices to another."""
     for i in range(size):
         for k in range(size):
             factor = a[i * size + k]
@@ -70,7 +70,7 @@ def _add_rows(count, width, factors, rows, into):
 
 @njit(**OPTIONS, fastmath={"contract"})
 def _add_by_fours(n, stride, width, a, rows, into):
-    """Add a matrix product to what is there, of rows whose length is a multiple of four.
+    """Add a matrix product to a matrix of rows whose length is a multiple of four.
 
     The rows of ``a`` begin ``stride`` elements after one another.
     """
@@ -126,7 +126,7 @@ def _transitions(size, n, values, period, M, D, place, E, G, term, terms, new):
     by c0' = c1, c1' = 2 c2, c2' = 3 c3 and so on, the system z' = A z + B w is homogeneous,
     (z, w)' = M (z, w), and so are its derivatives by a value, whose source is dM (z, w). Both are
     solved by their Taylor series, over a part of the step and then doubled. The rates are affine in
-    (z, u, u'), so their coefficients are what they are at zero and at the unit vectors.
+    (z, u, u'), so their coefficients are their values at zero and at the unit vectors.
     """
     whole = size * size
     square = 0.0
@@ -230,7 +230,7 @@ def run(arrays, sizes, period, begins):
     w[n + order] = 1.0
     _by_start(n, q, p, z, mode, u, dU, T, sensitivity, row)
     for i in range(n):
-        f[i] = row[i]  # what the output takes of a state, the same at all samples
+        f[i] = row[i]  # the output's factor of a state, the same at all samples
     for sample in range(samples):
         last = sample == count
         piece = sample - 1 if last else sample

@@ -1,4 +1,4 @@
-"""Recordings: what a run leaves on disk, and how it is read back.
+"""Recordings: the files of a run, and how they are read back.
 
 Contents: MCAP in and out, bags of other recorders, CSV in, tables out.
 """

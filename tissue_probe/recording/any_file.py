@@ -1,7 +1,7 @@
-"""Reading the measurements of any instrument, whatever file they are in.
+"""Reading the measurements of any instrument, from any kind of file.
 
-Contents: choosing the reader by what the file is. Those of bags are imported only when a bag comes:
-they bring all that decodes messages.
+Contents: choosing the reader by the kind of file. Those of bags are imported only when a bag comes:
+they bring all decoders of messages.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def read_any(
 ) -> tuple[Recording, tuple[str, ...]]:
     """Read position and force from a recording of this suite, another bag, or columns.
 
-    Returns the recording, and in sentences what the user should know of how it was read.
+    Returns the recording, and in sentences how it was read.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def read_any(
 
 
 class ReadFile(NamedTuple):
-    """What is in a file, how it was read, and whether this suite recorded it."""
+    """The contents of a file, how it was read, and whether this suite recorded it."""
 
     recording: Recording
     notes: tuple[str, ...]

@@ -6,8 +6,8 @@ from tissue_probe.errors import TissueProbeError
 
 
 class RecordingError(TissueProbeError):
-    """A recording cannot be read; the message says what is wrong, where, and what to do.
+    """A recording cannot be read; the message says the fault, the place, and the remedy.
 
-    It names parameters in backticks, `sample_rate` for one: whoever shows it may write them as its
-    user states them.
+    It names parameters in backticks, `sample_rate` for one: a program that shows it may write them
+    as its user states them.
     """

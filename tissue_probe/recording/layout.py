@@ -1,4 +1,4 @@
-"""What a foreign file calls its signals, and in which units and directions they are.
+"""A foreign file's names of its signals, and their units and directions.
 
 Contents: the user's statements.
 """
@@ -55,7 +55,7 @@ def _unit_of_time(name: str, given: Any) -> str:
     return take.choice(*TIME_UNITS)(name, spelt(given) if isinstance(given, str) else given)
 
 
-#: What each statement may be.
+#: The values that each statement may have.
 KINDS: dict[str, take.Kind] = {
     **dict.fromkeys(("position", "force", "time"), take.optional(_column)),
     "position_unit": take.optional(_size(POSITION_UNITS | VELOCITY_UNITS)),
@@ -148,16 +148,16 @@ class Layout:
 
     @property
     def stated(self) -> tuple[tuple[str, Any], ...]:
-        """What was said, by name, but for what would be taken anyway."""
+        """The given statements, by name, but for those equal to the default."""
         given = ((each.name, getattr(self, each.name), each.default) for each in fields(self))
         return tuple((name, value) for name, value, default in given if value != default)
 
     @property
     def force_sign(self) -> float:
-        """What makes a force of the file positive in compression."""
+        """The factor that makes a force of the file positive in compression."""
         return -1.0 if self.force_polarity == "tension" else 1.0
 
     @property
     def position_sign(self) -> float:
-        """What makes a position of the file grow into the tissue."""
+        """The factor that makes a position of the file grow into the tissue."""
         return -1.0 if self.position_polarity == "out" else 1.0

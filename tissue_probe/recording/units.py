@@ -1,4 +1,4 @@
-"""Units of foreign files, and what turns their numbers into SI.
+"""Units of foreign files, and their factors to SI.
 
 Contents: names of units, and units in the names of columns (``u_mm``, ``force [mN]``).
 """
@@ -118,7 +118,7 @@ def bare_unit(text: str) -> str | None:
 
 
 def bare_unit_in(name: str) -> str | None:
-    """Return the unit in a column's name, of whatever it is."""
+    """Return the unit in a column's name, of any quantity."""
     return split_unit(name, _ALL)[1]
 
 

@@ -11,7 +11,7 @@ from tissue_probe.reproduction.experiment import FORCE_NOISE, Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, EKF, EVERY, ROBUST
 from tissue_probe.reproduction.finding import Finding, Reproduction, error, settling
 
-# 440 N/m is what eq. 42 gives for EcoFlex 00-10; the damping fits the axis of figure 7b.
+# 440 N/m is the value of eq. 42 for EcoFlex 00-10; the damping fits the axis of figure 7b.
 EXPERIMENT = Experiment(((0.0, Tissue(440.0, 5.0)),))
 
 
@@ -67,7 +67,7 @@ def fig8() -> Reproduction:
         draw_line(whole, time, estimates.predicted_force, each)
         draw_line(difference, time, -estimates.innovation, each)
     whole.set_ylim(-1.4, 1.4)
-    # What a start from zero costs runs out of the picture.
+    # The error of a start from zero runs out of the picture.
     difference.set(ylim=(-0.1, 0.1), xlim=(0.0, 0.5))
     legend(figure)
     late = {each: _rms(estimates.innovation) for each, estimates in run().items()}

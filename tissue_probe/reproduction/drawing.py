@@ -34,12 +34,12 @@ def panels(names: Sequence[str], x_label: str) -> tuple[Figure, dict[str, Axes]]
 
 
 def draw_line(axes: Axes, x: FloatArray, y: FloatArray, of: Filter) -> None:
-    """Draw what a filter found."""
+    """Draw a filter's estimates."""
     axes.plot(x, y, color=of.color, linestyle=of.dashes, label=of.label)
 
 
 def draw_runs(time: FloatArray, runs: Runs, truth: Truth, names: Sequence[str]) -> Figure:
-    """Draw estimates over time, with the truth dotted; the axes hold what is near the truth."""
+    """Draw estimates over time, with the truth dotted; the axes hold values near the truth."""
     figure, axes = panels(names, "time [s]")
     for name, panel in axes.items():
         for each, estimates in runs.items():
@@ -55,7 +55,7 @@ def draw_runs(time: FloatArray, runs: Runs, truth: Truth, names: Sequence[str]) 
 
 
 def legend(figure: Figure) -> None:
-    """Tell once, above the panels, what their lines are."""
+    """Name the lines once, above the panels."""
     entries = {
         label: handle
         for axes in figure.axes

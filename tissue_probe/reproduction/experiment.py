@@ -80,7 +80,7 @@ class Experiment:
 
     @cache  # noqa: B019 - an experiment is a few numbers, and every filter asks for the same
     def samples(self) -> SampleBlock:
-        """Return what encoder and load cell measure, with the noise of the seed."""
+        """Return the samples of encoder and load cell, with the noise of the seed."""
         position, tip = self.motion()
         force = LOAD_CELL_STIFFNESS * (position - tip)
         force += FORCE_NOISE * np.random.default_rng(self.seed).standard_normal(force.size)

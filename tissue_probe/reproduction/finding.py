@@ -1,4 +1,4 @@
-"""What a figure shows, in words and numbers."""
+"""The findings of a figure, in words and numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tissue_probe.signals import FloatArray
 
 @dataclass(frozen=True)
 class Finding:
-    """One row of the table: a quantity, what the paper states, what its method and ours give."""
+    """One row of the table: a quantity, the paper's value, those of its method and ours."""
 
     quantity: str
     stated: str
@@ -23,7 +23,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A figure of the paper, made again, and what it shows."""
+    """A figure of the paper, made again, and its findings."""
 
     figure: Figure
     findings: tuple[Finding, ...]

@@ -1,8 +1,8 @@
 """Figures 9, 15 and 16: how the estimates depend on the frequency of the coil.
 
 The tissue has a relaxation branch, so that its stiffness rises and its damping falls with
-frequency. What a filter with Euler's step adds to that is its error: the same filter with the exact
-step is drawn beside it.
+frequency. A further change in a filter with Euler's step is its error: the same filter with the
+exact step is drawn beside it.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _draw(tissue: Tissue, filters: Sequence[Filter]) -> Figure:
 
 
 def _rise(tissue: Tissue, euler: Filter, reference: Filter, stated: str) -> Finding:
-    """Say by how much k rises from 1 to 30 Hz, and what of it is Euler's."""
+    """Say by how much k rises from 1 to 30 Hz, and which part of it is Euler's."""
     true = tissue.at(FREQUENCIES[-1])[0] - tissue.at(FREQUENCIES[0])[0]
     rise = {
         each: np.diff(np.median(sweep(tissue, each)[0], axis=0)[[0, -1]]).item()

@@ -1,4 +1,4 @@
-"""Figure 6: the free probe after an impulse, and what a fit of its motion gives.
+"""Figure 6: the free probe after an impulse, and the result of a fit of its motion.
 
 No filter is involved; the fit is how the paper found k0 and beta0.
 """

@@ -30,7 +30,7 @@ GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
 SURE = 0.9
 #: Places of the picture between two sites.
 FINE = 10
-#: What is drawn in each row: the paper averages its filters.
+#: The filters drawn in each row: the paper averages its own.
 COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
 
 
@@ -66,7 +66,7 @@ def fig12() -> Reproduction:
 
 
 def _map(runs: Sequence[Sequence[TissueEstimates]]) -> StiffnessMapData:
-    """Average what the filters know at the end of each site's second."""
+    """Average the filters' estimates at the end of each site's second."""
 
     def cells(name: str) -> FloatArray:
         values = [[getattr(estimates, name)[-1] for estimates in sites] for sites in runs]

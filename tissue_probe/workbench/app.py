@@ -1,6 +1,6 @@
 """The server's addresses: the page's files, its WebSocket, uploads, files to take away.
 
-Contents: which address does what.
+Contents: the function of each address.
 
 No address names a file of the machine: the page's own files are known by name beforehand, and
 recordings go by their numbers on the desk.
@@ -32,7 +32,7 @@ KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
          ".svg": "image/svg+xml"}  # fmt: skip
 
 
-#: What an upload is: a file's own bytes.
+#: The content type of an upload: a file's own bytes.
 BYTES = "application/octet-stream"
 
 
@@ -54,7 +54,7 @@ async def _not_here(request: Request, error: Exception) -> Response:
 
 
 async def _left(request: Request, error: Exception) -> Response:
-    """Answer nobody: whoever sent the request went away before its end."""
+    """Answer nobody: the sender of the request went away before its end."""
     return Response(status_code=400)
 
 
@@ -75,7 +75,7 @@ def application(requests: Requests, folder: Path) -> Starlette:
     requests : Requests
         Answers pages.
     folder : path
-        Where what is dropped on a page is kept.
+        Where files dropped on a page are kept.
     """
     files = {
         f"/{path.relative_to(PAGE).as_posix()}": path
@@ -116,7 +116,7 @@ def application(requests: Requests, folder: Path) -> Starlette:
 
 
 def _file_name(request: Request) -> str:
-    """Return the name of what is uploaded.
+    """Return the name of an uploaded file.
 
     Raises
     ------
@@ -138,7 +138,7 @@ async def _open(requests: Requests, path: Path) -> Opened:
 
 
 async def _open_state(requests: Requests, path: Path) -> None:
-    """Put a kept desk in the place of what lies there."""
+    """Replace the desk by a kept one."""
     kept = await asyncio.to_thread(state.unpacked_state, path, path.parent / "state")
     for number in list(requests.desk.files):
         requests.desk.forget(number)

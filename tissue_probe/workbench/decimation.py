@@ -19,7 +19,7 @@ PER_PIXEL = 2
 def lines(
     signals: Mapping[str, FloatArray], first: int, stop: int, pixels: int
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Return what a line through samples first to stop looks like on so many columns of pixels.
+    """Return the look of a line through samples first to stop on so many columns of pixels.
 
     Parameters
     ----------

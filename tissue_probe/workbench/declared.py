@@ -1,6 +1,6 @@
-"""What comes from outside, checked against a declaration of what it holds: types, names, bounds.
+"""Input from outside, checked against a declaration of its types, names and bounds.
 
-Contents: reading JSON, and the sentence on what does not fit.
+Contents: reading JSON, and the sentence on a value that does not fit.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tissue_probe.workbench.refused import Refused
 
 
 class Declared(BaseModel):
-    """Holds what its fields say and nothing else; a text is no number, and no number is NaN."""
+    """Holds its declared fields and nothing else; a text is no number, and no number is NaN."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -23,15 +23,15 @@ class Declared(BaseModel):
 Kind = TypeVar("Kind", bound=Declared)
 
 
-def as_object(text: str | bytes, what: str) -> dict[str, Any]:
+def as_object(text: str | bytes, subject: str) -> dict[str, Any]:
     """Return the object that a text of JSON holds.
 
     Parameters
     ----------
     text : str or bytes
         JSON.
-    what : str
-        What it is to be, as the sentence begins.
+    subject : str
+        Its name, with which the sentence begins.
 
     Raises
     ------
@@ -43,38 +43,38 @@ def as_object(text: str | bytes, what: str) -> dict[str, Any]:
         # of a pair of surrogates, which no file can hold.
         found = from_json(text, allow_inf_nan=False)
     except ValueError as error:
-        raise Refused(f"{what} is JSON; this is none: {error}") from None
+        raise Refused(f"{subject} is JSON; this is none: {error}") from None
     if not isinstance(found, dict):
-        raise Refused(f"{what} is an object, and no {type(found).__name__}")
+        raise Refused(f"{subject} is an object, and no {type(found).__name__}")
     return found
 
 
-def checked(kind: type[Kind], given: dict[str, Any], what: str) -> Kind:
-    """Return what was given as its declaration says.
+def checked(kind: type[Kind], given: dict[str, Any], subject: str) -> Kind:
+    """Return given values as an object of their declaration.
 
     Raises
     ------
     Refused
-        If it does not fit; says the first place, and what belongs there.
+        If it does not fit; says the first place, and the values allowed there.
     """
     try:
         return kind.model_validate(given)
     except ValidationError as error:
-        raise Refused(_sentence(what, error.errors(include_url=False)[0])) from None
+        raise Refused(_sentence(subject, error.errors(include_url=False)[0])) from None
 
 
 def shown(value: object) -> str:
-    """Return what was given as a sentence shows it: its beginning and its end, if it is long."""
+    """Return a given value as a sentence shows it: its beginning and its end, if it is long."""
     return reprlib.repr(value)
 
 
-def _sentence(what: str, first: ErrorDetails) -> str:
+def _sentence(subject: str, first: ErrorDetails) -> str:
     if first["type"] == "value_error":  # a field's own check has its own sentence
         return str(first["ctx"]["error"])
     place = ".".join(map(str, first["loc"]))
     if first["type"] == "missing":
-        return f"{what}: `{place}` is missing"
+        return f"{subject}: `{place}` is missing"
     if first["type"] == "extra_forbidden":
-        return f"{what}: there is no `{place}` in it"
+        return f"{subject}: there is no `{place}` in it"
     told = first["msg"].replace("Input should", "it should")
-    return f"{what}: `{place}` is {shown(first['input'])}; {told}"
+    return f"{subject}: `{place}` is {shown(first['input'])}; {told}"

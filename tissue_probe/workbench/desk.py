@@ -1,4 +1,4 @@
-"""What lies on the desk: recordings, the ladder of models, the ranking, the map; and its changes.
+"""The desk: recordings, the ladder of models, the ranking, the map; and its changes.
 
 Contents: the order of the steps.
 """
@@ -39,7 +39,7 @@ class Rung:
     added : str
         The effect that the rung before did not have; empty for the first.
     compared, second : ComparisonResult
-        On what it was fitted to, and on the second recording if there is one.
+        On the fitted recordings, and on the second recording if there is one.
     second_told : str
         Why there is nothing on the second recording.
     """
@@ -55,7 +55,7 @@ class Rung:
 class Ranking:
     """Effects beside one rung: those told so far, and the diagnosis when it has ended.
 
-    ``kept`` is the folder of what each effect predicts.
+    ``kept`` is the folder of each effect's prediction.
     """
 
     rung: int
@@ -65,14 +65,14 @@ class Ranking:
     kept: TemporaryDirectory[str] = field(default_factory=TemporaryDirectory)
 
     def of(self, rung: Rung, effect: str) -> Fit | None:
-        """Return what was found of an effect beside a rung; None if nothing was."""
+        """Return the fit of an effect beside a rung; None if there is none."""
         if self.result is None or self.rung != rung.number:
             return None
         known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
         return self.result.beside(effect) if effect in known else None
 
     def explained(self, rung: Rung, effect: str, stretch: int) -> NDArray[np.float64]:
-        """Return what an effect alone takes off the residual, as far as it is known by now.
+        """Return the part of the residual that an effect alone explains, if it is known by now.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Ranking:
 
 @dataclass
 class Job:
-    """What is under way, where; the last that was told, the share done, when it began [s]."""
+    """The job under way, and where; its last message, the share done, when it began [s]."""
 
     title: str
     shop: Workshop
@@ -106,7 +106,7 @@ class Desk:
     Parameters
     ----------
     reading, fitting : Workshop
-        Do what takes long: a file is read, and seen, while the other still makes itself ready.
+        Do the long work: a file is read, and seen, while the other still makes itself ready.
     """
 
     def __init__(self, reading: Workshop, fitting: Workshop) -> None:
@@ -131,7 +131,7 @@ class Desk:
         self._count = 0
 
     def cancel(self) -> None:
-        """End what is under way, if anything is."""
+        """End the job under way, if there is one."""
         if self.job is not None:
             self.job.shop.cancel()
 
@@ -170,7 +170,7 @@ class Desk:
         await self._read(opened)
         first = self.files.get(self.fitted) if self.fitted is not None else None
         if opened.problem is not None and not opened.layout and first and first.layout:
-            # What was told of the first holds for others that do not tell it themselves.
+            # The statements on the first hold for others without their own.
             opened.layout = dict(first.layout)
             await self._read(opened)
         return opened
@@ -183,7 +183,7 @@ class Desk:
             await self.use(opened.number, self.second)
 
     async def define(self, number: int, layout: dict[str, Any]) -> None:
-        """Read a recording by what the user states of it."""
+        """Read a recording by the user's statements."""
         opened = self.file(number)
         opened.layout = layout
         if number in (self.fitted, self.second):
@@ -207,7 +207,7 @@ class Desk:
             self.changed()
 
     async def _look_into(self, opened: Opened) -> None:
-        """Show what is in a file that cannot be read as it is, if anything can be told of it."""
+        """Show the contents of a file that cannot be read as it is, as far as they can be told."""
         if opened.preview is None:
             try:
                 arguments = {"path": str(opened.path)}
@@ -216,7 +216,7 @@ class Desk:
                 return
 
     def forget(self, number: int) -> None:
-        """Take a recording from the desk, and what was found of it."""
+        """Take a recording from the desk, and the results on it."""
         opened = self.file(number)
         if opened.owned:
             opened.path.unlink(missing_ok=True)
@@ -238,7 +238,9 @@ class Desk:
             if each is not None:
                 self._read_already(self.file(each))
         if second == fitted:
-            raise Refused("`validate` is what is fitted; give another recording of the specimen")
+            raise Refused(
+                "`validate` is the fitted recording; give another recording of the specimen"
+            )
         again = fitted != self.fitted or not self.rungs
         self.fitted, self.second = fitted, second
         if self._has_sites(fitted) and self.asked.site is None:
@@ -256,7 +258,7 @@ class Desk:
         if opened.table:
             raise Refused(f"{opened.name} is a table of sites: it has no samples to fit")
         if opened.measured is None:
-            raise Refused(f"{opened.name} is not read yet: state what it asks for")
+            raise Refused(f"{opened.name} is not read yet: state the values that it asks for")
         return opened.measured
 
     def _has_sites(self, number: int) -> bool:
@@ -376,7 +378,7 @@ class Desk:
         self.changed()
 
     async def open_site(self, site: int) -> None:
-        """Compare the model with what was measured at one site of the scan that is mapped."""
+        """Compare the model with the samples at one site of the mapped scan."""
         if self.mapped is None:
             raise Refused("there is no map")
         self._read_already(self.file(self.mapped[0]))
@@ -436,7 +438,7 @@ class Desk:
         arguments: dict[str, Any],
         hear: Callable[[dict[str, Any]], None] = lambda told: None,
     ) -> Any:
-        """Have something done, and tell meanwhile what."""
+        """Have work done, and tell its progress meanwhile."""
         shop = self.reading if name in READING else self.fitting
         job = Job(title, shop)
 

@@ -1,6 +1,6 @@
 """Examples one click away.
 
-Contents: what each is to show, and how its files are read.
+Contents: the purpose of each, and how its files are read.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tissue_probe.workbench.question import Asked
 
 @dataclass(frozen=True)
 class Example:
-    """One example: its files, the one to be fitted first; how they are read, and what is asked."""
+    """One example: its files, the one to be fitted first; how they are read, and the question."""
 
     title: str
     told: str

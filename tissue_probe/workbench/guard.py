@@ -1,6 +1,6 @@
 """Who may ask the server anything: a page of its own, on this machine, that knows the token.
 
-Contents: what is checked of every request, and what every answer forbids the browser.
+Contents: the checks of every request, and the prohibitions in every answer to the browser.
 
 A page of somebody else's, open in the same browser, can send requests to any port of this machine.
 It is kept out three times: its ``Origin`` is another; a name that it makes point here (DNS
@@ -18,7 +18,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-#: What every answer tells the browser: nothing from elsewhere, in nobody's frame, nothing kept.
+#: Headers of every answer for the browser: nothing from elsewhere, in nobody's frame, nothing kept.
 FORBIDDEN = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
@@ -36,14 +36,14 @@ REFUSED = 1008
 
 
 class Guard:
-    """Lets through what comes from a page of the server's own.
+    """Lets through requests from a page of the server's own.
 
     Parameters
     ----------
     app : ASGI application
-        What answers.
+        The application that answers.
     token : str
-        What a page must know.
+        The secret that a page must know.
     port : int
         Where the server listens.
     """
@@ -71,11 +71,12 @@ class Guard:
             await _refuse(scope, receive, send, told)
 
     def _foreign(self, scope: Scope, headers: Headers) -> str:
-        """Say what is foreign of a request; nothing if nothing is."""
+        """Name the foreign part of a request; empty if there is none."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if host not in self._hosts:
             return "this server answers to 127.0.0.1 and localhost only"
-        # A browser always tells a WebSocket's origin, and that of whatever changes something.
+        # A browser always tells the origin of a WebSocket, and of each request that changes
+        # something.
         needed = scope["type"] == "websocket" or scope["method"] not in ("GET", "HEAD")
         if (origin is None and needed) or (origin is not None and origin != f"http://{host}"):
             return "only pages of this server may ask it"

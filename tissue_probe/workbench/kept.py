@@ -1,4 +1,4 @@
-"""What outlives the server: its token, and the desk, so that it goes on where it was killed.
+"""Files that outlive the server: its token, and the desk, so that it goes on where it was killed.
 
 Contents: that folder of the user's, and one server's place in it.
 """

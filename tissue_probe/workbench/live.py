@@ -27,7 +27,7 @@ class Live:
     Parameters
     ----------
     pages : Pages
-        Who is told; a page that is slow misses what is out of date.
+        The pages that are told; a slow one misses outdated messages.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Live:
         self.ended = ""
 
     async def listen(self) -> None:
-        """Start the process, and tell pages what it tells, until it ends."""
+        """Start the process, and pass its messages to pages, until it ends."""
         self._process = process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-m", "tissue_probe.workbench.watching"),
             stdin=asyncio.subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""What goes through a WebSocket or a pipe: a head in JSON, and arrays as bytes.
+"""A message through a WebSocket or a pipe: a head in JSON, and arrays as bytes.
 
 Contents: that layout.
 
@@ -27,7 +27,7 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes
     Parameters
     ----------
     head : mapping
-        What JSON holds.
+        The values that JSON holds.
     arrays : mapping of str to array
         Each of one dimension, of a type of ``TYPES``.
     """
@@ -61,7 +61,7 @@ def unpacked(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 
 def as_json(told: object) -> str:
-    """Return JSON that every browser reads: what is not finite is null."""
+    """Return JSON that every browser reads: a number that is not finite is null."""
     return json.dumps(_finite(told), allow_nan=False, separators=(",", ":"))
 
 

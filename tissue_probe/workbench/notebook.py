@@ -74,7 +74,7 @@ def _ladder(desk: Desk) -> list[dict[str, Any]]:
             kept = {n: v for n, v in asked.items() if n not in ("rig", "tissue", "effects")}
             stated = f", model=rung{base}.model" + "".join(f", {n}={v!r}" for n, v in kept.items())
         cells += [
-            _text("## What is missing"),
+            _text("## Missing effects"),
             _code(f"diagnosis = tp.diagnose(recording{validate}{stated})", "diagnosis"),
         ]
     cells += [_text("## The model"), _code(f'{last}.model.save("model.yaml")')]

@@ -1,4 +1,4 @@
-"""A recording on the desk: its file, how it is read, and what hinders that."""
+"""A recording on the desk: its file, how it is read, and the reason if it cannot be."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Opened:
     name : str
         The file's name, as shown.
     layout : dict
-        What the user stated of it.
+        The user's statements on it.
     owned : bool
         Whether it was dropped on the page, so that its copy is the server's to remove.
     measured : Measurements or None
@@ -55,7 +55,7 @@ class Opened:
 
 
 def checked_layout(given: dict[str, Any]) -> dict[str, Any]:
-    """Return what a page states of a file, as ``tissue_probe.read`` takes it; blanks left out.
+    """Return a page's statements on a file, as ``tissue_probe.read`` takes them; blanks left out.
 
     Raises
     ------

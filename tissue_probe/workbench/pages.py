@@ -1,6 +1,6 @@
-"""The pages that are open: what each is sent, the newest first to count.
+"""The open pages: the messages to each, of which the newest counts.
 
-Contents: that a slow page holds up nothing, and misses only what is out of date.
+Contents: a slow page holds up nothing, and misses outdated messages only.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Page:
                 pass
 
     async def _some(self) -> bool:
-        """Send what there is, when there is something; return whether the page reads it."""
+        """Send the waiting messages, when there are some; return whether the page reads it."""
         await self._something.wait()
         self._something.clear()
         while self._answers or self._newest:
             if len(self._answers) > WAITING:
                 await self._socket.close(1008, "the page does not read")
                 return False
-            # What is newest was made to change by what was answered before it, or after: a page
+            # The newest state came from the answer before it, or after: a page
             # that is told an answer knows the state that it led to.
             for kind in list(self._newest):
                 await self._out(self._newest.pop(kind)())

@@ -33,7 +33,7 @@ SPANS = 2000
 
 
 class Pictures:
-    """Draws what is on a desk."""
+    """Draws the results on a desk."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
@@ -60,8 +60,8 @@ class Pictures:
     def lines(self, asked: Lines) -> Picture:
         """Return measured, predicted and residual over a span of time.
 
-        With ``values``, what the model predicts at those is drawn in place of the fit's; with
-        ``effect``, what that effect alone takes off the residual stands beside.
+        With ``values``, the model's prediction at those is drawn in place of the fit's; with
+        ``effect``, the part of the residual that this effect alone explains stands beside.
         """
         view, unused = self._view_and_unused(asked)
         signals = {"measured": view.measured, "predicted": view.predicted,
@@ -86,7 +86,7 @@ class Pictures:
         return told, found
 
     def dots(self, asked: Dots) -> Picture:
-        """Return the residual over indentation, speed or phase; apart from it what is brushed."""
+        """Return the residual over indentation, speed or phase; brushed samples apart."""
         view = self._view(asked)
         x, y = view.along(asked.axis), view.residual
         limits = (*_limits(x[view.used]), *_limits(y[view.used]))
@@ -98,7 +98,7 @@ class Pictures:
         return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
 
     def spectrum(self, asked: Look) -> Picture:
-        """Return the density of the residual's power, that of noise, and of what is brushed."""
+        """Return the density of the residual's power, that of noise, and of brushed samples."""
         view = self._view(asked)
         frequencies, density = view.spectrum()
         found = {"frequency": frequencies, "density": density}
@@ -174,7 +174,7 @@ def _span(asked: Lines, view: ErrorView) -> tuple[int, int]:
     size, period = view.measured.size, view.sample_period
     begin = 0.0 if asked.begin is None else asked.begin / period
     end = size if asked.end is None else asked.end / period
-    # Whatever a page names, however far away, is some sample or the last.
+    # Any time that a page names, however far away, is clipped to the samples.
     first = int(np.clip(np.floor(begin) - 1, 0, size - 2))
     return first, int(np.clip(np.ceil(end) + 2, first + 2, size))
 

@@ -1,4 +1,4 @@
-"""The question, as a page states it: what ``analysis.asked`` declares, but for files."""
+"""The question, as a page states it: the items of ``analysis.asked``, but for files."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from tissue_probe.workbench import stated
 from tissue_probe.workbench.declared import shown
 from tissue_probe.workbench.refused import Refused
 
-#: What is supposed where a page states nothing; of others' recordings the rig is asked for.
+#: Values supposed where a page states nothing; of others' recordings the rig is asked for.
 SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
-#: What a page may state, and no file of its machine.
+#: The items that a page may state: no file of its machine.
 ITEMS = tuple(each for each in NAMED.values() if each.kind not in ("file", "files"))
 
 
 def checked_question(given: dict[str, Any]) -> dict[str, Any]:
-    """Return what a page states of the model, as ``tissue_probe.compare`` takes it.
+    """Return a page's statements on the model, as ``tissue_probe.compare`` takes them.
 
     Raises
     ------
@@ -28,7 +28,7 @@ def checked_question(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _changed(asked: Any, given: dict[str, Any]) -> Any:
-    """Return it with what a page states, checked."""
+    """Return it with a page's statements, checked."""
     return replace(asked, **checked_question(given))
 
 

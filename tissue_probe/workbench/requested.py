@@ -1,4 +1,4 @@
-"""What each request of a page takes, declared once; nothing else comes in.
+"""The arguments of each request of a page, declared once; nothing else comes in.
 
 Contents: names, types, bounds.
 """
@@ -41,7 +41,7 @@ class OfFile(Request):
 
 
 class Define(OfFile):
-    """A recording, and what a form states of it."""
+    """A recording, and a form's statements on it."""
 
     layout: Layout
 
@@ -54,7 +54,7 @@ class Use(Request):
 
 
 class Ask(Request):
-    """What a form states of the model."""
+    """A form's statements on the model."""
 
     asked: Stated
 
@@ -151,13 +151,13 @@ class Grid(Declared):
 
 
 class Command(Request):
-    """A command to the nodes, and what belongs to it."""
+    """A command to the nodes, and its arguments."""
 
     command: str
     given: dict[str, Any] = {}
 
 
-#: What pages may ask for.
+#: The requests that pages may make.
 REQUESTS: Mapping[str, type[Request]] = {
     **dict.fromkeys(("cancel", "compare", "undo", "rank", "raster", "next"), Request),
     **dict.fromkeys(("forget", "map"), OfFile),
@@ -174,7 +174,7 @@ REQUESTS: Mapping[str, type[Request]] = {
     "dots": Dots,
     "command": Command,
 }
-#: What the nodes may be asked, and what each command takes.
+#: The commands to the nodes, and the arguments of each.
 COMMANDS: Mapping[str, type[Declared]] = {
     **dict.fromkeys(("configure", "start", "stop", "emergency_stop", "reset", "tare"), Declared),
     "excite": Excitation,
@@ -198,7 +198,7 @@ def parsed(text: str | bytes) -> dict[str, Any]:
 
 
 def request(asked: dict[str, Any]) -> tuple[str, Request]:
-    """Return the name of a request, and what it takes as declared.
+    """Return the name of a request, and its declared arguments.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The answers to what a page asks for: changes of the desk, and pictures of it.
+"""The answers to a page's requests: changes of the desk, and pictures of it.
 
 Contents: each request by its name, and how it is answered.
 
@@ -41,7 +41,7 @@ class Requests:
     Parameters
     ----------
     desk : Desk
-        What is shown.
+        The desk that is shown.
     folder : path
         Where examples and typed effects are kept.
     live : bool
@@ -176,13 +176,13 @@ class Requests:
         example = examples.EXAMPLES[asked.name]
         opened = [await self.desk.open(path, dict(example.layout)) for path in example.paths]
         if any(each.measured is None for each in opened):
-            return  # it asks for what it does not tell
+            return  # it asks for values that it does not tell
         self.desk.asked = example.asked
         numbers = [each.number for each in opened]
         await self.desk.use(numbers[0], numbers[1] if len(numbers) > 1 else None)
 
     async def _take_effects(self, asked: Effects) -> Any:
-        """Run what was typed or chosen, if the user agrees to it."""
+        """Run the typed or chosen effects, if the user agrees to it."""
         if not asked.consent:
             raise Refused("`consent`: a file of effects is a program; say that it may run")
         text, name = asked.text, uploads.plain(asked.name or "own.py")

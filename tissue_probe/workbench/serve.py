@@ -59,7 +59,7 @@ def serve(
     layout : dict
         How they are read, as ``tissue_probe.read`` takes it.
     asked : dict
-        What is asked of them, as ``tissue_probe.compare`` takes it.
+        The question on them, as ``tissue_probe.compare`` takes it.
     port : int, optional
         Where to listen; by default the first that is free.
     browse : bool
@@ -110,7 +110,7 @@ def _without_trace(record: logging.LogRecord) -> bool:
 
 
 def _try_out(compared: ComparisonResult) -> None:
-    """Do with a comparison all that pages ask for: what that imports is there afterwards."""
+    """Do with a comparison all that pages ask for: the modules are imported afterwards."""
     compared.predict({})
     compared.view().spectrum()
 
@@ -164,7 +164,7 @@ def _made(
         changed()
 
     async def warm_up() -> None:
-        """Load, here and in both processes, what the first steps would wait for."""
+        """Load, here and in both processes, the modules that the first steps would wait for."""
         with contextlib.suppress(TissueProbeError):
             for name in ("warm", "warm_effects"):
                 found = await desk.fitting.do(Work(name, {}))

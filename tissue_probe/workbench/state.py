@@ -24,14 +24,14 @@ from tissue_probe.workbench.uploads import LARGEST, plain
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
 ENDING, MEMBER = ".workbench", "desk.json"
-#: What reading an archive raises of what is damaged, locked or packed in a way that is not known.
+#: Errors of reading an archive that is damaged, locked or packed in an unknown way.
 DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile)
 #: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
 LONGEST = 2**20
 
 
 class StateFile(Declared):
-    """A recording: its name, where it lies, what was stated of it, and whose copy it is."""
+    """A recording: its name, where it lies, the statements on it, and whose copy it is."""
 
     name: str
     path: str
@@ -146,8 +146,8 @@ def packed_state(desk: Desk) -> bytes:
 def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
     """Unpack a state's recordings into a folder, and return it with their paths.
 
-    Effects of one's own are unpacked, but not named: whoever opens a file has not agreed to run a
-    program in it.
+    Effects of one's own are unpacked, but not named: a user who opens a file has not agreed to run
+    a program in it.
 
     Raises
     ------

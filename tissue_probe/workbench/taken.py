@@ -1,4 +1,4 @@
-"""What is taken away from the desk: model, report, notebook, the whole state, each as one file.
+"""Files taken from the desk: model, report, notebook, the whole state, each as one file.
 
 Contents: their names and kinds.
 """
@@ -58,7 +58,7 @@ async def _content(name: str, requests: Requests) -> bytes:
 
 
 async def _written(name: str, write: Callable[[Path], object]) -> bytes:
-    """Return what something writes to a file."""
+    """Return the bytes that a function writes to a file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         await asyncio.to_thread(write, path)

@@ -1,4 +1,4 @@
-"""What a page is told of the desk: all but the samples, as JSON holds it.
+"""The desk as a page is told of it: all but the samples, as JSON holds it.
 
 Contents: names and layout of that.
 """
@@ -21,12 +21,12 @@ from tissue_probe.workbench.question import ITEMS
 from tissue_probe.workbench.refused import Refused
 
 #: A slider goes to this many times its 95 % interval, and at least so far from the value in shares
-#: of it: to see what a parameter does it must be moved by more than it is known.
+#: of it: to see the influence of a parameter it must be moved by more than it is known.
 INTERVALS, LEAST = 4.0, 0.5
 
 
 def choices() -> dict[str, Any]:
-    """Return what forms let choose from."""
+    """Return the choices of the forms."""
     return {
         "question": [each._asdict() for each in ITEMS if each.label],
         "rigs": RIG_CARDS,
@@ -57,7 +57,7 @@ def desk(desk: Desk) -> dict[str, Any]:
 
 
 def without_paths(desk: Desk, told: Any) -> Any:
-    """Return what is told, with a file's name in the place of its path wherever that stands."""
+    """Return a message with each file's name in the place of its path."""
     if isinstance(told, str):
         for opened in desk.files.values():
             told = told.replace(str(opened.path), opened.name)
@@ -72,7 +72,7 @@ def _problem(refused: Refused) -> dict[str, Any]:
 
 
 def job(desk: Desk) -> dict[str, Any] | None:
-    """Return what is under way, with the rows of a ranking so far."""
+    """Return the job under way, with the rows of a ranking so far."""
     if desk.job is None:
         return None
     return {

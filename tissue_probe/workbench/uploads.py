@@ -15,7 +15,7 @@ from tissue_probe.workbench.refused import Refused
 
 #: Most bytes of one file: a day of 2 kHz as text has some 6 GB, an hour 0.3 GB.
 LARGEST = 2**31
-#: What must stay free on the disk [bytes]: a fit and the system need some.
+#: Space that must stay free on the disk [bytes]: a fit and the system need some.
 SPARE = 2**28
 #: Most bytes of a name: file systems take 255, and some more are put before or behind.
 LONGEST_NAME = 120
@@ -53,6 +53,6 @@ async def keep(name: str, parts: AsyncIterator[bytes], folder: Path) -> Path:
 def plain(name: str) -> str:
     """Return a file's name that is nothing but a name."""
     last = _PLAIN.sub("_", name.replace("\\", "/").rpartition("/")[2])
-    # By bytes, as file systems count; the ending tells what it is.
+    # By bytes, as file systems count; the ending tells its kind.
     kept = last.encode()[-LONGEST_NAME:].decode(errors="ignore")
     return kept.strip(". ") or "recording"

@@ -1,6 +1,6 @@
-"""The process that listens to ROS for the pages: twenty messages a second, whatever comes.
+"""The process that listens to ROS for the pages: twenty messages a second at any traffic.
 
-Contents: its loop, and what a message holds.
+Contents: its loop, and the contents of a message.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ DRAWN = (
     "innovation",
     "normalized_innovation_squared",
 )
-#: What pages call the fields of the surface's cloud.
+#: The pages' names of the fields of the surface's cloud.
 LAYERS = {"mean": "stiffness", "sd": "stiffness_stddev", "probability": "probability"}
 
 
 def main() -> None:
-    """Listen until standard input ends; obey what comes through it."""
+    """Listen until standard input ends; obey the commands that come through it."""
     from tissue_probe.nodes.watch import Watch
 
     answer = os.dup(1)
@@ -64,7 +64,7 @@ def main() -> None:
 
 
 def _taken(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Take away what was heard since the last time."""
+    """Take away the messages heard since the last time."""
     from tissue_probe.nodes.watch import PLACES
 
     blocks, watch.blocks = watch.blocks, []
@@ -114,10 +114,10 @@ def _raster(points: Any) -> dict[str, Any]:
 
 
 def _commands() -> list[dict[str, Any] | None]:
-    """Return what is asked by now; None where nothing more will be."""
+    """Return the commands by now; None where no more will come."""
     if not select.select([0], [], [], 0)[0]:
         return []
-    # A line is written at once, and shorter than what a pipe takes at once.
+    # A line is written at once, and shorter than a pipe takes at once.
     text = os.read(0, 2**16)
     return [json.loads(line) for line in text.splitlines()] if text else [None]
 

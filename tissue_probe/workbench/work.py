@@ -1,4 +1,4 @@
-"""What the worker does: calls of the Python interface, each by a name.
+"""The worker's tasks: calls of the Python interface, each by a name.
 
 Contents: these calls.
 """
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.previewing import Preview
 
 Tell = Callable[[dict[str, Any]], None]
-"""Told what is under way."""
+"""Called with the step under way."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def do(content: bytes, tell: Any) -> bytes:
 
 
 def warm_reading(tell: Tell) -> Measurements:
-    """Load what reading a table needs."""
+    """Load the modules that reading a table needs."""
     rows = [(n / 500.0, 1e-3 * math.sin(0.1 * n)) for n in range(500)]
     lines = [f"{t},{u},{500.0 * u}" for t, u in rows]
     with tempfile.TemporaryDirectory() as folder:
@@ -62,12 +62,12 @@ def warm_reading(tell: Tell) -> Measurements:
 
 
 def warm(tell: Tell) -> ComparisonResult:
-    """Load what every fit needs; compile what every model has in common."""
+    """Load the modules that every fit needs; compile the code that all models share."""
     return tp.compare(warm_reading(tell), rig=OWN_RIG)
 
 
 def warm_effects(tell: Tell) -> ComparisonResult:
-    """Load the library of effects, and what integrates models that are not linear."""
+    """Load the library of effects, and the integrator of nonlinear models."""
     return warm(tell).plus("cubic_stiffening")
 
 
@@ -113,7 +113,7 @@ def rank(
     asked: Mapping[str, Any],
     folder: str,
 ) -> DiagnosisResult:
-    """See ``tissue_probe.diagnose``; what each effect predicts is kept in the folder meanwhile."""
+    """See ``tissue_probe.diagnose``; each effect's prediction is kept in the folder meanwhile."""
 
     def found(effect: str, fit: Fit) -> None:
         # Forms of an effect are found one by one, here and in a copy of this process.

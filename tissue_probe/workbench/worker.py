@@ -1,6 +1,6 @@
 """The process in which everything runs that may take long: reading, fits, searches, reports.
 
-Contents: its loop, and how it tells what is under way.
+Contents: its loop, and how it tells its progress.
 
 It has no threads, so that a diagnosis may have a copy of it do half of the work; and it is stopped
 by being ended, copy and all, since it leads a group of processes.
@@ -17,18 +17,18 @@ from tissue_probe.errors import TissueProbeError
 from tissue_probe.one_line import sentence
 from tissue_probe.workbench.messages import as_json
 
-#: A frame: what it is, and how many bytes follow.
+#: A frame: its kind, and how many bytes follow.
 FRAME = struct.Struct("<cQ")
 TOLD, DONE, FAILED = b"t", b"d", b"f"
-#: A pipe takes so many bytes at once, or none, whoever else writes: a copy of the process tells,
-#: too (POSIX's PIPE_BUF is 512 at least).
+#: A pipe takes so many bytes at once, or none, with any number of writers: a copy of the process
+#: tells, too (POSIX's PIPE_BUF is 512 at least).
 AT_ONCE = 512
 
 
 def main() -> None:
-    """Do what comes through standard input, until it ends."""
+    """Do the tasks that come through standard input, until it ends."""
     given, answer = sys.stdin.buffer, os.dup(1)
-    # What a user's own effect prints is no answer.
+    # Text that a user's own effect prints is no answer.
     os.dup2(2, 1)
 
     def tell(told: dict[str, object]) -> None:

@@ -32,25 +32,25 @@ class Workshop:
     def __init__(self) -> None:
         self._one_at_a_time = asyncio.Lock()
         self._process: asyncio.subprocess.Process | None = None
-        #: How often work was cancelled: whoever waited for its turn then was meant, too.
+        #: How often work was cancelled: work that waited for its turn then was meant, too.
         self._cancelled = 0
 
     async def do(self, work: Work, hear: Hear = lambda told: None) -> Any:
-        """Return what a piece of work results in.
+        """Return the result of a piece of work.
 
         Parameters
         ----------
         work : Work
-            What to do.
+            The work.
         hear : callable
-            Told what is under way.
+            Called with the step under way.
 
         Raises
         ------
         Cancelled
             If ``cancel`` was called meanwhile.
         Refused
-            If it cannot be done; says why, and what to do.
+            If it cannot be done; says why, and the remedy.
         """
         before = self._cancelled
         async with self._one_at_a_time:
@@ -77,7 +77,8 @@ class Workshop:
 
     async def _started(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
-            # A group of its own: what the worker starts ends with it, and no Ctrl-C reaches it.
+            # A group of its own: processes that the worker starts end with it, and no Ctrl-C
+            # reaches it.
             self._process = await asyncio.create_subprocess_exec(
                 sys.executable,
                 "-m",

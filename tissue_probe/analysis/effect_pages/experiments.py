@@ -1,4 +1,4 @@
-"""What each experiment shows of an effect: what the plain model leaves of it, and other effects.
+"""The signs of an effect in each experiment: residuals of the plain model, and of other effects.
 
 The change of the force by an effect is projected on the changes that the plain model's own values
 can make, and on those of another effect, linearly in all values. So it is an estimate; a diagnosis
@@ -32,7 +32,7 @@ PASSES = 0.3
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one experiment shows of one effect.
+    """The signs of one effect in one experiment.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class _Changes:
 
 
 def outcomes(library: Mapping[str, Effect]) -> dict[str, tuple[Outcome, ...]]:
-    """Return what each of the usual experiments shows of each effect.
+    """Return the signs of each effect in each of the usual experiments.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def outcomes(library: Mapping[str, Effect]) -> dict[str, tuple[Outcome, ...]]:
 
 
 def residual(effect: Effect, motion: Motion) -> FloatArray:
-    """Return what the nearest plain model leaves of an effect at each sample [N]."""
+    """Return the residual of the nearest plain model at each sample of an effect's force [N]."""
     rig = rig_for(effect)
     changes = _changes(rig, motion, {effect.name: effect})
     return _beyond(changes.effects[effect.name], changes.plain)[: motion.times.size]

@@ -17,7 +17,7 @@ _CALL_DETAILS = ("method", "timeout", "metadata", "credentials", "wait_for_ready
 
 
 class _CallDetails(namedtuple("_CallDetails", _CALL_DETAILS), grpc.ClientCallDetails):
-    """What gRPC asks an interceptor to hand on."""
+    """The details that gRPC asks an interceptor to hand on."""
 
 
 class _Deadline(grpc.UnaryUnaryClientInterceptor):
@@ -36,7 +36,7 @@ class _Deadline(grpc.UnaryUnaryClientInterceptor):
 
 
 class Connection:
-    """Makes what lives on the DAQ.
+    """Makes the objects on the DAQ.
 
     Parameters
     ----------
@@ -77,6 +77,6 @@ class Connection:
         return WatchdogTask(device, timeout=timeout, grpc_options=self._options)
 
     def close(self) -> None:
-        """Hang up; what lives on the DAQ must be closed before."""
+        """Hang up; the objects on the DAQ must be closed before."""
         if self._channel is not None:
             self._channel.close()

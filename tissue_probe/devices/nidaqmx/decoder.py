@@ -244,8 +244,8 @@ class InterpolatedHctl2032:
 class SampleClock:
     """Tells which sample the DAQ takes at an instant of this machine's clock.
 
-    What has arrived by then is never more than what was taken, and now and then nearly as much: so
-    the two clocks are laid together, and kept so while they drift.
+    The samples that have arrived by then are never more than those taken, and now and then nearly
+    as many: so the two clocks are laid together, and kept so while they drift.
     """
 
     def __init__(self, sample_period: float) -> None:

@@ -54,7 +54,7 @@ class Encoder(Protocol):
         """Wait for ``count`` samples; return the load cell's volts and the encoder's counts."""
 
     def stop(self) -> None:
-        """End what was armed."""
+        """End an armed task."""
 
     def close(self) -> None:
         """Let go of counter or lines."""

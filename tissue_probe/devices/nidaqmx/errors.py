@@ -1,4 +1,4 @@
-"""NI-DAQmx's errors as one sentence that says what to do."""
+"""NI-DAQmx's errors as one sentence with the remedy."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def told(doing: str) -> Iterator[None]:
     """Turn errors of ``nidaqmx`` into DeviceError, whose message begins with ``doing``."""
     try:
         yield
-    except (Error, ValueError) as error:  # ValueError: what grpc raises on a closed channel
+    except (Error, ValueError) as error:  # ValueError: grpc's error of a closed channel
         raise DeviceError(f"{doing}: {_sentence(error)}") from None
 
 

@@ -1,4 +1,4 @@
-"""What the DAQ plays on the coil, and how long it would play on without the driver.
+"""The signal that the DAQ plays on the coil, and how long it plays on without the driver.
 
 Two ways, for a DAQ with a watchdog and for one without. Both are given to the DAQ as samples on
 its own clock; neither is paced by this machine.
@@ -29,7 +29,7 @@ class Output(Protocol):
     """A hardware-timed output; sample n is played with sample n of the inputs."""
 
     def advance(self, taken: int) -> None:
-        """Give the DAQ what it needs, now that ``taken`` samples have been read."""
+        """Give the DAQ the next samples it needs, now that ``taken`` samples have been read."""
 
     def commands(self, first: int, count: int) -> FloatArray:
         """Return the voltages of ``count`` samples from number ``first`` [V]."""
@@ -73,7 +73,7 @@ class RegeneratedOutput:
 class StreamedOutput:
     """Any excitation, fed to the DAQ a little ahead, in portions that each end at a zero.
 
-    When the driver dies the DAQ plays what it has, stops, and holds the last voltage: that of the
+    When the driver dies the DAQ plays its buffer, stops, and holds the last voltage: that of the
     sample nearest to a zero of the excitation, at most half a step of it.
 
     Parameters
@@ -81,7 +81,7 @@ class StreamedOutput:
     task : nidaqmx.Task
         With the output channel.
     excitation : Excitation
-        What is played [V].
+        The played signal [V].
     sample_period : float
         Time between two samples [s].
     ahead : float

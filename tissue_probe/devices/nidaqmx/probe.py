@@ -48,7 +48,7 @@ ENCODERS: dict[str, type[Encoder]] = {
     encoder.name: encoder for encoder in (CounterEncoder, Hctl2032, InterpolatedHctl2032)
 }
 STOPPED = "the DAQ was stopped while it was read"
-#: Largest voltage of the output, either way [V]; what is allowed, the limits say.
+#: Largest voltage of the output, either way [V]; the limits say which is allowed.
 COIL_SPAN = 10.0
 #: A voltage so near to an end of the amplifier's span, as a part of it, may be any beyond it.
 SATURATION = 0.0005
@@ -73,7 +73,7 @@ class NiDaqmxProbe:
     Raises
     ------
     DeviceError
-        If the DAQ cannot be reached, or cannot do what the settings ask.
+        If the DAQ cannot be reached, or cannot follow the settings.
     """
 
     Settings = NiDaqmxSettings
@@ -109,7 +109,7 @@ class NiDaqmxProbe:
         """
         self.stop()
         if self._failed:
-            self._let_go()  # what failed may have left tasks in any state
+            self._let_go()  # a failure may have left tasks in any state
         if not self._opened:
             self._open()
         with told("the DAQ cannot start"):
@@ -125,7 +125,7 @@ class NiDaqmxProbe:
                 self._sampling = True
                 self._input.start()
             except BaseException:
-                self._sampling = True  # whatever was started must be stopped
+                self._sampling = True  # a started task must be stopped
                 with suppress(DeviceError):
                     self.stop()
                 raise
@@ -174,7 +174,7 @@ class NiDaqmxProbe:
 
     @property
     def description(self) -> str:
-        """The DAQ, its encoder, and what ends the output if the driver dies, in YAML."""
+        """The DAQ, its encoder, and the end of the output if the driver dies, in YAML."""
         return yaml.safe_dump(self._description, sort_keys=False)
 
     def stop(self) -> None:
@@ -198,7 +198,7 @@ class NiDaqmxProbe:
                 if self._watchdog is not None:
                     self._watchdog.stop()
                 self._put_at_zero()
-            with suppress(Error, ValueError):  # the coil is at zero, and that is what counts
+            with suppress(Error, ValueError):  # the coil is at zero, and that counts
                 self._input.stop()
                 self._encoder.stop()
                 self._failed = failed
@@ -222,7 +222,7 @@ class NiDaqmxProbe:
         self._failed = False
 
     def _look_at_daq(self) -> None:
-        """Refuse a DAQ that cannot do it; free it from what a driver that died left behind."""
+        """Refuse a DAQ that cannot do it; free it from tasks that a dead driver left behind."""
         settings = self._settings
         daq = self._connection.device(settings.device)
         daq.reset_device()
@@ -236,7 +236,7 @@ class NiDaqmxProbe:
         self._description = {"daq": daq.product_type, "serial_number": f"{daq.serial_num:X}"}
 
     def _make_tasks(self) -> None:
-        """Make what lasts; the coil's task is made anew for each excitation."""
+        """Make the lasting tasks; the coil's task is made for each excitation."""
         connection, settings = self._connection, self._settings
         self._coil: nidaqmx.Task | None = None
         self._input = self._opens(connection.task())

@@ -19,11 +19,15 @@ class NiDaqmxSettings(BaseModel):
     )
     device: str = setting("Dev1", "", "name of the DAQ in NI MAX or NI Hardware Configuration")
     sample_rate: float = setting(
-        2000.0, "Hz", "samples a second, to what the DAQ's clock can divide", ge=1.0, le=10000.0
+        2000.0,
+        "Hz",
+        "samples a second, rounded to a rate that the DAQ's clock can divide",
+        ge=1.0,
+        le=10000.0,
     )
     force_channel: str = setting("ai0", "", "analog input of the load cell's amplifier")
     force_terminals: Literal["rse", "nrse", "differential"] = setting(
-        "rse", "", "what the amplifier's output is measured against"
+        "rse", "", "reference of the amplifier's output"
     )
     force_low: float = setting(
         -10.0, "V", "lowest voltage that the load cell's amplifier gives", ge=-10.0, le=9.9
@@ -33,7 +37,7 @@ class NiDaqmxSettings(BaseModel):
     encoder: Literal["counter", "hctl2032", "hctl2032_interpolated"] = setting(
         "counter",
         "",
-        "what counts the encoder: the DAQ's quadrature counter; an HCTL-2032, read for every "
+        "counter of the encoder: the DAQ's quadrature counter; an HCTL-2032, read for every "
         "sample, or as often as it can be, the position between readings interpolated",
     )
     counter: str = setting("ctr0", "", "counter that the encoder's A and B are wired to")

@@ -24,7 +24,7 @@ RigName = Literal["compliant_probe", "rigid_probe", "force_driven"]
 """Names in ``RIGS``, for checkers of types."""
 FilteredRig = Literal["compliant_probe", "rigid_probe"]
 """Those of them whose samples filters take (``Live``)."""
-#: What is declared of the constants in ``RIGS``, by name.
+#: The declarations of the constants in ``RIGS``, by name.
 CONSTANTS = {each.name: each.entry for rig in RIGS.values() for each in rig.constants}
 
 

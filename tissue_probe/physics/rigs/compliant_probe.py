@@ -61,7 +61,7 @@ def _equations(effects: Sequence[Effect], tissue: Tissue, zero: sp.Expr) -> Mode
         load=load,
         net=net,
         stretch=stretch,
-        # The coil feels what it moves: nothing, while play is between it and the load cell.
+        # The coil feels the parts that it moves: none, while play is between it and the load cell.
         reaction=(load + grip) * sp.diff(du, POSITION_RATE),
     )
 

@@ -1,4 +1,4 @@
-"""What the equations of rigs share: the forces on a tip, and how effects act around it.
+"""The common part of rigs' equations: the forces on a tip, and how effects act around it.
 
 Contents: symbols of rigs, tissue and effects under a tip, and a ``Model`` made of them.
 """
@@ -42,14 +42,14 @@ NOWHERE = sp.Integer(0)
 
 
 class Pressed:
-    """The forces on a tip, and what its mass is increased by.
+    """The forces on a tip, and the increase of its mass.
 
     Parameters
     ----------
     effects : sequence of Effect
         Further physics, in the order in which it is applied.
     tissue : Tissue
-        What the tip presses on.
+        The tissue that the tip presses on.
     x, v : Expr
         Displacement [m] of the tip from where it touches, and its velocity [m/s].
     """
@@ -104,7 +104,7 @@ class Pressed:
         return sp.sympify(expression).subs(self.space, simultaneous=True)
 
     def seen_by(self, effect: Effect) -> Callable[[sp.Expr], sp.Expr]:
-        """Return what an effect means by them: what drags the tip knows nothing of a surface."""
+        """Return an effect's meaning of them: a drag on the tip knows nothing of a surface."""
         return self.at if effect.drag == 0 else self.in_space
 
 
@@ -126,7 +126,7 @@ def composed(
     constants : sequence of Symbol
         Of the rig, but where it touches.
     states : sequence of State
-        What moves by itself: position and velocity of the tip first.
+        Its states: position and velocity of the tip first.
     load : Expr
         Force of the load cell, or the force that drives [N], positive in compression.
     net : Expr
@@ -191,16 +191,16 @@ def through(coil: tuple[sp.Expr, sp.Expr], effect: Effect) -> tuple[sp.Expr, sp.
 
 
 def stretched(effects: Sequence[Effect], stretch: sp.Expr) -> sp.Expr:
-    """Return what effects leave of a compression of the load cell's spring [m]."""
+    """Return a compression of the load cell's spring after its effects [m]."""
     for effect in effects:
         stretch = effect.stretch.subs(STRETCH, stretch)
     return stretch
 
 
 def pushed(effects: Sequence[Effect]) -> sp.Expr:
-    """Return the force that drives [N], of ``FORCE``, what was measured of it.
+    """Return the force that drives [N], of ``FORCE``, the measured one.
 
-    What effects do to its channel (a gain g, a bias b: measured = g true + b) is undone.
+    Effects on its channel (a gain g, a bias b: measured = g true + b) are undone.
     """
     read = reduce(lambda force, effect: effect.output.subs(FORCE, force), effects, FORCE)
     return (FORCE - read.subs(FORCE, 0)) / read.diff(FORCE)

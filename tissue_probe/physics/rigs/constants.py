@@ -1,4 +1,4 @@
-"""Constants of rigs: what is declared of one, and how well it is known where nobody says anything.
+"""Constants of rigs: the declaration of one, and its tolerance where nobody states one.
 
 Contents: that, and the constants that several rigs have.
 """
@@ -19,7 +19,7 @@ class Constant:
     entry : Entry
         Its name, that of its symbol in the equations; unit, scale and bounds.
     value, deviation : float
-        What it is taken for where nobody says anything, and the standard deviation of that: 0 says
+        Its value where nobody states one, and the standard deviation of that: 0 says
         that it is known, infinity that it is not known at all, and fitted.
     """
 

@@ -2,8 +2,8 @@
 
     m x'' = F - k x - beta x' - effects,    position = x + contact_position
 
-F is what was measured of the force, positive into the tissue as a load cell's in compression; what
-effects say of its channel is undone first.
+F is the measured force, positive into the tissue as a load cell's in compression; effects on its
+channel are undone first.
 """
 
 from __future__ import annotations

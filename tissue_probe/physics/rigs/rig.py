@@ -1,4 +1,4 @@
-"""What a rig is: how an instrument couples to tissue and to further effects, with its facts.
+"""A rig: how an instrument couples to tissue and to further effects, with its facts.
 
 Contents: the contract of every rig's file in this folder, and of a user's own.
 
@@ -45,7 +45,7 @@ class Rig:
     name : str
         By which it is chosen.
     summary : str
-        One line on what it is.
+        The rig in one line.
     whose : str
         Said after its name: whose instrument it is, such as "for a robot that moves the tip".
     equations : callable
@@ -82,7 +82,7 @@ class Rig:
     drawing: str = ""
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
-        """Come back from bytes as the package's own of its name; a user's own as what it holds."""
+        """Come back from bytes as the package's own of its name; a user's own as its content."""
         from tissue_probe.physics.rigs import RIGS, rig_of
 
         if RIGS.get(self.name) is self:
@@ -113,7 +113,7 @@ class Rig:
         effects : sequence of Effect
             Further physics, applied in this order where the order matters.
         tissue : Tissue, optional
-            What the tip presses on; Kelvin-Voigt tissue by default.
+            The tissue that the tip presses on; Kelvin-Voigt's by default.
         contact_position : bool
             Whether the position at which the tip touches [m] is a constant; 0 otherwise.
         force_offset : bool
@@ -143,11 +143,11 @@ class Rig:
         return with_offset(model) if force_offset else model
 
     def admits(self, effect: Effect) -> bool:
-        """Whether the rig has what an effect acts on."""
+        """Whether the rig has the part that an effect acts on."""
         return not self.obstacle(effect)
 
     def obstacle(self, effect: Effect) -> str:
-        """Say why an effect has no meaning for the rig, as what it does; empty where it has one."""
+        """Say why an effect has no meaning for the rig, in a clause; empty where it has one."""
         from tissue_probe.physics.effects.effect import FORCE, POSITION, POSITION_RATE, STRETCH
 
         cell = (effect.cell, effect.stretch, effect.engaged)
@@ -172,7 +172,7 @@ class Rig:
         return f"<Rig {self.name}: {self.summary}>"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the table that a notebook shows."""
         from html import escape
 
         return (

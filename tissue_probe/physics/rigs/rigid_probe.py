@@ -33,7 +33,7 @@ def _equations(effects: Sequence[Effect], tissue: Tissue, zero: sp.Expr) -> Mode
     u, du = reduce(through, effects, (POSITION, POSITION_RATE))
     pressed = Pressed(effects, tissue, u - zero, du)
     load = (MASS + pressed.inertia) * POSITION_ACCELERATION + pressed.force + pressed.drag
-    # The coil leads the tip whatever resists: friction never holds it, and turns as it turns.
+    # The coil leads the tip against any force: friction never holds it, and turns as it turns.
     return composed(pressed, constants=(MASS,), states=(), load=load)
 
 

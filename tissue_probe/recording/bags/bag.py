@@ -1,4 +1,4 @@
-"""A bag: recorded messages by topic, whatever the file format.
+"""A bag: recorded messages by topic, of any file format.
 
 Contents: the shape that every format's reader gives them, and their order.
 """
@@ -60,7 +60,7 @@ class Bag(Protocol):
 
     @property
     def topics(self) -> Sequence[Topic]:
-        """What was recorded."""
+        """The recorded topics."""
 
     @property
     def metadata(self) -> Mapping[str, Mapping[str, str]]:
@@ -110,7 +110,7 @@ def by_log_time(
     waiting: list[tuple[int, int, RawMessage]] = []
     for number, message in enumerate(watched(bag, topics, progress, (0.5, 1.0)), start=1):
         heappush(waiting, (message.log_time, number, message))
-        # A recorder may go on writing in between: what is behind the counted comes last.
+        # A recorder may go on writing in between: messages behind the counted ones come last.
         after = earliest_after[number] if number < times.size else None
         while waiting and (after is None or waiting[0][0] <= after):
             yield heappop(waiting)[2]

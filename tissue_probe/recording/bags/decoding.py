@@ -1,4 +1,4 @@
-"""From recorded bytes to what the package computes with, by the definition that the bag carries.
+"""From recorded bytes to arrays, by the definition that the bag carries.
 
 Contents: this suite's messages.
 """
@@ -81,7 +81,7 @@ class Decoder:
     topic : Topic
         Whose messages.
     path : path
-        What to call the bag in messages.
+        The bag's name in messages.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Decoder:
     ) -> Iterator[Content]:
         """Yield messages as ``decode`` does; leave out, with a warning, those that are malformed.
 
-        The live nodes leave these out, too, so that what is computed again is what they computed.
+        The live nodes leave these out, too, so that a later computation has their results.
 
         Raises
         ------
@@ -159,7 +159,7 @@ def _first_line(error: Exception) -> str:
     return str(error).partition("\n")[0]
 
 
-# What rosbags raises of damaged content.
+# Errors of rosbags on damaged content.
 _NONSENSE = (SerdeError, AttributeError, ValueError, AssertionError, LookupError, OverflowError,
              struct.error, MemoryError)  # fmt: skip
 
@@ -177,7 +177,7 @@ def _deserializer(topic: Topic) -> Callable[[bytes], Any]:
 
 @lru_cache(maxsize=64)  # parsing a definition takes as long as reading thousands of messages
 def _types(topic: Topic) -> tuple[Typestore, str]:
-    """Return a store that knows the topic's type, and what it calls it."""
+    """Return a store that knows the topic's type, and its name there."""
     package, slash, name = topic.typename.partition("/")  # in MCAP, ROS 1 writes package/Name
     if not slash:
         raise RecordingError(

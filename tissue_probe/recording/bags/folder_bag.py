@@ -20,7 +20,7 @@ from tissue_probe.recording.errors import RecordingError
 _log = logging.getLogger(__name__)
 
 METADATA = "metadata.yaml"
-"""What ``ros2 bag`` writes beside the files."""
+"""The file that ``ros2 bag`` writes beside the others."""
 
 _FILE = re.compile(r".*\.(mcap|db3)(\.zstd)?")
 

@@ -42,10 +42,10 @@ from tissue_probe.signals import (
 def read_foreign_bag(
     bag: Bag, path: Path, layout: Layout, progress: Progress = lambda share: None
 ) -> tuple[Recording, tuple[str, ...]]:
-    """Read a force and a position topic; return the recording, and notes on what was done.
+    """Read a force and a position topic; return the recording, and notes on its changes.
 
     Samples are those of the force, at the stamps in its headers; the position is brought to them by
-    a cubic spline. What the clocks did is told, and made good or refused (``two_clocks``). In SI
+    a cubic spline. Faults of the clocks are told, and made good or refused (``two_clocks``). In SI
     unless stated otherwise, as ROS has it (REP 103).
 
     Parameters
@@ -53,7 +53,7 @@ def read_foreign_bag(
     bag : Bag
         Of ROS 1 or 2.
     path : path
-        What to call it in messages.
+        Its name in messages.
     layout : Layout
         Names the fields and the force's polarity.
     progress : callable

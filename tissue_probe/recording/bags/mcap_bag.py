@@ -3,8 +3,8 @@
 Contents: the file's records, down to messages as bytes, and its checksums.
 
 Records are parsed by ``mcap``. Its readers are not used: they end in an error where the file was
-cut off or is damaged, and what lies behind is lost. No index is used either: what is in the data
-counts, and an index that says otherwise cannot mislead.
+cut off or is damaged, and messages behind are lost. No index is used either: the data count, and an
+index that says otherwise cannot mislead.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ _PREFIX = Struct("<BQ")  # opcode, length
 _MESSAGE = Struct("<HIQQ")  # channel, sequence, log time, publish time
 _CHANNEL = Struct("<H")  # of a message
 _CHUNK = Struct("<QQQII")  # its times, size and checksum unpacked, length of its packing's name
-_LENGTH = Struct("<Q")  # of what is packed
+_LENGTH = Struct("<Q")  # of the packed bytes
 _UP_TO_CRC = 16  # bytes of a footer before the summary's checksum, which counts them too
 _BLOCK = 2**20
 _NO_SCHEMA = Schema(id=0, data=b"", encoding="", name="")
-_NONSENSE = (McapError, struct.error, ValueError, OverflowError)  # what parsing damage raises
+_NONSENSE = (McapError, struct.error, ValueError, OverflowError)  # errors of parsing damage
 _MAY_STAND_ALONE = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # or in a chunk
 
 
@@ -61,7 +61,7 @@ class _Part(NamedTuple):
 
 
 class _Summary(NamedTuple):
-    """What a closed file says of itself: where it repeats definitions, and its counts."""
+    """A closed file's summary: where it repeats definitions, and its counts."""
 
     definitions: tuple[tuple[int, int, int], ...] = ()
     statistics: Statistics | None = None
@@ -72,8 +72,8 @@ class McapBag:
 
     Of a packed chunk that the cut goes through, the blocks of the packing that are complete.
 
-    It is read through once when it is opened. What its checksums contradict is told by a warning,
-    and left out where it can be told which records are meant. The caller has checked that
+    It is read through once when it is opened. Records that its checksums contradict are told by a
+    warning, and left out where it can be told which records are meant. The caller has checked that
     the file begins as an MCAP file does.
 
     Parameters
@@ -81,7 +81,7 @@ class McapBag:
     path : path
         The file.
     name : path, optional
-        What to call it in messages, if otherwise.
+        Its name in messages, if otherwise.
 
     Raises
     ------
@@ -129,7 +129,7 @@ class McapBag:
         return sum(self._counts[n] for n, topic in self._channels.items() if topic.name in topics)
 
     def _scan(self, file: BinaryIO) -> _Summary:
-        """Note what is where in the data, and return what the summary says, if it holds."""
+        """Note the place of each part in the data, and return the summary, if it holds."""
         complete = len(MCAP0_MAGIC)
         for opcode, begin, end in _records_in_file(file, complete):
             if opcode == Opcode.DATA_END:
@@ -280,8 +280,8 @@ class McapBag:
         expected = record.data_section_crc if record else 0
         if expected and expected != _checksum(file, 0, begin - _PREFIX.size):
             _log.warning(
-                "%s is damaged: its data do not have the checksum that they carry; what has none "
-                "of its own (the run's parameters, messages outside of chunks) may be wrong",
+                "%s is damaged: its data do not have the checksum that they carry; data without "
+                "a checksum (the run's parameters, messages outside of chunks) may be wrong",
                 self._name,
             )
 
@@ -301,7 +301,7 @@ class McapBag:
         return holds
 
     def _compare(self, said: Statistics | None) -> None:
-        """Warn if messages are missing, or cannot be told what they are."""
+        """Warn if messages are missing, or of unknown kind."""
         found = sum(self._counts.values())
         if said and said.message_count != found:
             _log.warning(
@@ -322,8 +322,8 @@ class McapBag:
         whole = sum(part.chunk and not part.cut for part in self._parts)
         if any(part.cut for part in self._parts):
             _log.warning(
-                "%s was not closed by its recorder; reading its %d complete chunks and what there "
-                "is of the next",
+                "%s was not closed by its recorder; reading its %d complete chunks and the part "
+                "of the next that there is",
                 self._name, whole,
             )  # fmt: skip
             return

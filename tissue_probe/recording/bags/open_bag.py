@@ -1,6 +1,6 @@
-"""Opening a bag by what it is, not by what it is called.
+"""Opening a bag by its content, not by its name.
 
-Contents: telling formats apart, and what to say of those that are not read.
+Contents: telling formats apart, and the sentence on those that are not read.
 """
 
 from __future__ import annotations
@@ -90,4 +90,4 @@ class _PackedBag(FolderBag):
 def _what_is_wrong(head: bytes) -> str:
     if not head:
         return "is empty: nothing was recorded; record again"
-    return "is not an MCAP file, nor another bag of ROS; give what the recorder wrote"
+    return "is not an MCAP file, nor another bag of ROS; give the file or folder of the recorder"

@@ -1,4 +1,4 @@
-"""Reading back what a run recorded.
+"""Reading back the recording of a run.
 
 Contents: which messages of a bag make up a recording, its estimates, its map.
 """
@@ -43,7 +43,7 @@ def recording_of(
     samples_topic: str | None = None,
     progress: Progress = lambda share: None,
 ) -> Recording:
-    """Read what ``read_recording`` does of a bag that is open; ``path`` is its name in messages.
+    """Read an open bag as ``read_recording`` does; ``path`` is its name in messages.
 
     ``progress`` is told the share of the samples that is read, from 0 to 1.
     """

@@ -18,7 +18,7 @@ from tissue_probe.recording.robot.settings import RobotSettings
 from tissue_probe.signals import Recording, SampleBlock, join
 
 TOGETHER = 4096
-"""Messages between two looks at what has become known: each costs as much as some tens of them,
+"""Messages between two looks at new poses and forces: each look costs as much as some tens of them,
 and as many wait in memory."""
 
 
@@ -32,7 +32,7 @@ def read_robot_bag(
     bag : Bag
         Of ROS 1 or 2.
     path : path
-        What to call it in messages.
+        Its name in messages.
     settings : RobotSettings
         By which the node ran, or would.
     progress : callable

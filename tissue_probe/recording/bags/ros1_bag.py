@@ -18,7 +18,7 @@ from tissue_probe.recording.bags.bag import RawMessage, Topic
 from tissue_probe.recording.bags.unpacking import DAMAGED, Budget, unpack
 from tissue_probe.recording.errors import RecordingError
 
-# What rosbags raises of nonsense.
+# Errors of rosbags on damaged content.
 _NONSENSE = (ReaderError, struct.error, AssertionError, LookupError, OverflowError, *DAMAGED)
 _PACKINGS = {decompressor: packing for packing, decompressor in decompressors.items()}
 
@@ -33,7 +33,7 @@ class Ros1Bag:
     path : path
         The file.
     name : path, optional
-        What to call it in messages, if otherwise.
+        Its name in messages, if otherwise.
 
     Raises
     ------
@@ -93,7 +93,7 @@ class Ros1Bag:
             ) from error
 
     def _bound(self, reader: Reader) -> None:
-        """Let chunks unpack to what they say that they hold, within bounds."""
+        """Let chunks unpack to their stated size, within bounds."""
         budget = Budget(self._path, self._name)
         for place, chunk in reader.chunks.items():
             assert reader.bio is not None

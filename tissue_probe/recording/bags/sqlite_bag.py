@@ -2,8 +2,8 @@
 
 Contents: messages as bytes out of such a file.
 
-``rosbags`` reads them too, but as if nothing lay beside: what a killed recorder left in its
-write-ahead log is missing then, silently.
+``rosbags`` reads them too, but as if nothing lay beside: messages that a killed recorder left in
+its write-ahead log are missing then, silently.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tissue_probe.recording.errors import RecordingError
 _log = logging.getLogger(__name__)
 
 _LOGS = ("-wal", "-journal")
-"""What a recorder that was killed leaves beside its file; SQLite puts the two together."""
+"""Files that a killed recorder leaves beside its own; SQLite puts the two together."""
 
 
 class SqliteBag:
@@ -36,7 +36,7 @@ class SqliteBag:
     path : path
         The file.
     name : path, optional
-        What to call it in messages, if otherwise.
+        Its name in messages, if otherwise.
 
     Raises
     ------
@@ -91,7 +91,7 @@ class SqliteBag:
         return {number: topic for number, topic in self._topics.items() if topic.name in topics}
 
     def _connection(self) -> sqlite3.Connection:
-        # Immutable: what is recorded is not touched, whatever lies beside it.
+        # Immutable: the recording is not touched, whichever files lie beside it.
         uri = f"{self._path.absolute().as_uri()}?immutable=1"
         return sqlite3.connect(uri, uri=True)
 
@@ -114,7 +114,7 @@ class SqliteBag:
         )
 
     def _check(self, connection: sqlite3.Connection) -> None:
-        """Warn of what does not hold together: pages that are lost are lost silently."""
+        """Warn of inconsistent pages: lost pages are lost silently."""
         (said,) = connection.execute("PRAGMA quick_check(1)").fetchone()
         if said != "ok":
             _log.warning(
@@ -124,7 +124,7 @@ class SqliteBag:
     def _damaged(self, error: Exception) -> RecordingError:
         said = " ".join(str(error).split())  # it may quote a definition, of many lines
         return RecordingError(
-            f"{self._name} is damaged ({said}); sqlite3's .recover may save what is left"
+            f"{self._name} is damaged ({said}); sqlite3's .recover may save the remaining messages"
         )
 
 

@@ -1,6 +1,6 @@
-"""What is in a bag, in a few figures.
+"""The contents of a bag, in a few figures.
 
-Contents: what ``tissue_probe info`` prints, of any bag, also a foreign one.
+Contents: the figures of ``tissue_probe info``, of any bag, also a foreign one.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A field of a topic, such as ``/ft_sensor.wrench.force.z``, and its values over time.
 
-Contents: finding the field, and what each message is stamped.
+Contents: finding the field, and the stamp of each message.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ POSITION_FIELDS = {
 }
 """The same of position."""
 
-_LATEST = 2**63 - 1  # ns; in 292 years from 1970: what is later is damage
+_LATEST = 2**63 - 1  # ns; in 292 years from 1970: a later time is damage
 _STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 
 
@@ -44,9 +44,9 @@ _STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 class FieldValues:
     """Values of a field; arrays have shape (n,), in the order stored.
 
-    ``name`` is the field's in full; ``logged`` is when each message was recorded, ``stamped`` what
-    its header says (None where no message has a stamp) [ns since the epoch]. ``notes`` tells in
-    sentences what was left out.
+    ``name`` is the field's in full; ``logged`` is when each message was recorded, ``stamped`` the
+    time in its header (None where no message has a stamp) [ns since the epoch]. ``notes`` tells in
+    sentences which messages were left out.
     """
 
     name: str
@@ -73,7 +73,7 @@ def read_field(
     bag : Bag
         Where the topic is.
     path : path
-        What to call the bag in messages.
+        The bag's name in messages.
     name : str
         ``/topic.field.field[index]``; the index of a JointState may be the name of a joint. With no
         field, that which ``defaults`` has for the type. Where several sensors publish on the topic,

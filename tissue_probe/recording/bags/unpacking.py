@@ -1,4 +1,4 @@
-"""Unpacking what a bag holds packed, within bounds.
+"""Unpacking the packed parts of a bag, within bounds.
 
 Contents: zstd, LZ4 and bzip2 as bags use them, and how much may come out of them.
 """
@@ -15,15 +15,15 @@ from lz4.frame import LZ4FrameDecompressor
 from tissue_probe.recording.errors import RecordingError
 
 LARGEST = 256 * 2**20
-"""Most that one chunk or message may unpack to [bytes]. Whoever writes a chunk holds it in memory
-until it is full, 1 to 4 MiB as writers come; so does whoever reads it."""
+"""Most that one chunk or message may unpack to [bytes]. A writer holds a chunk in memory until it
+is full, 1 to 4 MiB as writers come; so does a reader."""
 
 TOTAL, RATIO = 4 * 2**30, 200
 """Most that a file may unpack to: so many bytes, or so many times its size if that is more.
 Messages differ at least in their times, of which no packing leaves much less than a hundredth."""
 
 DAMAGED = (zstandard.ZstdError, RuntimeError, EOFError, OSError, ValueError)
-"""What unpacking damaged bytes raises."""
+"""Errors of unpacking damaged bytes."""
 
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _BLOCK = 2**20
@@ -37,11 +37,11 @@ def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
     Parameters
     ----------
     name : path
-        What to call the file in messages.
+        The file's name in messages.
     packing : {"", "none", "zstd", "lz4", "bz2"}
         How it is packed.
     data : bytes
-        What is packed.
+        The packed bytes.
     size : int
         How large it says that it is unpacked [bytes].
 
@@ -72,14 +72,14 @@ def unpack(name: object, packing: str, data: bytes, size: int) -> bytes:
 
 
 def unpack_beginning(name: object, packing: str, data: bytes) -> bytes:
-    """Unpack what there is of a chunk that was cut off: its blocks that are complete.
+    """Unpack the complete blocks of a chunk that was cut off.
 
     Parameters
     ----------
     name, packing
         As ``unpack`` has them; nothing comes out of a packing that is not known.
     data : bytes
-        The beginning of what is packed.
+        The beginning of the packed bytes.
 
     Raises
     ------
@@ -155,14 +155,14 @@ def unpack_file(path: Path, to: BinaryIO) -> None:
 
 
 class Budget:
-    """What may still be unpacked of one file.
+    """The bytes that may still be unpacked of one file.
 
     Parameters
     ----------
     path : path
         The file.
     name : path, optional
-        What to call it in messages, if otherwise.
+        Its name in messages, if otherwise.
     """
 
     def __init__(self, path: Path, name: object = None) -> None:

@@ -1,4 +1,4 @@
-"""One topic of a robot as it comes, message by message: what of it may be joined to another topic.
+"""One topic of a robot, message by message: the part of it that may be joined to another topic.
 
 Contents: late and stray messages, holes, jumps, a clock that was set back, a sensor that hangs;
 each judged by the messages of this topic alone, and at most one that is to come, so that the answer
@@ -19,8 +19,9 @@ REACH = 2.5
 bridged, as in ``even_grid.interpolate``."""
 
 HELD = 10 * NANOSECONDS
-"""How long messages wait for those of the other topic [ns]: twice what DDS's queues keep
-(``nodes.qos.BLOCKS``). What waits longer is let go, so that a topic that ended fills no memory."""
+"""How long messages wait for those of the other topic [ns]: twice the time that DDS's queues keep
+(``nodes.qos.BLOCKS``). Messages that wait longer are dropped, so that a topic that ended fills no
+memory."""
 
 
 class Entry(NamedTuple):
@@ -59,19 +60,19 @@ class Piece:
 
 @dataclass(frozen=True)
 class Fault:
-    """What was wrong with messages: how often, and of the last of them in a sentence."""
+    """A fault of messages: how often, and of the last of them in a sentence."""
 
     count: int
     sentence: str
 
 
 class Channel:
-    """Takes the messages of a topic in the order they come, and keeps what can be used of them.
+    """Takes the messages of a topic in the order they come, and keeps the usable ones.
 
     Parameters
     ----------
     name : str
-        What to call the topic.
+        The topic's name in messages.
     rate : float
         Its messages a second [Hz].
     fastest : float

@@ -1,11 +1,11 @@
-"""The clocks of a recorded channel: what the times tell when a message was logged and stamped.
+"""The clocks of a recorded channel, judged by the times at which messages were logged and stamped.
 
 Contents: steps, rollovers, drift, ticks and jitter, found in two arrays of times, and times without
 them.
 
 A message has two times: its stamp, when the sensor measured, by the sensor's clock, and its log
-time, when the recorder received it, by the recorder's. The delay, log time minus stamp, holds
-what the two clocks differ by and the way of the message, which is never negative.
+time, when the recorder received it, by the recorder's. The delay, log time minus stamp, holds the
+difference of the two clocks and the way of the message, which is never negative.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ TICKED = 0.1
 """Share of stamps equal to the one before, above which a clock is coarser than the sampling."""
 
 LEAST = 0.01
-"""Quantile of the delays that stands for the least: what delays a message only adds."""
+"""Quantile of the delays that stands for the least: any delay of a message only adds."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,9 @@ class ClockedTimes:
         When each was measured, by the clock of the stamps; by the recorder's where there are none
         [ns].
     rows : array of int, or slice
-        Which message each is, in the order stored: what came late is in its place, what came twice
-        is there once. A slice of all where they came in order: arrays of a long bag are large.
+        Which message each is, in the order stored: a late message is in its place, one that came
+        twice is there once. A slice of all where they came in order: arrays of a long bag are
+        large.
     stamped : bool
         Whether the times are those of stamps.
     cuts : array of int, shape (k,)
@@ -73,7 +74,7 @@ class ClockedTimes:
     delay : float
         Median of log time minus time [ns]; 0 where there are no stamps.
     least_delay : float
-        What of the delay the clocks make, and the shortest way [ns], at the first message.
+        The delay by the clocks, and the shortest way [ns], at the first message.
     drift : float
         By how much the delay grows over the stamps' time [-].
     drift_error : float
@@ -85,10 +86,10 @@ class ClockedTimes:
     even : bool
         Whether even sampling explains coarse stamps: then the times are even.
     doubt : float
-        Standard error of what was taken out of the times, steps or a rate that was not quite the
+        Standard error of the correction of the times, steps or a rate that was not quite the
         one stated: by so much they may be off against the other channel [ns].
     notes : tuple of str
-        What was found, in sentences.
+        The findings, in sentences.
     """
 
     times: IntArray
@@ -114,16 +115,16 @@ class ClockedTimes:
 
 
 def clocked(name: str, logged: IntArray, stamped: IntArray | None) -> ClockedTimes:
-    """Find out what the clocks of a channel did, and return times without it.
+    """Find the faults of a channel's clocks, and return times without them.
 
     Parameters
     ----------
     name : str
-        What to call the channel.
+        The channel's name in messages.
     logged : array, shape (n,)
         When each message was recorded, in the order stored [ns].
     stamped : array, shape (n,), optional
-        What its header says [ns].
+        The stamps in its headers [ns].
     """
     if stamped is None:
         times, setbacks, places = _without_setbacks(logged)
@@ -232,9 +233,9 @@ def _without_steps(
 ) -> tuple[IntArray, list[int], IntArray | None, float]:
     """Take steps of the stamps' clock out of the stamps.
 
-    Returns the stamps, where they stepped, what of the delay is left that is no property of
-    the clocks at the beginning (steps of the recorder's clock, or of the way, shape (n,); None
-    where there are none), and how exactly steps were taken out [ns].
+    Returns the stamps, where they stepped, the rest of the delay, which is no property of the
+    clocks at the beginning (steps of the recorder's clock, or of the way, shape (n,); None where
+    there are none), and how exactly steps were taken out [ns].
     """
     usual = usual_step(stamps)
     steps, known, doubt = [], None, 0.0
@@ -277,7 +278,7 @@ def _without_steps(
 def _exact_shift(
     delays: FloatArray, at: int, jump: float, usual: float, uneven: float, drift: float
 ) -> tuple[int, float]:
-    """Return what takes a step out of the stamps [ns], from the delays on both sides of it.
+    """Return the correction of a step in the stamps [ns], from the delays on both sides of it.
 
     As exact as the stamps are even, where the delays are sure enough of how many are missing there;
     and its standard error [ns]: ``uneven``, that of a step of the stamps, or of the medians of the
@@ -364,8 +365,8 @@ def _neighbours(places: IntArray) -> Iterator[list[int]]:
 def _tell_setbacks(name: str, setbacks: IntArray, times: IntArray, places: IntArray) -> list[str]:
     return [
         f"the host's clock, by which {name} goes, steps back by {_size(size)}, "
-        f"{(times[place - 1] - times[0]) / NANOSECONDS:.4g} s after the first message: what "
-        "follows is taken as later, and the recording split there"
+        f"{(times[place - 1] - times[0]) / NANOSECONDS:.4g} s after the first message: the "
+        "messages behind are treated as later, and the recording split there"
         for place, size in zip(places, setbacks, strict=True)
     ]
 
@@ -380,7 +381,7 @@ def _ordered(
     notes: list[str],
     stamped: bool,
 ) -> ClockedTimes:
-    """Put what came late in its place, and leave out what has the time of another."""
+    """Put late messages in their place, and leave out those with the time of another."""
     cuts = np.array(sorted(times[[*steps, *places]]), dtype=np.int64)
     setback_cuts = np.searchsorted(cuts, times[places])
     tick, even = 0.0, True
@@ -448,7 +449,7 @@ def _tell_ticks(name: str, tick: float, times: IntArray, even: bool) -> str:
 
 
 def _with_delays(name: str, found: ClockedTimes, delays: FloatArray) -> ClockedTimes:
-    """Add what the delays tell: level, drift, jitter."""
+    """Add the estimates from the delays: level, drift, jitter."""
     drift, error = _slope(found.times, delays)
     delay = float(np.median(delays))
     for first in range(0, delays.size, PIECE):

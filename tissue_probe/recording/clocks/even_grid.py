@@ -84,11 +84,11 @@ class EvenGrid:
     period : float
         Time between two samples [s].
     spans : tuple of Span
-        What lies between the gaps.
+        The rows between the gaps.
     even : bool
         Whether the samples are so spaced as they are; if not they have to be resampled.
     notes : tuple of str
-        What the user should know of it, in sentences.
+        Notes for the user, in sentences.
     longest : float
         Step in the file's times from which on it is a gap [periods].
     """
@@ -138,7 +138,7 @@ def even_grid(
     time : array, shape (n,)
         Time of each sample [s].
     where : str
-        What to call the times' file in messages.
+        The name of the times' file in messages.
     bridged : int
         Gaps of up to so many samples, if it goes on in step behind them, do not split: the samples
         missing there are not known, as others of the file may be.
@@ -173,7 +173,7 @@ def even_grid(
             f"{where}: times deviate by up to {1e3 * jitter:.3g} ms from even spacing; where that "
             f"is needed, resampled by a cubic spline at {1.0 / period:.6g} Hz"
         )
-    # Two times are rounded; what is resampled keeps its times, in step or not.
+    # Two times are rounded; resampled rows keep their times, in step or not.
     in_step = ~np.array(even) | (
         _off(steps, period) <= 2.0 * max(_rounding(time), NEGLIGIBLE * period)
     )
@@ -197,7 +197,7 @@ def _usual_there(steps: FloatArray, usual: float) -> float | FloatArray:
     """
     if steps.size < LASTING or float(steps.max()) <= GAP * float(steps.min()):
         return usual
-    from scipy.ndimage import median_filter  # with what else takes uneven times
+    from scipy.ndimage import median_filter  # loaded with the other code for uneven times
 
     there = median_filter(steps, LASTING, mode="nearest")
     even = np.mean(np.abs(_ratio(steps, there, 1.0)) > WHOLE) < IRREGULAR

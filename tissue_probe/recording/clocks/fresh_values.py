@@ -19,7 +19,7 @@ STEPS = 2.5
 repeats a value only where the signal moves less than a step or two between samples."""
 
 BY_CHANCE = 3.0
-"""A held channel repeats values more often than so many times what chance gives one of its steps.
+"""A held channel repeats values more often than so many times the number by chance for its steps.
 """
 
 REGULAR = 0.95
@@ -27,9 +27,10 @@ REGULAR = 0.95
 a signal at rest, holds few values for long."""
 
 BY_ACCIDENT, FOLLOWS = 30.0, 0.75
-"""What drives is felt where it changes. What the other channel does after a change, and its past
-does not foretell, follows the change: by a sum of squares so many times the variance of what is
-foretold of it elsewhere (5.5 standard deviations), and by this share of its own sum of squares."""
+"""The input is felt where it changes. A motion of the other channel after a change, which its past
+does not foretell, follows the change: by a sum of squares so many times the variance of the
+forecast's error elsewhere (5.5 standard deviations), and by this share of its own sum of squares.
+"""
 
 AHEAD = (1, 2, 4, 8, 16)
 """Rows after a change at which the other channel is looked at: a heavy probe answers late."""
@@ -82,7 +83,7 @@ def _held(fresh: BoolArray, changes: FloatArray) -> bool:
 
 
 def drives(values: FloatArray, fresh: BoolArray, other: FloatArray) -> bool:
-    """Return whether a channel that is held between changes is what drives the other one.
+    """Return whether a channel that is held between changes drives the other one.
 
     A sensor that is read late holds its values, too, but nothing happens when it is read.
 

@@ -1,4 +1,4 @@
-"""Taking out of measurements what is faster than the motion.
+"""Taking parts faster than the motion out of measurements.
 
 Contents: one filter for all channels alike, so that none comes late against another.
 """
@@ -11,7 +11,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.signals import SampleBlock
 
 ORDER = 4
-#: Samples that are kept in a cycle of the cut-off frequency: what is left of noise stays white.
+#: Samples that are kept in a cycle of the cut-off frequency: the remaining noise stays white.
 KEPT = 2.5
 
 

@@ -2,7 +2,7 @@
 
 Contents: channels of two starts or two rates, and rows in which only one of both stands.
 
-The force keeps its times, since its noise is what errors are judged by; the position moves
+The force keeps its times, since errors are judged by its noise; the position moves
 smoothly, and is brought to these by a cubic spline.
 """
 

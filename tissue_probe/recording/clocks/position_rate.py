@@ -1,4 +1,4 @@
-"""What it costs that a position is sampled slowly for its motion.
+"""The error of k and beta where a position is sampled slowly for its motion.
 
 Contents: how far a spline through few samples a cycle is from the motion.
 """
@@ -24,7 +24,7 @@ LINE = 0.25
 def tell_slow_position(
     name: str, position_times: FloatArray, force_times: FloatArray, force: FloatArray
 ) -> str | None:
-    """Say what a position that is sampled too slowly for the motion does to k and beta.
+    """Name the error of k and beta where a position is sampled too slowly for the motion.
 
     The motion is taken to be a sine of the force's strongest frequency; it is sampled when the
     position was, brought to the force's times as the position is, and compared with itself.
@@ -32,7 +32,7 @@ def tell_slow_position(
     Parameters
     ----------
     name : str
-        What to call the position.
+        The position's name in messages.
     position_times : array, shape (k,)
         When it was sampled [s].
     force_times, force : arrays, shape (n,)

@@ -27,7 +27,7 @@ class Stretch(SampleBlock):
     Parameters
     ----------
     measured : array of bool, shape (n,)
-        Which of them are as they were measured; what was missing of the others is filled in.
+        Which of them are as they were measured; missing values of the others are filled in.
     """
 
     measured: BoolArray

@@ -1,6 +1,6 @@
 """Times as files tell them, in seconds.
 
-Contents: dates, clocks, epochs in any unit, counters of time; what is ambiguous in them.
+Contents: dates, clocks, epochs in any unit, counters of time; and times that are ambiguous.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _TELLING = ("s", "ms", "us", "ns")
 class Times(NamedTuple):
     """Times [s] since ``origin`` [ns since the epoch, 0 where the file has a zero of its own].
 
-    NaN where not known. What was made of them is told in phrases.
+    NaN where not known. Their reading is told in phrases.
     """
 
     origin: int
@@ -52,12 +52,12 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
     certain : bool
         Whether the unit cannot be wrong: the user states it, or this suite wrote the file.
     where : str
-        What to call the file.
+        The file's name in messages.
 
     Raises
     ------
     RecordingError
-        If the unit is ambiguous, or cannot be what the name says, or all times are the same.
+        If the unit is ambiguous, or cannot be that of the name, or all times are the same.
     """
     if column.dtype.kind == "M":
         return _dates(column)

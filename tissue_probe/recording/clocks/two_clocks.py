@@ -1,6 +1,6 @@
 """The clocks of two channels, brought together.
 
-Contents: by which clock force and position go, and what is refused.
+Contents: by which clock force and position go, and which recordings are refused.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def by_one_clock(
     clock: Clock | None,
     sample_rate: float | None,
 ) -> tuple[ClockedTimes, ClockedTimes, IntArray, list[str]]:
-    """Return the times of force and position by one clock, where it stepped, and what to tell.
+    """Return the times of force and position by one clock, where it stepped, and the notes.
 
     Stamps count, unless one channel has none, or the two clocks are more than a second apart: then
     both go by the recorder's clock, as far as the stamps tell it. A drift against the
@@ -53,11 +53,11 @@ def by_one_clock(
     Parameters
     ----------
     path : path
-        What to call the bag in messages.
+        The bag's name in messages.
     force, position : FieldValues
         The two channels.
     clock : {"stamps", "recorder"}, optional
-        By which to go, whatever the stamps tell.
+        By which to go, instead of a choice by the stamps.
     sample_rate : float, optional
         Rate at which the force was sampled, evenly and none lost, in the place of its times [Hz].
 

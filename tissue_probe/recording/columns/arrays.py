@@ -17,7 +17,7 @@ WIDEST = 64
 
 
 def array_columns(name: str, shape: tuple[int, ...], dtype: np.dtype) -> Iterator[str]:
-    """Yield the names of the columns of an array; nothing of what is no column.
+    """Yield the names of the columns of an array; none where it is no column.
 
     Parameters
     ----------

@@ -23,13 +23,13 @@ class Blocks:
     Parameters
     ----------
     path : Path
-        What to call the file in messages.
+        The file's name in messages.
     found : Found
         The table.
     decimal : {".", ","}
         The decimal mark.
     line : str
-        What a line is called in such a file.
+        The name of a line in such a file.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Blocks:
         if self.pending:
             raise RecordingError(
                 f"{self._path}, {self._line} {self.pending[0]}: no row of the table, and rows "
-                "follow; take it out, or what comes after it"
+                "follow; take it out, or the rows after it"
             )
         if len(row.cells) != self._found.width and not self._is_commented(row):
             raise RecordingError(

@@ -1,6 +1,6 @@
 """How much a file may become when it is read.
 
-Contents: the limits, and counting what a compressed file expands to.
+Contents: the limits, and counting the expanded size of a compressed file.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tissue_probe.recording.errors import RecordingError
 LARGEST = 2**30
 """Most bytes that a compressed file may expand to.
 
-A sheet of Excel's million rows and ten columns has a tenth of it; what holds more is a program's
+A sheet of Excel's million rows and ten columns has a tenth of it; a larger one is a program's
 error, or meant to fill the memory.
 """
 
@@ -39,7 +39,7 @@ def check_rows(path: Path, rows: int) -> None:
 
 
 def check_size(path: Path, size: int) -> None:
-    """Refuse what would expand to more than ``LARGEST`` bytes.
+    """Refuse a file that would expand to more than ``LARGEST`` bytes.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def check_size(path: Path, size: int) -> None:
 
 
 def check_zip(path: Path, members: zipfile.ZipFile) -> None:
-    """Refuse an archive that expands to too much, whatever sizes it declares.
+    """Refuse an archive that expands to too much, also where it declares less.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def check_zip(path: Path, members: zipfile.ZipFile) -> None:
             if member.compress_size * 1032 < LARGEST - total:  # deflate never expands by more
                 total += min(member.file_size, member.compress_size * 1032)
                 continue
-            member.file_size = LARGEST + 2 * _PIECE  # what is declared is not trusted
+            member.file_size = LARGEST + 2 * _PIECE  # the declared size is not trusted
             with members.open(member) as file:
                 while piece := file.read(_PIECE):
                     total += len(piece)

@@ -1,4 +1,4 @@
-"""What stands in one cell of a table: a number, a time, a word for a value not known, or text.
+"""One cell of a table: a number, a time, a word for a value not known, or text.
 
 Contents: telling them apart, and their values.
 """
@@ -17,7 +17,7 @@ Cell = object
 
 
 class Kind(Enum):
-    """What a cell holds."""
+    """The kind of a cell's content."""
 
     NUMBER = "number"
     TIME = "time"
@@ -29,7 +29,7 @@ UNKNOWN = (
     "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "1.#qnan",
     "-1.#ind", "#value!", "#div/0!",
 )  # fmt: skip
-"""What programs write for a value that is not known, in lower case."""
+"""Words that programs write for an unknown value, in lower case."""
 
 UNKNOWN_SPELT = tuple(
     dict.fromkeys(form for word in UNKNOWN for form in (word, word.upper(), word.title(), "NaN"))
@@ -53,7 +53,7 @@ _ISO = re.compile(r"\d{4}-\d\d-\d\d")
 
 
 def kind(cell: Cell, decimal: str = ".") -> Kind:
-    """Tell what a cell holds, where ``decimal`` is the decimal mark."""
+    """Return the kind of a cell's content, where ``decimal`` is the decimal mark."""
     if isinstance(cell, str):
         text = cell.strip()
         if text.casefold() in UNKNOWN:

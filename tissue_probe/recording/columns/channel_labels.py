@@ -1,4 +1,4 @@
-"""What a LabVIEW measurement file (.lvm) tells of its channels and segments beside its rows.
+"""Labels of a LabVIEW measurement file (.lvm): its channels and segments, beside its rows.
 
 Contents: units, starts and steps of time by channel, in rows that begin with a tag.
 
@@ -86,7 +86,7 @@ class ChannelLabels:
 
     @property
     def starts(self) -> dict[str, float]:
-        """When each channel begins after the first, beside what columns of times tell [s]."""
+        """When each channel begins after the first, in addition to columns of times [s]."""
         starts = self._relative(self.tags)
         if not starts or self.clocks:
             return starts
@@ -157,7 +157,7 @@ class ChannelLabels:
 
 
 def channel_labels(path: Path, rows: Sequence[Row], found: Found, decimal: str) -> ChannelLabels:
-    """Return what the rows above a table tell of its channels; nothing where it is no .lvm file.
+    """Return the channels' labels in the rows above a table; none where it is no .lvm file.
 
     Parameters
     ----------

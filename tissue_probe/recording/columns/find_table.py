@@ -1,10 +1,10 @@
-"""Finding the table among the lines of a file: where the numbers are, and what names them.
+"""Finding the table among the lines of a file: where the numbers are, and their names.
 
 Contents: rows of cells, be they of a text or of a spreadsheet.
 
-The table is the longest run of rows that have as many cells and hold numbers. What stands above
-names it, row by row upwards: units, names, groups of columns. All before is a preamble. So an
-export of a testing machine, of LabVIEW or of a spreadsheet are one case, and none is known by name.
+The table is the longest run of rows that have as many cells and hold numbers. The rows above name
+it, row by row upwards: units, names, groups of columns. All before is a preamble. So an export of a
+testing machine, of LabVIEW or of a spreadsheet are one case, and none is known by name.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.units import bare_unit
 
 COMMENTS = ("#", "%", "//", "*", "!")
-"""What lines begin with that are for people."""
+"""Beginnings of lines that are for people."""
 
 COMMENT = "comment"  # in lower case: the name of a column that rows need not have
 HEADERS = 6  # rows that may stand above a table and name it
@@ -45,7 +45,7 @@ class Row:
         return isinstance(text, str) and text.lstrip(' "').startswith(COMMENTS)
 
     def kinds(self, decimal: str) -> list[Kind]:
-        """Return what its cells hold; kept, since a table is looked for more than once."""
+        """Return the kinds of its cells; kept, since a table is looked for more than once."""
         if decimal not in self._kinds:
             self._kinds[decimal] = [kind(cell, decimal) for cell in self.cells]
         return self._kinds[decimal]
@@ -82,7 +82,7 @@ class Found:
     commented : bool
         Whether the header has one name more, of comments that rows may have.
     separator : str
-        What stands between cells, where the file is a text.
+        The separator of cells, where the file is a text.
     """
 
     first: int
@@ -139,7 +139,7 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
     Parameters
     ----------
     path : str
-        What to call the file in messages.
+        The file's name in messages.
     rows : sequence of Row
         The file's first.
     decimal : {".", ","}
@@ -185,7 +185,7 @@ def _row(rows: Sequence[Row], line: int) -> Row:
 
 
 def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
-    """Say what stands above a table: lines that hold no samples, or another table."""
+    """Describe the rows above a table: lines that hold no samples, or another table."""
     count = rows[place].line - rows[0].line
     if not count or all(row.blank for row in rows[:place]):
         return

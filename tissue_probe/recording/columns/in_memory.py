@@ -18,7 +18,7 @@ from tissue_probe.recording.columns.cells import Kind, kind, times
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
-#: What tells a time: texts do, too.
+#: Types that tell a time: texts do, too.
 _TIMES = (str, datetime.date, datetime.time, datetime.timedelta)
 
 
@@ -32,7 +32,7 @@ def columns_in_memory(table: Any, name: str) -> Columns:
     table : mapping of array, structured array, pandas.DataFrame or polars.DataFrame
         Columns of one length; names are texts.
     name : str
-        What messages call it.
+        Its name in messages.
 
     Raises
     ------
@@ -136,12 +136,12 @@ def _of_objects(array: np.ndarray, place: str) -> np.ndarray:
 
 
 def _is_missing(value: object) -> bool:
-    """Whether a value is not known: None, what programs write for it, or pandas' own."""
+    """Whether a value is not known: None, a word that programs write for it, or pandas' own."""
     return kind(value) is Kind.UNKNOWN or type(value).__name__ in ("NAType", "NaTType")
 
 
 def _called(value: object) -> str:
-    """Say what stands in a column in place of a number."""
+    """Describe a value in a column that is no number."""
     if isinstance(value, str):
         return f"texts, such as {value[:20]!r}"
     return f"things that are no numbers ({type(value).__name__})"

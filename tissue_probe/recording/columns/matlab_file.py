@@ -72,7 +72,7 @@ def _check_survived(path: Path) -> None:
 
 
 def _check_expanded(path: Path) -> None:
-    """Refuse content that is none of MATLAB's, and count what compressed variables expand to."""
+    """Refuse content that is none of MATLAB's, and count the size of expanded variables."""
     total = path.stat().st_size
     check_size(path, total)
     with path.open("rb") as file:

@@ -24,7 +24,7 @@ def open_npy(path: Path) -> Columns:
     """
     try:
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except Exception as error:  # NumPy lets through what zlib, ast and tokenize raise
+    except Exception as error:  # NumPy lets errors of zlib, ast and tokenize through
         raise RecordingError(f"{path} is not a NumPy file of numbers: {error}") from error
     return _columns(path, {"" if array.dtype.names else "matrix": array})
 
@@ -43,7 +43,7 @@ def open_npz(path: Path, members: zipfile.ZipFile) -> Columns:
         with np.load(path, allow_pickle=False) as file:
             for name in file.files:
                 arrays[name] = file[name]
-    except Exception as error:  # NumPy lets through what zlib, ast and tokenize raise
+    except Exception as error:  # NumPy lets errors of zlib, ast and tokenize through
         raise RecordingError(f"{path} is not a NumPy file of numbers: {error}") from error
     return _columns(path, arrays)
 

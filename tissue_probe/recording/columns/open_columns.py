@@ -1,4 +1,4 @@
-"""Opening a file of columns by what it is, not by what it is called.
+"""Opening a file of columns by its content, not by its name.
 
 Contents: telling containers apart.
 
@@ -77,7 +77,7 @@ def _open_zip(path: Path) -> Columns:
                 return open_spreadsheet(path, members)
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
         raise RecordingError(f"{path} is a damaged archive: {error}") from error
-    raise RecordingError(f"{path} is an archive, but no spreadsheet nor .npz: give what is in it")
+    raise RecordingError(f"{path} is an archive, but no spreadsheet nor .npz: give the file in it")
 
 
 _CALLED = {

@@ -35,7 +35,7 @@ def open_parquet(path: Path) -> Columns:
         columns = []
         for number, name in enumerate(names, 1):
             columns.append(_column(path, file, name))
-            default_memory_pool().release_unused()  # it keeps what it had, a hundred megabytes
+            default_memory_pool().release_unused()  # it keeps a hundred megabytes otherwise
             progress(number / len(names))
         return Loaded(columns)
 

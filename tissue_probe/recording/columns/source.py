@@ -29,7 +29,7 @@ def row_place(row: int) -> str:
 
 
 class Loaded(NamedTuple):
-    """Columns of one length, and what was done to read them, in phrases.
+    """Columns of one length, and the changes made to read them, in phrases.
 
     A column is of floats, of whole numbers, of ``datetime64[ns]``, or of texts that tell times.
     ``place`` says where in the file a row (from 0) is, as its user finds it. ``blocks`` are the

@@ -18,7 +18,7 @@ from tissue_probe.signals import NANOSECONDS
 #: Endings of names, in lower case: of whole seconds, and of the nanoseconds beside them.
 SECONDS = ("seconds", "secs", "sec")
 NANOS = ("nanoseconds", "nanosecs", "nanosec", "nsecs", "nsec")
-#: What the one column is called, which is this suite's name of a time.
+#: The name of the one column, which is this suite's name of a time.
 TIME = "time"
 
 

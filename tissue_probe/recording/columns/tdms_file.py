@@ -35,7 +35,7 @@ def open_tdms(path: Path) -> Columns:
                 check_rows(path, len(file[group][channel]))
     except RecordingError:
         raise
-    except Exception as error:  # npTDMS lets through what struct, NumPy and itself raise
+    except Exception as error:  # npTDMS lets errors of struct and NumPy through
         raise RecordingError(f"{path} is not a TDMS file that can be read: {error}") from error
 
     def load(names: Sequence[str], progress: Progress) -> Loaded:

@@ -1,10 +1,10 @@
-"""Tables of text: any separator, decimal mark, encoding; with whatever stands around them.
+"""Tables of text: any separator, decimal mark, encoding; with any text around them.
 
 Contents: decoding, cutting lines into cells, and reading the rows, which may be millions.
 
 The dialect is that in which the numbers explain most characters. Blocks of lines are read by
 pyarrow; only where it cannot read one, because something else than a row is in it, its lines are
-read one by one: then each is a row, or known for what it is, or refused with its number.
+read one by one: then each is a row, or of another known kind, or refused with its number.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
-"""What may stand between cells."""
+"""The separators of cells."""
 
 BLOCK = 2**23  # bytes read at a time
 HEADS = 2**14, 2**18
@@ -43,14 +43,14 @@ _NO_TEXT = re.compile("[\x00-\x08\x0e-\x19\x1b-\x1f\ufffd]")
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a text is written: encoding, what is between cells, and within numbers."""
+    """How a text is written: encoding, separator of cells, decimal mark."""
 
     encoding: str
     separator: str
     decimal: str
 
     def told(self) -> tuple[str, ...]:
-        """Say what is not as in plain CSV."""
+        """Name the differences from plain CSV."""
         said = [SEPARATORS[self.separator]] if self.separator != "," else []
         if self.decimal == ",":
             said.append("decimal commas")
@@ -108,7 +108,7 @@ def _wide(text: str) -> tuple[str, ...]:
 
 
 def _encoding(path: Path) -> str:
-    """Return what a text is encoded in: a mark tells, else UTF-8 if all of it is, else Latin."""
+    """Return a text's encoding: a mark tells, else UTF-8 if all of it is, else Latin."""
     with path.open("rb") as file:
         head = file.read(4096)
         if head.startswith(codecs.BOM_UTF8):
@@ -198,7 +198,7 @@ def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
 
 
 def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, Run] | None:
-    """Return rows, dialect and table of lines, by what explains most; None where none does."""
+    """Return rows, dialect and table of lines, for the best dialect; None where none fits."""
     best: tuple[list[Row], Dialect, Run] | None = None
     for separator in SEPARATORS:
         for decimal in (".", ","):
@@ -227,7 +227,7 @@ class _Reading:
     names : sequence of str
         Of the columns to read.
     labels : ChannelLabels
-        What is told of the channels beside the rows.
+        The channels' labels beside the rows.
     """
 
     def __init__(

@@ -1,1 +1,1 @@
-"""Samples of any robot that carries a force sensor, out of what it publishes: live and in bags."""
+"""Samples of any robot that carries a force sensor, out of its messages: live and in bags."""

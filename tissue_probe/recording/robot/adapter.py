@@ -1,6 +1,6 @@
-"""Messages of a robot, of whatever library decoded them, as samples.
+"""Messages of a robot, decoded by any library, as samples.
 
-Contents: fields of messages, what makes one unusable.
+Contents: fields of messages, and the faults that make one unusable.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from tissue_probe.signals import NANOSECONDS, SampleBlock, sound_stamp
 class Adapter:
     """Takes the messages of both topics in the order of each; gives samples as they become known.
 
-    A sample is published when two messages of each topic after it have come. Whatever cannot be
-    used is left out and counted (``Channel.faults``).
+    A sample is published when two messages of each topic after it have come. A message that cannot
+    be used is left out and counted (``Channel.faults``).
 
     Parameters
     ----------
     settings : RobotSettings
-        What the user told of the robot.
+        The user's statements on the robot.
 
     Attributes
     ----------
     position, force : Channel
         The two topics.
     grid : CommonGrid
-        What joins them.
+        The grid that joins them.
     pressing : Pressing
         Directions, and the zero.
     joints : set of str

@@ -12,13 +12,13 @@ from tissue_probe.settings import SettingsError
 
 Vector = tuple[float, ...]
 
-#: What turns faster is a jump [rad/s]: joints of robots turn by half a turn a second, or little
+#: A faster turn is a jump [rad/s]: joints of robots turn by half a turn a second, or little
 #: more, and none does so while it palpates.
 FASTEST_TURN = 2.0 * math.pi
 
 
 class Pressing:
-    """Displacement into the tissue and force on it, by what the user told of the robot.
+    """Displacement into the tissue and force on it, by the user's statements on the robot.
 
     The displacement of a place p is u = a (p - zero), a the direction of pressing; the force is
     F = d f, d the same direction in the axes of the wrench f. Where a is fixed in the tool it turns
@@ -45,7 +45,7 @@ class Pressing:
         self.zero: Vector | None = tuple(settings.zero) or None
 
     def pose(self, place: Vector, orientation: Vector) -> tuple[Vector, Vector]:
-        """Return displacement and direction, shape (4,), and what may not jump.
+        """Return displacement and direction, shape (4,), and the values that may not jump.
 
         Parameters
         ----------

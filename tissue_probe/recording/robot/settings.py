@@ -1,4 +1,4 @@
-"""What a user tells of a robot, so that its poses and its wrench become samples.
+"""A user's statements on a robot, with which its poses and its wrench become samples.
 
 Contents: the parameters, which node and bag reader share, and their file.
 """
@@ -16,7 +16,7 @@ from tissue_probe.errors import check_file
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.settings import SettingsError, build, setting
 
-#: Numbers in a list, of whatever kind of array ROS has them in.
+#: Numbers in a list, from any kind of array that ROS has.
 Numbers = Annotated[list[float], BeforeValidator(list)]
 #: By how much the length of an axis or quaternion may differ from 1: that of written digits.
 ROUNDING = 1e-3
@@ -85,7 +85,7 @@ class RobotSettings(BaseModel):
         "robot is when it is first heard",
     )
     fastest: float = setting(
-        1.0, "m/s", "what moves faster from message to message is a jump", gt=0.0, le=100.0
+        1.0, "m/s", "a faster move from message to message is a jump", gt=0.0, le=100.0
     )
 
     @model_validator(mode="after")
@@ -100,7 +100,7 @@ class RobotSettings(BaseModel):
                 "a joint tells no orientation: give axis_frame and force_axes the same value"
             )
         if self.joint_travel == 0.0:
-            raise ValueError("joint_travel is 0 m: give what the joint travels, not 0")
+            raise ValueError("joint_travel is 0 m: give the way of the joint, not 0")
         return self
 
 
@@ -137,7 +137,7 @@ def read_settings(path: str | Path) -> RobotSettings:
 
 
 def _of_adapter(content: Any) -> dict[str, Any]:
-    """Return the node's parameters in a ROS parameter file, whatever its namespace is there."""
+    """Return the node's parameters in a ROS parameter file, in any namespace."""
     if not isinstance(content, dict):
         return {}
     for name, node in content.items():

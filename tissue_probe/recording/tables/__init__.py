@@ -1,1 +1,1 @@
-"""What the columns of a table mean: signals, sites, corners, pairs of points."""
+"""The meaning of a table's columns: signals, sites, corners, pairs of points."""

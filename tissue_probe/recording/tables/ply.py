@@ -21,7 +21,7 @@ def write_ply(path: str | Path, columns: Mapping[str, FloatArray]) -> None:
     path : path
         A file of that name is overwritten.
     columns : mapping of str to array
-        x, y, z [m] first, then what is known of each point; all of one length.
+        x, y, z [m] first, then further values of each point; all of one length.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Columns that are called by what they hold, in SI or in the unit that their header tells.
+"""Columns named by their quantity, in SI or in the unit of their header.
 
 Contents: finding and reading them.
 """
@@ -15,7 +15,7 @@ from tissue_probe.recording.units import split_unit
 from tissue_probe.signals import FloatArray
 
 Units = Mapping[str, float]
-"""What one of each unit is in SI."""
+"""The value of each unit in SI."""
 
 
 def find_quantities(

@@ -36,7 +36,7 @@ _AXIS = re.compile(r"\s*[\[(][^\[\]()]*[\])]$")
 
 @dataclass(frozen=True)
 class Roles:
-    """The columns of the signals, and what turns them into SI.
+    """The columns of the signals, and their factors to SI.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Roles:
     own_times : bool
         Whether position and force tell each their own times, or when they begin.
     told : tuple of str
-        What was taken for what without being named, in phrases.
+        The choices of columns that nobody named, in phrases.
     """
 
     names: dict[str, str]

@@ -29,7 +29,7 @@ def is_site_table(columns: Columns) -> bool:
 
 
 def refuse_misnamed(columns: Columns) -> None:
-    """Refuse a table that names places, and nothing of what was felt there.
+    """Refuse a table that names places, and no results there.
 
     Raises
     ------

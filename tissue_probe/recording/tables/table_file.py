@@ -1,6 +1,6 @@
 """Samples from files with named columns, in any units and polarity, as an even recording.
 
-Contents: from columns to samples, and what is said of it.
+Contents: from columns to samples, and the notes on it.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from tissue_probe.signals import (
 )
 
 EXPORTED = ("sequence", "site")
-"""What ``tables.write_samples`` tells besides; there is no site where the probe dwells at none."""
+"""Further columns of ``tables.write_samples``; there is no site where the probe dwells at none."""
 
 PLACES = ("site_x", "site_y", "site_z")
 """Where the site is [m]."""
@@ -61,7 +61,7 @@ def read_table(
 def read_columns(
     source: Columns, layout: Layout, progress: Progress = lambda share: None
 ) -> tuple[Recording, tuple[str, ...]]:
-    """Make a recording of columns; return it, and notes on what was done.
+    """Make a recording of columns; return it, and notes on its changes.
 
     Columns that are not named are those with usual names (``roles``). Where times jitter the
     samples are resampled, where they have gaps a new block begins; where a channel repeats old
@@ -136,7 +136,7 @@ def read_columns(
 
 
 Read = tuple[Times, FloatArray, FloatArray, Callable[[int], str], list[str]]
-"""Times, position [m], force [N], where in the file a row is, and what was done, in phrases."""
+"""Times, position [m], force [N], where in the file a row is, and the changes, in phrases."""
 
 
 def _by_one_clock(source: Columns, found: Roles, layout: Layout, progress: Progress) -> Read:
@@ -189,7 +189,7 @@ def _counted(count: int, blocks: Sequence[int], rate: float) -> FloatArray:
 
 
 def _refuse_statements_on_bags(path: Path, layout: Layout) -> None:
-    """Refuse what is stated of a bag's topics and clocks: a table has neither."""
+    """Refuse statements on a bag's topics and clocks: a table has neither."""
     for name, stated in (("samples_topic", layout.samples_topic), ("clock", layout.clock)):
         if stated is not None:
             raise RecordingError(

@@ -4,7 +4,7 @@ Contents: tables of names, to which a laboratory's may be added.
 """
 
 OWN = {"time": ("t", "time"), "position": ("u", "position"), "force": ("F", "force")}
-"""What this suite calls the columns; in SI units, and positive in compression."""
+"""This suite's names of the columns; in SI units, and positive in compression."""
 
 USUAL = {
     "time": (
@@ -22,7 +22,7 @@ USUAL = {
         "kraft", "standardkraft",
     ),
 }  # fmt: skip
-"""What testing machines and laboratories call them, in lower case, words apart by blanks."""
+"""Their names on testing machines and in laboratories, in lower case, words apart by blanks."""
 
 SWEEP = (
     "storage modulus",
@@ -35,7 +35,7 @@ SWEEP = (
     "e''",
     "tan delta",
 )
-"""Columns of a frequency sweep: no samples over time, but what they come to at each frequency."""
+"""Columns of a frequency sweep: no samples over time, but results at each frequency."""
 
 ROTARY = ("Nm", "mNm", "N m", "mN m", "N*m", "N.m", "N·m", "rad", "mrad", "deg", "°", "degrees")
 """Units of torques and angles."""

@@ -20,7 +20,7 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 FLUSH_PERIOD = 0.5
-"""Longest time that a message waits in memory [s]: what a killed recorder loses."""
+"""Longest time that a message waits in memory [s]: a killed recorder loses so much."""
 
 
 class McapWriter:
@@ -28,8 +28,8 @@ class McapWriter:
 
     Every ``FLUSH_PERIOD`` a thread closes the current chunk and hands it to the operating
     system, however few messages there are: that survives a SIGKILL. The first failure to store
-    (a full disk) is raised once, by whichever method is called next, and closes the file; what
-    was flushed before stays readable. All methods may be called from any thread.
+    (a full disk) is raised once, by whichever method is called next, and closes the file; messages
+    flushed before stay readable. All methods may be called from any thread.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class McapWriter:
         Parameters
         ----------
         channel : int
-            What ``add_topic`` returned.
+            The number that ``add_topic`` returned.
         log_time, publish_time : int
             When it was received and published [ns since the epoch].
         data : bytes
@@ -190,7 +190,7 @@ class McapWriter:
                     with self._stopping_on_failure():
                         self._writer.flush()
                 except OSError as error:
-                    self._failure = error  # told to whoever calls next
+                    self._failure = error  # raised at the next call
                     return
 
     @contextmanager
@@ -216,7 +216,7 @@ class McapWriter:
                 self._stream.close()
             raise OSError(
                 error.errno,
-                f"{error.strerror}; the recording ends here, what was stored before stays readable",
+                f"{error.strerror}; the recording ends here, messages stored before stay readable",
                 str(self._path),
             ) from error
 
