@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tissue_probe.studies.row import row as row
     from tissue_probe.studies.running import study as study
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 #: Where each public name is found.
 _PLACES = {
