@@ -11,7 +11,7 @@ from tissue_probe.physics import rigs
 from tissue_probe.physics.rigs import OWN, RIGS, FilteredRig, Live, RigName
 
 PACKAGE = Path(rigs.__file__).parents[2]
-DIAGNOSIS = PACKAGE.parent / "docs" / "diagnosis.md"
+PAGE = PACKAGE.parent / "docs" / "rigs.md"
 FOLDER = Path(rigs.__file__).parent
 
 rig_by_rig = pytest.mark.parametrize("rig", RIGS.values(), ids=str)
@@ -76,7 +76,7 @@ def test_a_drawing_is_a_small_picture_that_takes_the_pages_colour(rig):
 def test_the_table_of_the_document_has_each_rig(rig):
     (row,) = (
         line
-        for line in DIAGNOSIS.read_text(encoding="utf-8").splitlines()
+        for line in PAGE.read_text(encoding="utf-8").splitlines()
         if line.startswith(f"| `{rig.name}`")
     )
     driven, predicted = row.split("|")[2:4]

@@ -44,8 +44,12 @@ def test_a_notebook_was_run_to_its_end_and_shows_its_result(notebook, told):
 
 
 def test_notebooks_show_their_pictures():
-    for name, least in (("2_what_is_my_model_missing", 3), ("4_from_bag_to_map", 1)):
-        text = (SITE / "examples" / f"{name}.html").read_text(encoding="utf-8")
+    for name, least in (
+        ("examples/2_what_is_my_model_missing", 3),
+        ("examples/4_from_bag_to_map", 1),
+        ("docs/gallery", 6),
+    ):
+        text = (SITE / f"{name}.html").read_text(encoding="utf-8")
         shown = re.findall(r'src="\.\./(_images/\w+\.png)"', text)
         assert len(shown) >= least
         assert all((SITE / each).is_file() for each in shown)
