@@ -7,7 +7,7 @@ One file serves both, since each runs it with commands of its own:
 - colcon, as it does with every ament_python package, runs `install` or `develop`. Then each node is
   an executable, too, for `ros2 run tissue_probe NAME`; setup.cfg puts them all into
   `lib/tissue_probe`, where `ros2 run` looks and nobody's PATH does. In its own folder, to which it
-  links this file, there is no pyproject.toml: so whatever colcon needs is said here.
+  links this file, there is no pyproject.toml: so all that colcon needs is said here.
 """
 
 import os
@@ -23,7 +23,7 @@ ESTIMATORS = ["robust_ekf", "ekf", "ukf", "afekf", "afukf", "lock_in", "rls"]
 NODES = ["adapter", "driver", "estimators", "mapper", "recorder", "replay", "scan", "stage"]
 
 VERSION = re.search(r'__version__ = "(.+)"', Path("tissue_probe/__init__.py").read_text())[1]
-#: Commands by which pip makes a wheel, or tells what will be in it.
+#: Commands by which pip makes a wheel, or tells its future content.
 FOR_PIP = {"bdist_wheel", "dist_info", "editable_wheel"}
 
 #: Packages of messages that are needed, and where this project has them. colcon looks no deeper
@@ -43,7 +43,7 @@ def build_messages() -> None:
         if not any(Path(prefix, index, package).exists() for prefix in filter(None, prefixes))
     ]
     if missing:
-        # colcon shows what a build says on this stream.
+        # colcon shows a build's text on this stream.
         print("The nodes need messages that are not built yet. Build all, in the same folder, by\n"
               f"colcon build --base-paths . {shlex.join(missing)}", file=sys.stderr)  # fmt: skip
 

@@ -1,6 +1,6 @@
 """An effect of one's own: damping that differs with the direction, as a worn screw has it.
 
-What it explains of a measured drive: ``docs/measured_data.md``.
+Its result on a measured drive: ``docs/measured_data.md``.
 """
 
 import sympy as sp

@@ -28,7 +28,7 @@ HEAVY, SPRING, DAMPER = sp.symbols("platform_mass spring_stiffness spring_dampin
 
 
 def equations(effects, tissue, zero):
-    """Return the model: what moves, what drives, what is measured."""
+    """Return the model: its states, its input, its output."""
     x, v = TIP_POSITION, TIP_VELOCITY
     pressed = Pressed(effects, tissue, x, v)
     force, spring = pushed(effects), SPRING * (PLACE - zero - x) + DAMPER * (SPEED - v)

@@ -1,6 +1,6 @@
 """An effect of one's own: a band of rubber that is stretched far, and flows.
 
-What it explains of a measured elastomer: ``docs/measured_data.md``.
+Its result on a measured elastomer: ``docs/measured_data.md``.
 """
 
 import sympy as sp

@@ -1,4 +1,4 @@
-"""Start estimators, and the mapper on what they find; included by the other launch files.
+"""Start estimators, and the mapper on their estimates; included by the other launch files.
 
 Alone it runs on the samples of any driver in the same namespace::
 
@@ -24,7 +24,7 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
     """Return the process of all estimators, and the mapper that hears them."""
     listed = LaunchConfiguration("estimators").perform(context)
     estimators = [name.strip() for name in listed.split(",") if name.strip()]
-    # Before anything starts: launch leaves running what it has started when an error comes later.
+    # Before anything starts: launch leaves its processes running when an error comes later.
     if unknown := set(estimators) - set(ESTIMATORS):
         raise ValueError(f"no estimator {', '.join(unknown)}; there are {', '.join(ESTIMATORS)}")
     common = {

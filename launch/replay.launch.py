@@ -39,7 +39,7 @@ def replay_parameters() -> dict[str, ParameterValue]:
 
 
 def refuse_wrong_values(context: LaunchContext) -> None:
-    """Raise ValueError before anything starts: launch would leave running what has started."""
+    """Raise ValueError before anything starts: launch would leave its processes running."""
     for value in replay_parameters().values():
         value.evaluate(context)
 

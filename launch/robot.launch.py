@@ -2,7 +2,7 @@
 
     ros2 launch tissue_probe robot.launch.py params_file:=my_robot.yaml output:=run.mcap
 
-Nothing here moves the robot: whoever commands it also stops it.
+Nothing here moves the robot: its own commander also stops it.
 """
 
 from pathlib import Path

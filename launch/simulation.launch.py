@@ -4,7 +4,7 @@
     ros2 action send_goal --feedback /probe/scan_grid tissue_probe_msgs/action/ScanGrid \
         "{spacing: 0.01, rows: 5, columns: 5, dwell_time: 1.0}"
 
-The stage stays at /stage whatever the probe's namespace: driver and scan look for it there.
+The stage stays at /stage in any namespace of the probe: driver and scan look for it there.
 """
 
 from pathlib import Path
@@ -109,7 +109,7 @@ def generate_launch_description() -> LaunchDescription:
                     on_start=[change_state(driver, Transition.TRANSITION_CONFIGURE)],
                 )
             ),
-            # Once: whoever configures the driver again by hand also decides when the coil moves.
+            # Once: a user who configures the driver again by hand also decides when the coil moves.
             RegisterEventHandler(
                 OnStateTransition(
                     target_lifecycle_node=driver,

@@ -21,7 +21,7 @@ function axis(label, more = {}) {
   };
 }
 
-/** What lies behind the curves. */
+/** The background of the curves. */
 function band(low, high, across, name, strength) {
   return (plot) => {
     const { ctx, bbox } = plot, scale = across ? "y" : "x";

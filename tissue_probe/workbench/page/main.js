@@ -34,7 +34,7 @@ const KEYS = [
   ["drag", "brush samples, in any plot; Esc clears"],
   ["wheel, + −, ← →", "zoom and move in time; 0 or a double click shows all"],
   ["t", "dark or light"],
-  ["Esc", "clear the brush; cancel what is under way"],
+  ["Esc", "clear the brush; cancel the job under way"],
 ];
 
 /** @param {string} id */

@@ -18,7 +18,7 @@ const SIZE = 560, LEFT = 46, RIGHT = 72, TOP = 10, BOTTOM = 46;
 
 /** @type {Record<string, Layer>} */
 const LAYERS = {
-  mean: { label: "stiffness", unit: "N/m", limits: null, told: "what would be felt at each place" },
+  mean: { label: "stiffness", unit: "N/m", limits: null, told: "stiffness felt at each place" },
   sd: { label: "its error", unit: "N/m", limits: null, told: "standard deviation of the stiffness" },
   probability: { label: "P(inclusion)", unit: "", limits: [0, 1], told: "that the place lies in an inclusion" },
   radius: { label: "could hide", unit: "mm", limits: [0, LARGEST], told: "radius of the largest round inclusion that the sites do not exclude at 95 %" },
@@ -328,7 +328,7 @@ function side(found) {
     found.text.split("\n").map((/** @type {string} */ line) => h("p", {}, plain(line))),
     inclusions(found),
     found.sites.some((/** @type {any} */ each) => each.site !== null) &&
-      h("p", { class: "small soft" }, "A site opens what was measured there: compare the model with it, and see which effect is missing."),
+      h("p", { class: "small soft" }, "A site opens its samples: compare the model with them, and see which effect is missing."),
   );
 }
 

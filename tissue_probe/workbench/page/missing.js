@@ -182,6 +182,6 @@ function steps(effect, ranking) {
   return [
     has(effect) ? h("span", { class: "small soft" }, "added") : button("Add", "Add it to the last model", undefined),
     base && base !== last && !has(effect) &&
-      button("Replace", `Add it to ${base.title}, in the place of what was added since`, base.number),
+      button("Replace", `Add it to ${base.title}, in the place of later effects`, base.number),
   ];
 }

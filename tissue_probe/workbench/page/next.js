@@ -11,7 +11,7 @@ export function next() {
   const words = h("section", {});
   const motion = new Plot({ name: "Suggested motion", sync: "next", lines: [{ label: "position", colour: "measured" }] },
     h("b", {}, "the motion that drives"), " [mm]", h("span", { class: "at" }, "time [s]"));
-  const output = new Plot({ name: "What each model predicts of it", sync: "next", lines: COLOURS.map((colour) => ({ label: colour, colour })) });
+  const output = new Plot({ name: "Prediction of each model", sync: "next", lines: COLOURS.map((colour) => ({ label: colour, colour })) });
   const plots = h("div", { style: { display: "grid", gap: "0.8rem" } });
   const element = h("div", { class: "sheet" }, h("h1", {}, "The next experiment"), words, plots);
   motion.element.classList.add("tall");
