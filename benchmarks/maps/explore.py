@@ -20,7 +20,7 @@ from benchmarks.maps import tables
 from benchmarks.maps.finite_elements import SOLIDS, Block, block
 from benchmarks.maps.marks import Marks, felt_radius, marks_of, marks_of_block
 from benchmarks.maps.measure import BLOCKS, SHAPES, known, mapped
-from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Tissue
+from benchmarks.maps.tissues import BODIES, ERRING, MIXED, SIDE, Tissue
 from tissue_probe.mapping.exploration.answer import Sought, answer
 from tissue_probe.mapping.exploration.choice import next_sites
 from tissue_probe.mapping.exploration.first import first_sites
@@ -137,26 +137,29 @@ def measured(seed: int) -> Measured:
     return Measured(marks, Stated(found.nothing_after, _is_there(tissue)), found.decisions)
 
 
-def _at_end(tissue: Tissue, seed: int, shape: str) -> Marks:
-    """Explore a tissue, and mark the map of all probes."""
-    found = explored(lambda x, y: tissue.palpated(x, y, seed))
+def _after(probes: int, tissue: Tissue, seed: int, shape: str) -> Marks:
+    """Explore a tissue by so many probes, and mark the map of all."""
+    found = explored(lambda x, y: tissue.palpated(x, y, seed), probes)
     begin = time.process_time()
-    told = tp.map(found.tables[MARKED[-1]], within=WITHIN).to_dict()
+    told = tp.map(found.tables[probes], within=WITHIN).to_dict()
     return marks_of(tissue, told, shape, time.process_time() - begin)
 
 
 def others(count: int, first: int) -> dict[str, list[Marks]]:
-    """Return marks after the last probe of tissues whose sites err, and of two circles."""
+    """Return marks of tissues whose sites err, and of bodies of free form."""
     seeds = range(first, first + count)
     marks = {
-        name: [
-            _at_end(Tissue.random(seed, shape, condition), seed, shape)
+        f"{name}, {MARKED[-1]} probes": [
+            _after(MARKED[-1], Tissue.random(seed, shape, condition), seed, shape)
             for seed in seeds
             for shape in [SHAPES[seed % len(SHAPES)]]
         ]
         for name, condition in ERRING.items()
     }
-    marks["two circles"] = [_at_end(Tissue.two_circles(seed), seed, "disc") for seed in seeds]
+    for name in BODIES:
+        marks[f"{name}, 25 probes"] = [
+            _after(25, Tissue.of_bodies(name, seed), seed, name) for seed in seeds
+        ]
     return marks
 
 
@@ -200,7 +203,7 @@ def shown(found: Mapping[str, Any]) -> list[Table]:
     blocks = {f"{solid}, 25 probes, noise 1%": each for solid, each in found["blocks"].items()}
     return [
         tables.table("Explored, mixed condition", marks),
-        tables.table(f"Others, {MARKED[-1]} probes", found["others"]),
+        tables.table("Sites that err; bodies of free form, hard-edged", found["others"]),
         tables.table("Finite elements: spheres felt 1.2 times and more", blocks),
         _statements(found),
     ]

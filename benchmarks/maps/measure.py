@@ -19,7 +19,7 @@ import tissue_probe as tp
 from benchmarks.maps import tables
 from benchmarks.maps.finite_elements import block
 from benchmarks.maps.marks import Marks, marks_of, marks_of_block
-from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Condition, Tissue, raster
+from benchmarks.maps.tissues import BODIES, ERRING, MIXED, SIDE, Condition, Tissue, raster
 
 GRIDS = (5, 7, 9)
 SHAPES = ("plateau", "heavy tail", "ellipse")
@@ -113,6 +113,13 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         for name, condition in {"mixed": MIXED, **ERRING}.items()
         for told, mark in (("", mapped), (", again", mapped_again))
     }
+    bodies = {
+        name: [
+            mapped(Tissue.of_bodies(name, seed), 9, seed, name)
+            for seed in range(first, first + fewer)
+        ]
+        for name in BODIES
+    }
     elements = {
         f"{solid}, {spacing:g} mm, noise {noise:.0%}": _blocks(solid, spacing, noise, folder)
         for solid, spacing, noise in SCANNED
@@ -122,6 +129,7 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         "True shapes, 7 x 7": shapes,
         "Nothing there": others,
         "Sites that err, 7 x 7; again: what hangs on one site is palpated once more": erring,
+        "Bodies of free form, hard-edged, noise 5 %, 9 x 9": bodies,
         "Finite elements: spheres felt 1.2 times and more": elements,
     }
 

@@ -53,6 +53,7 @@ ROWS: Mapping[str, Callable[[Sequence[Marks]], str]] = {
     "recall, declared at P >= .9": lambda m: share(_sum(m, "hits"), _sum(m, "nodules")),
     "of strong ones": lambda m: share(_sum(m, "strong_hits"), _sum(m, "strong")),
     "false inclusions a map": lambda m: told([one.false for one in m]),
+    "inclusions declared a map": lambda m: told([one.hits + one.false for one in m]),
     "sites palpated again a map": lambda m: (
         told([one.again for one in m]) if _sum(m, "again") else "-"
     ),

@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
-from tissue_probe.mapping.posterior.boundary import boundaries, share_inside
+from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_inside
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
 from tissue_probe.mapping.posterior.doubt import Doubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
@@ -194,7 +194,7 @@ def _inclusion(
 ) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
-    lines = boundaries(one.members)
+    lines = boundaries(*one.some(MEMBERS)[:2], one.places)
     return Inclusion(
         *(float(each) / _MM for each in centre),
         one.covariance / _MM**2,
