@@ -53,6 +53,7 @@ def map_of(
     raster: float = RASTER,
     contrast: float = CONTRAST,
     within: Polygon | None = None,
+    outliers: float | None = 0.0,
 ) -> PosteriorMap:
     """Return the posterior map of a list of sites. The same sites have the same map, bit for bit.
 
@@ -66,13 +67,17 @@ def map_of(
         Of the inclusions that could hide: stiffness over their middle, over the background's.
     within : Polygon, optional
         An area of which the map is to speak, however far from the sites.
+    outliers : float, optional
+        Share of sites that err far more than they state; None if it is learnt.
 
     Raises
     ------
     ParameterError
         If no site has a value, or a parameter is out of its range.
     """
-    return read_out(Sampled.of(sites, within), sites, raster=raster, contrast=contrast)
+    return read_out(
+        Sampled.of(sites, within, outliers=outliers), sites, raster=raster, contrast=contrast
+    )
 
 
 def read_out(
