@@ -16,7 +16,7 @@ import numpy as np
 from rich.table import Table
 
 import tissue_probe as tp
-from benchmarks.maps import tables
+from benchmarks.maps import surfaces, tables
 from benchmarks.maps.finite_elements import block
 from benchmarks.maps.marks import Marks, marks_of, marks_of_block
 from benchmarks.maps.tissues import BODIES, ERRING, MIXED, SIDE, Condition, Tissue, raster
@@ -130,6 +130,7 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         "Nothing there": others,
         "Sites that err, 7 x 7; again: what hangs on one site is palpated once more": erring,
         "Bodies of free form, hard-edged, noise 5 %, 9 x 9": bodies,
+        "Sites in space, one nodule": surfaces.in_space(surfaces.COUNT, first),
         "Finite elements: spheres felt 1.2 times and more": elements,
     }
 

@@ -54,6 +54,11 @@ ROWS: Mapping[str, Callable[[Sequence[Marks]], str]] = {
     "of strong ones": lambda m: share(_sum(m, "strong_hits"), _sum(m, "strong")),
     "false inclusions a map": lambda m: told([one.false for one in m]),
     "inclusions declared a map": lambda m: told([one.hits + one.false for one in m]),
+    "the one nodule, alone": lambda m: (
+        share(sum(one.hits == 1 and not one.false for one in m), len(m))
+        if all(one.nodules == 1 for one in m)
+        else "-"
+    ),
     "sites palpated again a map": lambda m: (
         told([one.again for one in m]) if _sum(m, "again") else "-"
     ),
