@@ -43,7 +43,7 @@ from benchmarks.instrument import measure as instrument
 from benchmarks.instrument import speed as instrument_speed
 from benchmarks.instrument import tables as instrument_tables
 from benchmarks.instrument import written_cases
-from benchmarks.maps import explore
+from benchmarks.maps import blocks, explore
 from benchmarks.maps import measure as maps
 from benchmarks.protocols import deal
 from benchmarks.protocols.catalogue import PROTOCOLS
@@ -78,6 +78,7 @@ class Part(str, Enum):
     instrument = "instrument"
     map = "map"
     explore = "explore"
+    blocks = "blocks"
     workbench = "workbench"
     golden = "golden"
     code = "code"
@@ -87,7 +88,7 @@ class Part(str, Enum):
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    *(Part.explore, Part.golden, Part.code, Part.instrument),
+    *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -183,10 +184,10 @@ def main(
     earlier revision; `protocols` what the diagnosis says of records of laboratories, which share
     no code with it, and `third_party` of records by simulators of others (MuJoCo, scikit-fem,
     felupe); `instrument` whether the instrument and the numerics are told as tissue; `map` how
-    right the map of sites is, `explore` that of sites which are chosen one by one; `workbench` how
-    soon its page answers in a browser; `golden` what the diagnosis says of a fixed set of records,
-    beside an earlier result; `code` how large and tangled the diagnosis' code is. `all` leaves
-    these fourteen out.
+    right the map of sites is, `explore` that of sites which are chosen one by one, `blocks` both on
+    finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
+    says of a fixed set of records, beside an earlier result; `code` how large and tangled the
+    diagnosis' code is. `all` leaves these fifteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -246,13 +247,19 @@ def main(
                 results["instrument_speed"] = instrument_speed.measure(before)
                 Console().print(instrument_speed.table(results["instrument_speed"], before))
         if part == Part.map:
-            found = maps.measure(RESULTS / "blocks", phantoms)
+            found = maps.measure(phantoms)
             results["map"] = maps.kept(found)
             Console(width=150).print(*maps.shown(found))
         if part == Part.explore:
-            explorations = explore.measure(RESULTS / "blocks", phantoms)
+            explorations = explore.measure(phantoms)
             results["explore"] = explore.kept(explorations)
             Console(width=150).print(*explore.shown(explorations))
+        if part == Part.blocks:
+            elements = blocks.measured(RESULTS / "blocks")
+            results["blocks"] = {
+                name: [maps.known(asdict(one)) for one in each] for name, each in elements.items()
+            }
+            Console(width=150).print(blocks.shown(elements))
         if part == Part.workbench:
             results["workbench"] = workbench.measure()
             Console().print(workbench.table(results["workbench"]))

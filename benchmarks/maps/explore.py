@@ -8,7 +8,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,9 @@ from rich.table import Table
 
 import tissue_probe as tp
 from benchmarks.maps import tables
-from benchmarks.maps.finite_elements import SOLIDS, Block, block
-from benchmarks.maps.marks import Marks, felt_radius, marks_of, marks_of_block
-from benchmarks.maps.measure import BLOCKS, SHAPES, known, mapped
-from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Tissue
+from benchmarks.maps.marks import Marks, felt_radius, marks_of
+from benchmarks.maps.measure import SHAPES, known, mapped
+from benchmarks.maps.tissues import BODIES, ERRING, MIXED, SIDE, Tissue
 from tissue_probe.mapping.exploration.answer import Sought, answer
 from tissue_probe.mapping.exploration.choice import next_sites
 from tissue_probe.mapping.exploration.first import first_sites
@@ -32,7 +30,6 @@ from tissue_probe.mapping.sites import Sites
 FRESH = 60_000
 #: Numbers of probes at which a map is marked.
 MARKED = (15, 20, 25, 30, 36)
-NOISE = 0.01  # of finite elements
 _CORNERS = np.array([(0.0, 0.0), (SIDE, 0.0), (SIDE, SIDE), (0.0, SIDE)])
 AREA = Polygon(1e-3 * _CORNERS)
 WITHIN = {"x": AREA.corners[:, 0], "y": AREA.corners[:, 1]}
@@ -137,71 +134,53 @@ def measured(seed: int) -> Measured:
     return Measured(marks, Stated(found.nothing_after, _is_there(tissue)), found.decisions)
 
 
-def _at_end(tissue: Tissue, seed: int, shape: str) -> Marks:
-    """Explore a tissue, and mark the map of all probes."""
-    found = explored(lambda x, y: tissue.palpated(x, y, seed))
+def _after(probes: int, tissue: Tissue, seed: int, shape: str) -> Marks:
+    """Explore a tissue by so many probes, and mark the map of all."""
+    found = explored(lambda x, y: tissue.palpated(x, y, seed), probes)
     begin = time.process_time()
-    told = tp.map(found.tables[MARKED[-1]], within=WITHIN).to_dict()
+    told = tp.map(found.tables[probes], within=WITHIN).to_dict()
     return marks_of(tissue, told, shape, time.process_time() - begin)
 
 
 def others(count: int, first: int) -> dict[str, list[Marks]]:
-    """Return marks after the last probe of tissues whose sites err, and of two circles."""
+    """Return marks of tissues whose sites err, and of bodies of free form."""
     seeds = range(first, first + count)
     marks = {
-        name: [
-            _at_end(Tissue.random(seed, shape, condition), seed, shape)
+        f"{name}, {MARKED[-1]} probes": [
+            _after(MARKED[-1], Tissue.random(seed, shape, condition), seed, shape)
             for seed in seeds
             for shape in [SHAPES[seed % len(SHAPES)]]
         ]
         for name, condition in ERRING.items()
     }
-    marks["two circles"] = [_at_end(Tissue.two_circles(seed), seed, "disc") for seed in seeds]
+    for name in BODIES:
+        marks[f"{name}, 25 probes"] = [
+            _after(25, Tissue.of_bodies(name, seed), seed, name) for seed in seeds
+        ]
     return marks
 
 
-def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, Any]:
+def measure(count: int, first: int = FRESH) -> dict[str, Any]:
     """Return marks after each number of probes and of the raster, statements and times."""
-    blocks = {solid: _blocks(folder, solid) for solid in SOLIDS}
-    found = gathered([measured(seed) for seed in range(first, first + count)], blocks)
+    found = gathered([measured(seed) for seed in range(first, first + count)])
     return found | {"others": others(max(count // 2, 1), first)}
 
 
-def gathered(tissues: Sequence[Measured], blocks: dict[str, list[Marks]]) -> dict[str, Any]:
+def gathered(tissues: Sequence[Measured]) -> dict[str, Any]:
     """Return the marks by number of probes, and all else, of many tissues."""
     return {
         "marks": {name: [one.marks[name] for one in tissues] for name in tissues[0].marks},
-        "blocks": blocks,
         "stated": [one.stated for one in tissues],
         "decisions": [each for one in tissues for each in one.decisions],
     }
 
 
-def _blocks(folder: Path, solid: str) -> list[Marks]:
-    """Explore finite-element blocks with 25 probes, each under two noises."""
-    marks = []
-    for number in range(1, BLOCKS + 1):
-        of = block(number, folder, solid)
-        for again in range(2):
-            found = explored(_of_block(of, FRESH + 2 * number + again), 25)
-            begin = time.process_time()
-            told = tp.map(found.tables[25], within=WITHIN).to_dict()
-            marks.append(marks_of_block(told, of, time.process_time() - begin))
-    return marks
-
-
-def _of_block(of: Block, seed: int) -> Palpate:
-    return lambda x, y: of.palpated(x, y, NOISE, seed)
-
-
 def shown(found: Mapping[str, Any]) -> list[Table]:
     """Return the tables."""
     marks: Mapping[str, Sequence[Marks]] = found["marks"]
-    blocks = {f"{solid}, 25 probes, noise 1%": each for solid, each in found["blocks"].items()}
     return [
         tables.table("Explored, mixed condition", marks),
-        tables.table(f"Others, {MARKED[-1]} probes", found["others"]),
-        tables.table("Finite elements: spheres felt 1.2 times and more", blocks),
+        tables.table("Sites that err; bodies of free form, hard-edged", found["others"]),
         _statements(found),
     ]
 
@@ -225,9 +204,6 @@ def kept(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return all of it as JSON has it."""
     return {
         "marks": {n: [known(asdict(one)) for one in marks] for n, marks in found["marks"].items()},
-        "blocks": {
-            n: [known(asdict(one)) for one in marks] for n, marks in found["blocks"].items()
-        },
         "others": {
             n: [known(asdict(one)) for one in marks] for n, marks in found["others"].items()
         },

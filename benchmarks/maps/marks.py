@@ -19,6 +19,10 @@ HIT = 6.0  # mm
 DECLARED = 0.9
 STRONG = 1.0  # peak excess
 STEP = 0.5  # mm
+#: Quantile of chi squared of two degrees of freedom.
+_OF_95 = 5.99
+#: A map says so where its chains disagree by more.
+DISAGREE = 0.05
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,10 @@ class Marks:
         Counts, declared at P >= .9.
     location, hausdorff, dice : list of float
         Of hits [mm, mm, -].
+    within : list of bool
+        Whether the middle is in the ellipse that holds it at 95 %, of hits.
+    disagreement : float
+        That the map tells of its chains; NaN where it is not asked.
     stated : list of (float, bool)
         Probability of each inclusion that is told, and whether there is a nodule.
     covered, covered_in : float
@@ -57,6 +65,8 @@ class Marks:
     location: list[float] = field(default_factory=list)
     hausdorff: list[float] = field(default_factory=list)
     dice: list[float] = field(default_factory=list)
+    within: list[bool] = field(default_factory=list)
+    disagreement: float = np.nan
     stated: list[tuple[float, bool]] = field(default_factory=list)
     held: list[bool] = field(default_factory=list)
     felt: list[float] = field(default_factory=list)
@@ -86,10 +96,14 @@ def marks_of(tissue: Tissue, found: dict[str, Any], shape: str, seconds: float) 
         declared.size - len(pairs),
         hidden=_hidden(tissue, found["could_hide"]),
         seconds=seconds,
+        disagreement=found["check"]["disagreement"],
         **_coverage(tissue, found["surface"]),
     )
     for a, b in pairs:
         marks.location.append(float(distance[a, b]))
+        off = centres[a] - true[b]
+        covariance = 1e6 * np.array(inclusions[a]["covariance"])
+        marks.within.append(bool(off @ np.linalg.solve(covariance, off) < _OF_95))
         _mark_boundary(marks, inclusions[a], tissue.nodules[b])
     marks.stated.extend(_stated(stated, distance))
     return marks

@@ -8,32 +8,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 import tissue_probe as tp
-from benchmarks.maps import tables
-from benchmarks.maps.finite_elements import block
-from benchmarks.maps.marks import Marks, marks_of, marks_of_block
-from benchmarks.maps.tissues import ERRING, MIXED, SIDE, Condition, Tissue, raster
+from benchmarks.maps import surfaces, tables
+from benchmarks.maps.marks import Marks, marks_of
+from benchmarks.maps.tissues import BODIES, ERRING, MIXED, SIDE, Condition, Tissue, raster
 
 GRIDS = (5, 7, 9)
 SHAPES = ("plateau", "heavy tail", "ellipse")
 #: Seeds from here on were not looked at while the map was made.
 FRESH = 50_000
-#: Finite-element blocks, each solved once: linear in half a minute, hyperelastic in two minutes.
-BLOCKS = 8
-#: How they are scanned: solid, raster [mm], noise.
-SCANNED = (
-    ("linear", 8.0, 0.01),
-    ("linear", 8.0, 0.03),
-    ("linear", 5.0, 0.01),
-    ("hyperelastic", 8.0, 0.01),
-)
 #: Share of the sites that are palpated again at most.
 MOST_AGAIN = 0.1
 CONDITIONS = {
@@ -49,6 +37,14 @@ def mapped(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
     found = tp.map(table)
     seconds = time.process_time() - begin
     return marks_of(tissue, found.to_dict(), shape, seconds)
+
+
+def mapped_scattered(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
+    """Palpate a tissue at scattered sites, as many as a raster's, map it, and mark the map."""
+    x, y = np.random.default_rng([seed, 48]).uniform(0.0, SIDE, (2, sites**2))
+    begin = time.process_time()
+    found = tp.map(tissue.palpated(x, y, seed))
+    return marks_of(tissue, found.to_dict(), shape, time.process_time() - begin)
 
 
 def _set(
@@ -82,21 +78,8 @@ def mapped_again(tissue: Tissue, sites: int, seed: int, shape: str) -> Marks:
     return replace(marks_of(tissue, found.to_dict(), shape, seconds), again=len(again))
 
 
-def _blocks(solid: str, spacing: float, noise: float, folder: Path) -> list[Marks]:
-    """Map finite-element blocks at a raster [mm], each under two noises."""
-    along = np.arange(0.0, SIDE + 1e-9, spacing)
-    places = [each.ravel() for each in np.meshgrid(along, along)]
-    marks = []
-    for number, again in product(range(1, BLOCKS + 1), range(2)):
-        of = block(number, folder, solid)
-        begin = time.process_time()
-        found = tp.map(of.palpated(*places, noise, FRESH + 2 * number + again))
-        marks.append(marks_of_block(found.to_dict(), of, time.process_time() - begin))
-    return marks
-
-
-def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str, list[Marks]]]:
-    """Return marks by table and column; what finite elements take long for is kept in a folder."""
+def measure(count: int, first: int = FRESH) -> dict[str, dict[str, list[Marks]]]:
+    """Return marks by table and column."""
     mapped(Tissue.random(0, SHAPES[0]), 5, 0, SHAPES[0])  # compiles what is not kept compiled
     mixed = {f"{n} x {n}": _set(count, n, SHAPES, MIXED, first) for n in GRIDS}
     seven = mixed["7 x 7"]
@@ -113,16 +96,25 @@ def measure(folder: Path, count: int, first: int = FRESH) -> dict[str, dict[str,
         for name, condition in {"mixed": MIXED, **ERRING}.items()
         for told, mark in (("", mapped), (", again", mapped_again))
     }
-    elements = {
-        f"{solid}, {spacing:g} mm, noise {noise:.0%}": _blocks(solid, spacing, noise, folder)
-        for solid, spacing, noise in SCANNED
+    places = {
+        "hard edges, raster": _set(fewer, 7, ("disc",), MIXED, first),
+        "49 scattered": _set(fewer, 7, SHAPES, MIXED, first, mapped_scattered),
+    }
+    bodies = {
+        name: [
+            mapped(Tissue.of_bodies(name, seed), 9, seed, name)
+            for seed in range(first, first + fewer)
+        ]
+        for name in BODIES
     }
     return {
         "Mixed condition": mixed,
         "True shapes, 7 x 7": shapes,
         "Nothing there": others,
         "Sites that err, 7 x 7; again: what hangs on one site is palpated once more": erring,
-        "Finite elements: spheres felt 1.2 times and more": elements,
+        "Hard edges, 7 x 7; scattered sites in 40 x 40 mm": places,
+        "Bodies of free form, hard-edged, noise 5 %, 9 x 9": bodies,
+        "Sites in space, one nodule": surfaces.in_space(surfaces.COUNT, first),
     }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
-from benchmarks.maps.marks import Marks
+from benchmarks.maps.marks import DISAGREE, Marks
 
 BINS = ((0.0, 0.2), (0.2, 0.5), (0.5, 0.8), (0.8, 0.95), (0.95, 1.0001))
 
@@ -53,10 +53,19 @@ ROWS: Mapping[str, Callable[[Sequence[Marks]], str]] = {
     "recall, declared at P >= .9": lambda m: share(_sum(m, "hits"), _sum(m, "nodules")),
     "of strong ones": lambda m: share(_sum(m, "strong_hits"), _sum(m, "strong")),
     "false inclusions a map": lambda m: told([one.false for one in m]),
+    "inclusions declared a map": lambda m: told([one.hits + one.false for one in m]),
+    "the one nodule, alone": lambda m: (
+        share(sum(one.hits == 1 and not one.false for one in m), len(m))
+        if all(one.nodules == 1 for one in m)
+        else "-"
+    ),
     "sites palpated again a map": lambda m: (
         told([one.again for one in m]) if _sum(m, "again") else "-"
     ),
     "location [mm]": lambda m: told(_all(m, "location")),
+    "middle in its ellipse of 95 %": lambda m: share(
+        sum(_all(m, "within")), len(_all(m, "within"))
+    ),
     "boundary, 95 % Hausdorff [mm]": lambda m: told(_all(m, "hausdorff")),
     "Dice": lambda m: told(_all(m, "dice")),
     "all of it within the boundary of 95 %": lambda m: share(
@@ -66,6 +75,10 @@ ROWS: Mapping[str, Callable[[Sequence[Marks]], str]] = {
     "inside nodules": lambda m: told([one.covered_in for one in m]),
     "an inclusion where none could hide": lambda m: share(
         sum(bool(one.hidden) for one in m), sum(one.hidden is not None for one in m)
+    ),
+    "chains disagree by more than .05": lambda m: share(
+        sum(one.disagreement > DISAGREE for one in m),
+        sum(np.isfinite(one.disagreement) for one in m),
     ),
     "spheres feel so many times stiffer": lambda m: span(_all(m, "felt")),
     "processor time [ms], median": lambda m: f"{1e3 * np.median([one.seconds for one in m]):.0f}",

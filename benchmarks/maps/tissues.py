@@ -71,9 +71,37 @@ def _disc(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
     return (np.hypot(dx, dy) <= nodule.radius).astype(float)
 
 
+def _own(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return places along a nodule's own axes, in its radius."""
+    cosine, sine = math.cos(nodule.angle), math.sin(nodule.angle)
+    return (cosine * dx + sine * dy) / nodule.radius, (cosine * dy - sine * dx) / nodule.radius
+
+
+def _triangle(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Return an equilateral triangle; the radius is that to its corners."""
+    u, v = _own(nodule, dx, dy)
+    sides = [math.cos(a) * u + math.sin(a) * v for a in math.pi * np.array([1.0, 1 / 3, -1 / 3])]
+    return (np.max(sides, axis=0) <= 0.5).astype(float)
+
+
+def _rectangle(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Return a rectangle of sides of two radii and of one."""
+    u, v = _own(nodule, dx, dy)
+    return ((np.abs(u) <= 1.0) & (np.abs(v) <= 0.5)).astype(float)
+
+
+def _grown_together(nodule: Nodule, dx: np.ndarray, dy: np.ndarray) -> np.ndarray:
+    """Return two discs of the radius whose middles are 1.6 of it apart."""
+    u, v = _own(nodule, dx, dy)
+    return (np.hypot(np.abs(u) - 0.8, v) <= 1.0).astype(float)
+
+
 #: Profiles of nodules, by name.
 PROFILES: dict[str, Callable[[Nodule, np.ndarray, np.ndarray], np.ndarray]] = {
     "disc": _disc,
+    "triangle": _triangle,
+    "rectangle": _rectangle,
+    "grown together": _grown_together,
     "gaussian": _gaussian,
     "plateau": _plateau,
     "heavy tail": _heavy_tail,
@@ -117,6 +145,14 @@ ERRING = {
     "5 % of the sites slip": replace(MIXED, slips=0.05),
     "noise of heavy tails, 2 %": replace(MIXED, tails=0.02),
 }
+#: Bodies whose form the map does not know, by name: profile, radius and middles [mm].
+BODIES: dict[str, tuple[str, float, tuple[tuple[float, float], ...]]] = {
+    "circle": ("disc", 6.0, ((20.0, 20.0),)),
+    "two circles": ("disc", 5.0, ((12.0, 13.0), (28.0, 27.0))),
+    "triangle": ("triangle", 10.0, ((20.0, 20.0),)),
+    "rectangle": ("rectangle", 9.0, ((20.0, 20.0),)),
+    "grown together": ("grown together", 5.0, ((20.0, 20.0),)),
+}
 
 
 @dataclass(frozen=True)
@@ -159,18 +195,19 @@ class Tissue:
         )
 
     @staticmethod
-    def two_circles(seed: int) -> Tissue:
-        """Return a plain tissue with two hard-edged discs, moved a little; noise of 5 %."""
+    def of_bodies(name: str, seed: int) -> Tissue:
+        """Return a plain tissue with hard-edged bodies of ``BODIES``, moved a little, 5 % noise."""
         rng = np.random.default_rng([seed, 46])
         plain = Tissue.random(seed, "disc", Condition(0.0, 0.0, 0.0, 0.0, nodules=0))
-        discs = tuple(
+        shape, radius, middles = BODIES[name]
+        bodies = tuple(
             Nodule(
-                *(np.array(middle) + rng.uniform(-2.0, 2.0, 2)), 5.0, 0.0, rng.uniform(0.5, 2.0),
-                "disc", 0.0,
+                *(np.array(middle) + rng.uniform(-2.0, 2.0, 2)), radius, 0.0, rng.uniform(0.5, 2.0),
+                shape, rng.uniform(0.0, 2.0 * math.pi),
             )
-            for middle in ((12.0, 13.0), (28.0, 27.0))
+            for middle in middles
         )  # fmt: skip
-        return replace(plain, nodules=discs, noise=0.05)
+        return replace(plain, nodules=bodies, noise=0.05)
 
     def background(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the stiffness without nodules at places [mm], in N/m."""

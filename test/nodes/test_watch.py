@@ -18,6 +18,7 @@ import websockets
 from std_msgs.msg import Header
 
 from conftest import PATIENCE, activate, driver, estimator, stage_on_tissue
+from tissue_probe.mapping.chart import Chart
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.verdict import Verdict
@@ -146,13 +147,13 @@ def test_pages_hear_the_map_as_the_mapper_tells_it(session, tmp_path):
                    Verdict.MEASURED, Leaving.TOLD_ENOUGH)
         for n, (a, b, value) in enumerate(zip(x, y, k, strict=True))
     ]  # fmt: skip
-    sites = sites_of(results)
-    found, header = map_of(sites), Header(frame_id="stage")
+    chart = Chart.of(sites_of(results))
+    found, header = map_of(chart.sites), Header(frame_id="stage")
     running = session()
     messages = {
         "sites": results_message(header, results),
-        "inclusions": inclusions_message(header, found, sites),
-        "stiffness_cloud": surface_cloud(header, found, sites),
+        "inclusions": inclusions_message(header, found, chart.places),
+        "stiffness_cloud": surface_cloud(header, found, chart.places),
     }
     for name, message in messages.items():
         running.node.create_publisher(type(message), f"/probe/{name}", LATCHED).publish(message)

@@ -11,15 +11,12 @@ from typing import Any
 import numpy as np
 
 from tissue_probe.alike import Alike
-from tissue_probe.mapping.chart import Lift
 from tissue_probe.mapping.height import height_at
+from tissue_probe.mapping.lift import Lift, covariance_in_space
 from tissue_probe.mapping.posterior.results import Inclusion, PosteriorMap, Raster
 from tissue_probe.mapping.registration import Registration, register
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
-
-#: Over so far a surface is taken for flat, where the error of a place is laid on it [m].
-_LOCAL = 0.5e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +55,12 @@ class PlacedMap(Alike):
 
     def _inclusion(self, one: Inclusion) -> dict[str, Any]:
         x, y, z = self._place(one.x, one.y)
-        beside = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]]) * _LOCAL
-        right, left, up, down = self.places(one.x + beside[0], one.y + beside[1])
-        across = np.column_stack([right - left, up - down]) / (2.0 * _LOCAL)
         lines = ("boundary_50", "boundary_90", "boundary_95")
         return {
             "x": x,
             "y": y,
             "z": z,
-            "covariance": (across @ one.covariance @ across.T).tolist(),
+            "covariance": covariance_in_space(self.places, one.x, one.y, one.covariance).tolist(),
             **{name: self.places(*getattr(one, name).T).tolist() for name in lines},
         }
 

@@ -9,7 +9,6 @@ that plane, and those on a bent surface at their distances along it, by classica
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import orthogonal_procrustes
@@ -19,6 +18,7 @@ from scipy.spatial.distance import pdist, squareform
 from tissue_probe.alike import Alike
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.height import height_over
+from tissue_probe.mapping.lift import Lift
 from tissue_probe.mapping.posterior.domain import TIP
 from tissue_probe.mapping.posterior.sampled import FORM
 from tissue_probe.mapping.sites import Sites
@@ -30,14 +30,6 @@ from tissue_probe.signals import FloatArray
 _STEEPEST = 2.0
 #: Straight pieces of a path between two sites.
 _PIECES = 16
-
-
-class Lift(Protocol):
-    """The way from a flat map into space."""
-
-    def __call__(self, x: FloatArray, y: FloatArray) -> FloatArray:
-        """Return where places of the map [m], shape (n,) each, lie in space, shape (n, 3)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -84,18 +76,6 @@ class Chart:
             "and y of the map run in that plane; X, Y, Z are the sites' own frame"
         )
         return Chart(_moved(sites, flat), _Over(flat, plane), note)
-
-
-def seen_from_above(sites: Sites) -> str:
-    """Return a note on sites that a map in their own x and y foreshortens; empty for others."""
-    try:
-        note = Chart.of(sites).note
-    except ParameterError as error:
-        return str(error)
-    if not note:
-        return ""
-    where = note.partition(":")[0]
-    return f"{where}, and this map is seen from above: distances in it are too short"
 
 
 @dataclass(frozen=True, eq=False)

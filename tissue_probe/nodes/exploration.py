@@ -24,7 +24,7 @@ from tissue_probe.mapping.fusion import MapBuilder
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.nodes.decision_process import DecisionProcess
-from tissue_probe.nodes.scan_sources import Site, Source, Wait
+from tissue_probe.nodes.scan_sources import PATIENCE, UNTOLD, Site, Source, Wait
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import Explore
@@ -33,10 +33,6 @@ if TYPE_CHECKING:
     from tissue_probe.mapping.exploration.answer import Answer
     from tissue_probe.mapping.exploration.decision import Decision, Question
 
-#: Longest wait for a decision: the first one of an installation compiles for half a minute [s].
-PATIENCE = 300.0
-#: Of results that are not told, the exploration goes on without [s].
-UNTOLD = 2.0
 #: A robot that misses so many sites in a row, more than there are first ones, does not miss sites:
 #: something holds it.
 MISSED_IN_A_ROW = 10
@@ -88,6 +84,9 @@ class ExploredSites(Source):
         from tissue_probe.mapping.exploration.decision import rehearse
         from tissue_probe.mapping.exploration.first import first_sites
 
+        self._question = replace(
+            self._question, purpose=self.choosing.purpose, outliers=self.choosing.outliers
+        )
         self._process = DecisionProcess()
         rehearsed = self._process.submit(rehearse, self._question)
         if self._goal.bag:
@@ -211,7 +210,7 @@ class ExploredSites(Source):
         self._decision = self._process.submit(
             decide,
             sites_of(results),
-            replace(self._question, purpose=self.explore_for),
+            self._question,
             start=self._felt[-1][:2] if self._felt else None,
             pending=pending,
             unreachable=list(self._missed),

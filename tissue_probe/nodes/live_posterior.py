@@ -21,6 +21,7 @@ from tissue_probe.mapping.site_result import SiteResult, sites_of
 from tissue_probe.mapping.sites import Sites
 
 if TYPE_CHECKING:
+    from tissue_probe.mapping.lift import Lift
     from tissue_probe.mapping.posterior.results import PosteriorMap
 
 #: How long the end of a node waits for a map; a compilation takes longer [s].
@@ -30,16 +31,24 @@ NICENESS = 10
 
 
 class Posterior(NamedTuple):
-    """A map, and the results that it tells of."""
+    """A map, the results that it tells of, and the way from it into their frame."""
 
     results: tuple[SiteResult, ...]
     map: PosteriorMap
+    lift: Lift
 
 
 class LivePosterior:
-    """Computes the map of the results that were given last."""
+    """Computes the map of the results that were given last.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    outliers : float
+        Share of sites that err far more than they state.
+    """
+
+    def __init__(self, outliers: float) -> None:
+        self._outliers = outliers
         self._changed = threading.Condition()
         self._asked: tuple[SiteResult, ...] | None = None
         self._found: Posterior | str | None = None
@@ -70,7 +79,7 @@ class LivePosterior:
         if hasattr(os, "setpriority"):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
         # Here, since it takes seconds to import: the node is there before.
-        from tissue_probe.mapping.chart import seen_from_above
+        from tissue_probe.mapping.chart import Chart
         from tissue_probe.mapping.posterior.posterior_map import map_of
 
         map_of(_few())  # has all compiled, or loaded, before the first site is done
@@ -81,11 +90,12 @@ class LivePosterior:
                     return
                 results, self._asked = self._asked, None
             try:
-                sites = sites_of(results)
-                told = map_of(sites)
-                if note := seen_from_above(sites):
-                    told = replace(told, check=replace(told.check, notes=(*told.check.notes, note)))
-                found: Posterior | str = Posterior(results, told)
+                chart = Chart.of(sites_of(results))
+                told = map_of(chart.sites, outliers=self._outliers)
+                if chart.note:
+                    notes = (*told.check.notes, chart.note)
+                    told = replace(told, check=replace(told.check, notes=notes))
+                found: Posterior | str = Posterior(results, told, chart.places)
             except TissueProbeError as error:
                 found = str(error)
             with self._changed:

@@ -14,9 +14,8 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tissue_probe.mapping.height import height_at
+from tissue_probe.mapping.lift import Lift, covariance_in_space
 from tissue_probe.mapping.site_result import SiteResult
-from tissue_probe.mapping.sites import Sites
 from tissue_probe.nodes.conversions import cloud_message, to_time
 from tissue_probe.signals import FloatArray
 from tissue_probe_msgs.msg import Inclusion as InclusionMessage
@@ -54,25 +53,25 @@ def _result(frame_id: str, result: SiteResult) -> SiteResultMessage:
     )
 
 
-def inclusions_message(header: Header, found: PosteriorMap, sites: Sites) -> Inclusions:
+def inclusions_message(header: Header, found: PosteriorMap, lift: Lift) -> Inclusions:
     """Turn the inclusions of a map into a message."""
     return Inclusions(
         header=header,
-        inclusions=[_inclusion(one, sites) for one in found.inclusions],
+        inclusions=[_inclusion(one, lift) for one in found.inclusions],
         background=found.background.stiffness,
         notes=list(found.check.notes),
     )
 
 
-def _inclusion(one: Inclusion, sites: Sites) -> InclusionMessage:
+def _inclusion(one: Inclusion, lift: Lift) -> InclusionMessage:
     lines = {
-        name: _points(getattr(one, name), sites)
+        name: _points(getattr(one, name), lift)
         for name in ("boundary_50", "boundary_90", "boundary_95")
     }
-    (middle,) = _points(np.array([[one.x, one.y]]), sites)
+    (middle,) = _points(np.array([[one.x, one.y]]), lift)
     return InclusionMessage(
         position=middle,
-        covariance=one.covariance.ravel().tolist(),
+        covariance=covariance_in_space(lift, one.x, one.y, one.covariance)[:2, :2].ravel().tolist(),
         probability=one.probability,
         stiffness=one.stiffness,
         stiffness_stddev=one.stiffness_sd,
@@ -81,15 +80,11 @@ def _inclusion(one: Inclusion, sites: Sites) -> InclusionMessage:
     )
 
 
-def _points(ring: FloatArray, sites: Sites) -> list[Point]:
-    x, y = ring.T
-    heights = height_at(sites, x, y)
-    return [
-        Point(x=float(a), y=float(b), z=float(c)) for a, b, c in zip(x, y, heights, strict=True)
-    ]
+def _points(ring: FloatArray, lift: Lift) -> list[Point]:
+    return [Point(**dict(zip("xyz", map(float, place), strict=True))) for place in lift(*ring.T)]
 
 
-def surface_cloud(header: Header, found: PosteriorMap, sites: Sites) -> PointCloud2:
+def surface_cloud(header: Header, found: PosteriorMap, lift: Lift) -> PointCloud2:
     """Turn the surface, where it is known, into a cloud with its error and P(inclusion)."""
     surface = found.surface
     known = np.isfinite(surface.mean)
@@ -99,11 +94,11 @@ def surface_cloud(header: Header, found: PosteriorMap, sites: Sites) -> PointClo
         "stiffness_stddev": surface.sd[known],
         "probability": surface.probability[known],
     }
-    points = np.column_stack([x, y, height_at(sites, x, y), *layers.values()])
+    points = np.column_stack([lift(x, y), *layers.values()])
     return cloud_message(header, points, ["x", "y", "z", *layers])
 
 
-def markers_message(header: Header, found: PosteriorMap, sites: Sites) -> MarkerArray:
+def markers_message(header: Header, found: PosteriorMap, lift: Lift) -> MarkerArray:
     """Return lines of boundaries and a text for each inclusion that is likely there."""
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     for number, one in enumerate(each for each in found.inclusions if each.probability >= MARKED):
@@ -112,10 +107,10 @@ def markers_message(header: Header, found: PosteriorMap, sites: Sites) -> Marker
             line.pose.orientation.w = 1.0
             line.scale.x = _LINE
             line.color = ColorRGBA(r=red, g=green, b=blue, a=1.0)
-            line.points = _points(getattr(one, name), sites)
+            line.points = _points(getattr(one, name), lift)
             markers.append(line)
         text = Marker(header=header, ns="contrast", id=number, type=Marker.TEXT_VIEW_FACING)
-        (text.pose.position,) = _points(np.array([[one.x, one.y]]), sites)
+        (text.pose.position,) = _points(np.array([[one.x, one.y]]), lift)
         text.pose.orientation.w = 1.0
         text.scale.z = 5.0 * _LINE
         text.color = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)

@@ -15,12 +15,13 @@ from visualization_msgs.msg import MarkerArray
 from tissue_probe.devices.limits import PALPATION_LEASE
 from tissue_probe.mapping import site_results
 from tissue_probe.mapping.kept_map import KeptMap
-from tissue_probe.mapping.site_result import SiteResult, sites_of
+from tissue_probe.mapping.site_result import SiteResult
 from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.cdr import estimate_from_cdr
 from tissue_probe.nodes.conversions import site_from_message, to_time
 from tissue_probe.nodes.diagnostics import OK, STALE, Diagnostics, Health, Rate
+from tissue_probe.nodes.erring_sites import ErringSites
 from tissue_probe.nodes.fused_estimators import FusedEstimators
 from tissue_probe.nodes.inbox import Inbox
 from tissue_probe.nodes.live_posterior import LivePosterior
@@ -49,7 +50,7 @@ from tissue_probe_msgs.msg import (
 INTERVAL = 0.1
 
 
-class MapperSettings(FusedEstimators):
+class MapperSettings(FusedEstimators, ErringSites):
     """Whose estimates make the map, and where results are kept."""
 
     frame_id: str = setting("stage", "", "frame of the map")
@@ -78,7 +79,7 @@ class Mapper(Node):
         self._published_revision = 0
         self._found: StiffnessMapData | None = None
         self._ended: list[SiteResult] = []
-        self._posterior = LivePosterior()
+        self._posterior = LivePosterior(settings.outliers)
         self.received = 0
         self._malformed = 0
         self._rate = Rate()
@@ -156,10 +157,10 @@ class Mapper(Node):
         if isinstance(found, str):
             self.get_logger().info(f"no inclusions are told yet: {found}")
             return
-        header, sites = self._header(found.results), sites_of(found.results)
-        self._inclusions.publish(inclusions_message(header, found.map, sites))
-        self._clouds.publish(surface_cloud(header, found.map, sites))
-        self._markers.publish(markers_message(header, found.map, sites))
+        told = self._header(found.results), found.map, found.lift
+        self._inclusions.publish(inclusions_message(*told))
+        self._clouds.publish(surface_cloud(*told))
+        self._markers.publish(markers_message(*told))
 
     def _header(self, results: Sequence[SiteResult]) -> Header:
         newest = max(result.stamp for result in results)

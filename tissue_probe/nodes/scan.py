@@ -28,6 +28,7 @@ from tissue_probe.nodes.cdr import estimate_from_cdr, samples_from_cdr
 from tissue_probe.nodes.contact import ContactSettings, NotTouched, lower_to_contact
 from tissue_probe.nodes.conversions import site_to_message
 from tissue_probe.nodes.diagnostics import OK, Diagnostics, Health
+from tissue_probe.nodes.erring_sites import ErringSites
 from tissue_probe.nodes.exploration import ExploredSites
 from tissue_probe.nodes.fused_estimators import FusedEstimators
 from tissue_probe.nodes.hearing import DISCOVERY_TIME
@@ -37,7 +38,7 @@ from tissue_probe.nodes.parameters import declare, follow_changes, read
 from tissue_probe.nodes.process import run
 from tissue_probe.nodes.qos import BLOCKS, SCAN_ANNOUNCEMENTS
 from tissue_probe.nodes.robot import INTERVAL, NotMoved, Robot, RobotSettings
-from tissue_probe.nodes.scan_sources import GivenSites, GridSites, Site, Source
+from tissue_probe.nodes.scan_sources import Choosing, GivenSites, GridSites, Site, Source
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS, FloatArray, Leaving, PalpationSite, Phase
@@ -54,7 +55,7 @@ SIGNS = 10
 SOURCES: tuple[type[Source], ...] = (GridSites, GivenSites, ExploredSites)
 
 
-class ScanSettings(ContactSettings, RobotSettings, FusedEstimators):
+class ScanSettings(ContactSettings, RobotSettings, FusedEstimators, ErringSites):
     """How the probe is moved, and how long is waited for whom."""
 
     lift_height: float = setting(
@@ -69,6 +70,14 @@ class ScanSettings(ContactSettings, RobotSettings, FusedEstimators):
     )
     explore_for: Literal["edge", "find", "both"] = setting(
         "both", "", "purpose of explore's sites: edges, inclusions unseen yet, both in turn"
+    )
+    most_again: float = setting(
+        0.1,
+        "",
+        "how many sites scan_sites palpates again at most, a little aside, where an inclusion "
+        "hangs on one site; of those given",
+        ge=0.0,
+        le=1.0,
     )
 
 
@@ -230,7 +239,9 @@ class Scan(Node):
     def _scan(self, source: Source, goal_handle: ServerGoalHandle) -> Any:
         """Palpate the sites; return how it ended, once the probe is lifted."""
         self._settings = self._robot.settings = read(self, ScanSettings)
-        source.explore_for = self._settings.explore_for
+        source.choosing = Choosing(
+            self._settings.explore_for, self._settings.outliers, self._settings.most_again
+        )
         wait = partial(self._wait, partial(self._check, goal_handle))
         try:
             self._refuse_second_scan()

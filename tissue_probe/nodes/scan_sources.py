@@ -5,19 +5,30 @@ Contents: which site comes next, and the message on the visited ones.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.grid import Grid
+from tissue_probe.mapping.site_result import sites_of
+from tissue_probe.nodes.decision_process import DecisionProcess
 from tissue_probe.nodes.site_outcomes import SiteOutcomes
 from tissue_probe.signals import UP, sound_normal, sound_position
 from tissue_probe_msgs import msg
 from tissue_probe_msgs.action import ScanGrid, ScanSites
 
+if TYPE_CHECKING:
+    from tissue_probe.mapping.exploration.choice import Purpose
+
 #: Longest stay at a site [s].
 LONGEST_DWELL = 3600.0
+#: Longest wait for a decision: the first one of an installation compiles for half a minute [s].
+PATIENCE = 300.0
+#: Of results that are not told, a decision is made without [s].
+UNTOLD = 2.0
 #: So many sites are named in a message; all are in the result.
 NAMED = 10
 #: As many as a grid may have.
@@ -36,6 +47,18 @@ class Site(NamedTuple):
     normal: tuple[float, float, float] = UP
 
 
+class Choosing(NamedTuple):
+    """How sites are chosen on the way.
+
+    ``purpose`` is what an exploration chooses for, ``outliers`` the share of sites that err,
+    ``again`` how many of the given sites are palpated again at most, as a share.
+    """
+
+    purpose: Purpose = "both"
+    outliers: float = 0.0
+    again: float = 0.0
+
+
 class Source(ABC):
     """The sites of one scan, which one action asks for. ValueError where its goal is refused.
 
@@ -49,8 +72,8 @@ class Source(ABC):
         Those where no surface was found.
     begins : list of int
         When each dwell began [ns since the epoch].
-    explore_for : str
-        The purpose of the sites, where they are chosen on the way (``exploration``).
+    choosing : Choosing
+        How sites are chosen that are not given.
     """
 
     ACTION: ClassVar[type]
@@ -63,7 +86,7 @@ class Source(ABC):
         self.visited: list[Site] = []
         self.untouched: list[Site] = []
         self.begins: list[int] = []
-        self.explore_for = "both"
+        self.choosing = Choosing()
 
     @abstractmethod
     def prepare(self, wait: Wait) -> None:
@@ -195,7 +218,7 @@ class GridSites(ListedSites):
 
 
 class GivenSites(ListedSites):
-    """Sites that the user gives, in their order."""
+    """Sites that the user gives, in their order; then beside those on which an inclusion hangs."""
 
     ACTION, NAME = ScanSites, "scan_sites"
 
@@ -216,6 +239,62 @@ class GivenSites(ListedSites):
             )
         sites = [Site(i, *each) for i, each in enumerate(zip(places, normals, strict=True))]
         super().__init__(sites, goal.dwell_time, outcomes)
+        self._given, self._decides = sites, True
+        self._process: DecisionProcess | None = None
+        self._again = ""
+
+    def prepare(self, wait: Wait) -> None:
+        """Start what decides where to palpate again."""
+        if self._most_again:
+            self._process = DecisionProcess()
+
+    def next(self, wait: Wait) -> Site | None:
+        """Return the next of the list, then those to palpate again."""
+        if not self._left and self._decides and self._most_again:
+            self._decides = False
+            self._palpate_again(wait)
+        return super().next(wait)
+
+    def ended(self) -> str:
+        """Say that all are palpated, and how many again."""
+        return super().ended() + self._again
+
+    def result(self, how: str) -> Any:
+        """Return the result; nothing is decided any more."""
+        if self._process is not None:
+            self._process.close()
+        return super().result(how)
+
+    @property
+    def _most_again(self) -> int:
+        return round(self.choosing.again * len(self._given))
+
+    def _palpate_again(self, wait: Wait) -> None:
+        """Append the places beside sites on which an inclusion hangs, as far as they are told."""
+        # Here, since it takes a second to import, and a scan of a grid needs none of it.
+        from tissue_probe.mapping.palpate_again import places_again
+
+        wait(self.is_judged, UNTOLD)
+        results = [one for one in self._outcomes.of(self.begins) if one.has_value]
+        if not results:
+            return
+        asked = self._process.submit(
+            places_again, sites_of(results), self.choosing.outliers, self._most_again
+        )
+        if not wait(asked.done, PATIENCE):
+            raise TissueProbeError(f"a decision took more than {PATIENCE:g} s")
+        try:
+            places = asked.result()
+        except ParameterError as error:
+            self._again = f"; none again: {error}"
+            return
+        first = len(self._given)
+        for number, place in enumerate(places, first):
+            beside = min(self._given, key=lambda one: math.dist(one.position, place))
+            self._left.append(Site(number, place, beside.normal))
+        self._total += len(places)
+        if places:
+            self._again = f", {len(places)} of them beside one on which an inclusion hangs"
 
 
 def _numbers_of(goal: ScanGrid.Goal, count: int) -> list[int]:

@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
@@ -144,10 +145,12 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
             f"{LEAST_SITES} or more"
         )
         return Answer(sought, none, none, (), False, "not known yet", (few,))
-    nearest = _nearest(relevant, sampled.found)
+    far = _distances(relevant, sampled.found)
+    # Beyond the numbers of all where none is as near as a tip.
+    nearest = np.column_stack([far, np.full(len(far), LINK)]).argmin(axis=1)
     doubted = {doubt.number for doubt in sampled.doubts if doubt.alone}
-    known = tuple(
-        KnownInclusion(
+    by_number = {
+        number: KnownInclusion(
             *(float(each) / _MM for each in one.centre),
             one.probability,
             _boundary_sd(one) / _MM,
@@ -155,18 +158,19 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
         )
         for number, one in enumerate(sampled.found)
         if np.unique(state[nearest == number]).size >= LEAST_PROBABILITY * states
-    )
-    certain = [
-        one for one in known if one.probability >= sought.probability and not one.felt_by_one
+    }
+    known = tuple(by_number.values())
+    sure = [
+        number
+        for number, one in by_number.items()
+        if one.probability >= sought.probability and not one.felt_by_one
     ]
-    further = np.ones(len(relevant), dtype=bool)
-    for one in certain:
-        further &= _distance(relevant, one) >= LINK
-    no_further = 1.0 - np.unique(state[further]).size / states
-    elsewhere = further.copy()
-    for one in known:
-        elsewhere &= _distance(relevant, one) >= LINK
-    unfound = np.unique(state[elsewhere]).size / states
+    certain = [by_number[number] for number in sure]
+    no_further, unfound = (
+        np.unique(state[(far[:, numbers] >= LINK).all(axis=1)]).size / states
+        for numbers in (sure, list(by_number))
+    )
+    no_further = 1.0 - no_further
     still_open = _open(sought, known, no_further, unfound)
     holds = not checked or _holds(sampled)
     if not holds:
@@ -200,18 +204,12 @@ def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray,
     return state[large], each[large][:, [X, Y]], count.size
 
 
-def _nearest(places: FloatArray, found: list[Found]) -> np.ndarray:
-    """Return which inclusion each place [mm] is nearest to; -1 where none is as near as a tip."""
-    if not found:
-        return np.full(len(places), -1)
-    middles = np.array([one.centre for one in found])
-    distance = np.hypot(*(places[:, None] - middles[None]).transpose(2, 0, 1))
-    return np.where(distance.min(axis=1) < LINK, distance.argmin(axis=1), -1)
-
-
-def _distance(places: FloatArray, one: KnownInclusion) -> FloatArray:
-    """Return how far places [mm] are from the middle of an inclusion [mm]."""
-    return np.hypot(places[:, 0] - _MM * one.x, places[:, 1] - _MM * one.y)
+def _distances(places: FloatArray, found: list[Found]) -> FloatArray:
+    """Return how far places [mm] are from each inclusion's nearest part [mm]; (places, found)."""
+    far = np.empty((len(places), len(found)))
+    for column, one in zip(far.T, found, strict=True):
+        column[:] = cdist(places, one.places).min(axis=1)
+    return far
 
 
 def _open(
@@ -243,16 +241,18 @@ def _boundary_sd(one: Found) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
     centre, angles = one.centre, 2.0 * np.pi * np.arange(_RAYS) / _RAYS
     ux, uy = np.cos(angles), np.sin(angles)
-    members = one.members[:: len(one.members) // _MEMBERS + 1]
-    reach = np.zeros((len(members), _RAYS))
-    for out, row in zip(reach, members, strict=True):
+    rows, count, _ = one.some(_MEMBERS)
+    reach = np.zeros((count.size, _RAYS))
+    for state, part in np.argwhere(np.arange(rows.shape[1]) < count[:, None]):
+        row = rows[state, part]
         a, b, c = metric(row)
         dx, dy = centre[0] - row[X], centre[1] - row[Y]
         # (rho / R)^2 = 1 on the ray, a quadratic in the distance.
         square = a * ux**2 + 2.0 * b * ux * uy + c * uy**2
         half = a * ux * dx + b * (ux * dy + uy * dx) + c * uy * dy
         left = half**2 - square * (a * dx**2 + 2.0 * b * dx * dy + c * dy**2 - 1.0)
-        out[:] = np.maximum((np.sqrt(np.maximum(left, 0.0)) - half) / square, 0.0)
+        ends = np.where(left > 0.0, (np.sqrt(np.maximum(left, 0.0)) - half) / square, 0.0)
+        reach[state] = np.maximum(reach[state], ends)
     return float(np.sqrt(reach.var(axis=0).mean()))
 
 

@@ -34,12 +34,15 @@ class Question:
         Which inclusions matter, and how surely the answer is to be given.
     purpose : str
         What sites are chosen for, as for ``next_sites``.
+    outliers : float
+        Share of sites that err far more than they state.
     """
 
     within: Polygon
     no_go: tuple[Polygon, ...] = ()
     sought: Sought = field(default_factory=Sought)
     purpose: Purpose = "both"
+    outliers: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ def decide(
     ParameterError
         If no site has a value, or no place is left for another.
     """
-    sampled = Sampled.of(sites, question.within, quick=True)
+    sampled = Sampled.of(sites, question.within, quick=True, outliers=question.outliers)
     told = answer(sampled, question.sought, checked=False)
     if told.answered:
         told = final(sites, question)
@@ -105,7 +108,8 @@ def decide(
 
 def final(sites: Sites, question: Question) -> Answer:
     """Return the answer by as many states as a map has; ParameterError if no site has a value."""
-    return answer(Sampled.of(sites, question.within), question.sought)
+    sampled = Sampled.of(sites, question.within, outliers=question.outliers)
+    return answer(sampled, question.sought)
 
 
 def rehearse(question: Question) -> None:

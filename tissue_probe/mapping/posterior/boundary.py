@@ -14,6 +14,7 @@ import math
 import numpy as np
 from contourpy import contour_generator
 from numba import njit
+from scipy.ndimage import label
 
 from tissue_probe.mapping.posterior.prior import LOG_ASPECT, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.shape import metric
@@ -21,7 +22,7 @@ from tissue_probe.signals import FloatArray, IntArray
 
 _STEP = 0.5  # mm
 #: Inclusions that are counted at most: a quantile of 5 % is then known to one part in seven.
-_MEMBERS = 1000
+MEMBERS = 1000
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -95,27 +96,50 @@ def share_inside(rows: FloatArray, states: int, x: FloatArray, y: FloatArray) ->
     return np.minimum(counts / states, 1.0)
 
 
-def boundaries(members: FloatArray) -> dict[int, FloatArray]:
+def boundaries(rows: FloatArray, count: IntArray, places: FloatArray) -> dict[int, FloatArray]:
     """Return the boundaries of one inclusion at 50, 90 and 95 %, each of shape (points, 2) [mm].
 
     Parameters
     ----------
-    members : array, shape (m, PARAMETERS)
-        The inclusion in each state that has it.
+    rows : array, shape (states, parts, PARAMETERS)
+        The inclusion in each state that has it, by its parts; of at most ``MEMBERS`` states.
+    count : array, shape (states,)
+        How many parts it has there.
+    places : array, shape (parts, 2)
+        Where its parts are [mm]: one line goes around all.
     """
-    members = members[:: len(members) // _MEMBERS + 1]
+    members = rows[np.arange(rows.shape[1]) < count[:, None]]
     far = np.exp(members[:, LOG_RADIUS] + 0.5 * members[:, LOG_ASPECT]) + 2 * _STEP
     x, y = (
         np.arange((members[:, i] - far).min(), (members[:, i] + far).max() + _STEP, _STEP)
         for i in (X, Y)
     )
-    share = share_inside(members, len(members), x, y)
+    share = share_inside(members, count.size, x, y)
     least = np.empty(len(members))
     _least(members, x, y, share, least)
+    # All of a body is where all its parts are.
+    least = np.minimum.reduceat(least, np.cumsum(count) - count)
     levels = {50: 0.5, **{p: float(np.quantile(least, 1.0 - p / 100.0)) for p in (90, 95)}}
     # The contour lies between places that are inside and places that are not.
-    half = 0.5 / len(members)
-    return contours(x, y, share, {p: max(level - half, half) for p, level in levels.items()})
+    half = 0.5 / count.size
+    highest = _joining(share, x, y, places) if len(places) > 1 else 1.0
+    levels = {p: max(min(level, highest) - half, half) for p, level in levels.items()}
+    return contours(x, y, share, levels)
+
+
+def _joining(share: FloatArray, x: FloatArray, y: FloatArray, places: FloatArray) -> float:
+    """Return the highest level, of twentieths, at which all parts of a body are in one line.
+
+    Parts touch, and leave a seam that few states have inside.
+    """
+    columns, rows = (
+        np.abs(axis[:, None] - at).argmin(axis=0) for axis, at in zip((x, y), places.T, strict=True)
+    )
+    for level in np.arange(10, 0, -1) / 20.0:
+        of = label(share >= level)[0][rows, columns]
+        if of.min() == of.max() > 0:
+            return float(level)
+    return 0.0
 
 
 def contours(

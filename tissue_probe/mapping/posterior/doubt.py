@@ -61,10 +61,9 @@ class Doubt:
 
 def felt_by(one: Found, states: States, background: Background) -> IntArray:
     """Return the rows of the visits that feel an inclusion, in most states that have it."""
-    chosen = np.unique(np.linspace(0, one.states.size - 1, _MEMBERS).astype(int))
-    _, _, level, kinds = (each[one.states[chosen]] for each in states.flat())
-    rows = one.members[chosen][:, None]
-    added = np.log(sums_at(rows, np.ones(chosen.size, int), background.x, background.y))
+    rows, count, chosen = one.some(_MEMBERS)
+    _, _, level, kinds = (each[chosen] for each in states.flat())
+    added = np.log(sums_at(rows, count, background.x, background.y))
     told = np.diagonal(background.precision, axis1=1, axis2=2)[level]
     # By Sherman and Morrison, of each outlier alone.
     told = told / (1.0 + VARIANCES[kinds] * told)

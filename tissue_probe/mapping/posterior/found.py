@@ -5,12 +5,14 @@ Contents: gathering, from all states, what is one inclusion; its probability, ce
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, X, Y
+from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.sampling import States
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -28,30 +30,75 @@ class Found:
 
     Attributes
     ----------
-    probability : float
-        Share of the states that have it.
-    by_chain : array, shape (chains,)
-        That share in each chain.
     members : array, shape (m, PARAMETERS)
-        The inclusion in each state that has it.
+        The inclusion in each state that has it; of a body of several parts (``bodies``) each part.
     states : array, shape (m,)
-        The numbers of these states.
+        The numbers of these states, rising; that of a body's parts comes again.
+    places : array, shape (parts, 2)
+        Means of the parts' middles [mm].
+    count : (int, int)
+        How many chains there are, and states of each.
     """
 
-    probability: float
-    by_chain: FloatArray
     members: FloatArray
     states: IntArray
+    places: FloatArray
+    count: tuple[int, int]
+
+    @staticmethod
+    def joined(parts: list[Found]) -> Found:
+        """Return the body of which these are the parts."""
+        if len(parts) == 1:
+            return parts[0]
+        states = np.concatenate([one.states for one in parts])
+        order = np.argsort(states, kind="stable")
+        return Found(
+            np.concatenate([one.members for one in parts])[order],
+            states[order],
+            np.concatenate([one.places for one in parts]),
+            parts[0].count,
+        )
+
+    @cached_property
+    def by_chain(self) -> FloatArray:
+        """Share of the states of each chain that have it."""
+        chains, each = self.count
+        return np.bincount(np.unique(self.states) // each, minlength=chains) / each
+
+    @cached_property
+    def probability(self) -> float:
+        """Share of the states that have it."""
+        return np.unique(self.states).size / math.prod(self.count)
+
+    @cached_property
+    def middles(self) -> FloatArray:
+        """Its middle in each state that has it [mm], shape (states, 2): of parts by their areas."""
+        _, of = np.unique(self.states, return_inverse=True)
+        area = np.exp(2.0 * self.members[:, LOG_RADIUS])
+        middles = [np.bincount(of, area * self.members[:, axis]) for axis in (X, Y)]
+        return np.column_stack(middles) / np.bincount(of, area)[:, None]
+
+    def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray]:
+        """Return its parts in at most so many states, their number, and the states.
+
+        Shapes (states, parts, PARAMETERS), (states,) and (states,); rows beyond the number are
+        meaningless.
+        """
+        states, first, count = np.unique(self.states, return_index=True, return_counts=True)
+        chosen = np.unique(np.linspace(0, states.size - 1, most).astype(int))
+        last = len(self.members) - 1
+        each = np.minimum(first[chosen, None] + np.arange(count.max()), last)
+        return self.members[each], count[chosen], states[chosen]
 
     @property
     def centre(self) -> FloatArray:
         """Mean of the middles [mm], shape (2,)."""
-        return self.members[:, [X, Y]].mean(axis=0)
+        return self.middles.mean(axis=0)
 
     @property
     def covariance(self) -> FloatArray:
         """Covariance of the middle [mm^2], shape (2, 2)."""
-        return np.cov(self.members[:, [X, Y]].T, bias=True)
+        return np.cov(self.middles.T, bias=True)
 
     @property
     def contrast(self) -> float:
@@ -62,7 +109,7 @@ class Found:
 def found_in(states: States) -> list[Found]:
     """Return the inclusions of all states, the most probable first."""
     rows, count, _, _ = states.flat()
-    chains, each = states.count.shape
+    shape = states.count.shape
     present = np.arange(rows.shape[1]) < count[:, None]
     state, place = np.nonzero(present)
     inclusions = rows[state, place]
@@ -72,12 +119,12 @@ def found_in(states: States) -> list[Found]:
         near = _around_densest(inclusions[:, [X, Y]], free)
         members = _one_a_state(state, near)
         free[near < LINK] &= ~np.isin(np.flatnonzero(near < LINK), members)
-        probability = members.size / count.size
-        if probability < LEAST_PROBABILITY:
+        if members.size < LEAST_PROBABILITY * count.size:
             free[near < _BLUR] = False
             continue
-        by_chain = np.bincount(state[members] // each, minlength=chains) / each
-        found.append(Found(probability, by_chain, inclusions[members], state[members]))
+        rows_of_it = inclusions[members]
+        place = rows_of_it[:, [X, Y]].mean(axis=0, keepdims=True)
+        found.append(Found(rows_of_it, state[members], place, shape))
     return sorted(found, key=lambda one: -one.probability)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
-from tissue_probe.mapping.posterior.boundary import boundaries, share_inside
+from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_inside
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
 from tissue_probe.mapping.posterior.doubt import Doubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
@@ -53,6 +53,7 @@ def map_of(
     raster: float = RASTER,
     contrast: float = CONTRAST,
     within: Polygon | None = None,
+    outliers: float | None = 0.0,
 ) -> PosteriorMap:
     """Return the posterior map of a list of sites. The same sites have the same map, bit for bit.
 
@@ -66,13 +67,17 @@ def map_of(
         Of the inclusions that could hide: stiffness over their middle, over the background's.
     within : Polygon, optional
         An area of which the map is to speak, however far from the sites.
+    outliers : float, optional
+        Share of sites that err far more than they state; None if it is learnt.
 
     Raises
     ------
     ParameterError
         If no site has a value, or a parameter is out of its range.
     """
-    return read_out(Sampled.of(sites, within), sites, raster=raster, contrast=contrast)
+    return read_out(
+        Sampled.of(sites, within, outliers=outliers), sites, raster=raster, contrast=contrast
+    )
 
 
 def read_out(
@@ -194,7 +199,7 @@ def _inclusion(
 ) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
-    lines = boundaries(one.members)
+    lines = boundaries(*one.some(MEMBERS)[:2], one.places)
     return Inclusion(
         *(float(each) / _MM for each in centre),
         one.covariance / _MM**2,

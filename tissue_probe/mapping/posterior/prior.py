@@ -63,11 +63,16 @@ def log_prior_of_contrast(log_contrast):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def log_prior_of_hard(exponent):
+    """Return the log density of the log of the exponent of a hard edge, its share counted."""
+    return math.log(HARD) + log_normal(exponent, math.log(HARD_EXPONENT), HARD_SPREAD)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def log_prior_of_exponent(exponent):
     """Return the log density of the log of the exponent, of either kind of edge."""
-    smooth = log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
-    hard = log_normal(exponent, math.log(HARD_EXPONENT), HARD_SPREAD)
-    return math.log((1.0 - HARD) * math.exp(smooth) + HARD * math.exp(hard))
+    smooth = math.log(1.0 - HARD) + log_normal(exponent, math.log(EXPONENT), EXPONENT_SPREAD)
+    return math.log(math.exp(smooth) + math.exp(log_prior_of_hard(exponent)))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

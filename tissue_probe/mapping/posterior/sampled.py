@@ -13,6 +13,7 @@ import numpy as np
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
+from tissue_probe.mapping.posterior.bodies import bodies_of
 from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.doubt import Doubt, doubts_of, felt_by
 from tissue_probe.mapping.posterior.found import Found, found_in
@@ -144,7 +145,7 @@ class Sampled:
         while True:
             parts.append(chains.further(STRETCH // 2 if quick else STRETCH))
             states = States.joined(parts)
-            found = found_in(states)
+            found = bodies_of(found_in(states), region.area)
             halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]
             disagreement = max((abs(float(a - b)) for a, b in halves), default=0.0)
             if quick or disagreement <= AGREEMENT or chains.exhausted:
