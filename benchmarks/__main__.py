@@ -49,6 +49,8 @@ from benchmarks.protocols import deal
 from benchmarks.protocols.catalogue import PROTOCOLS
 from benchmarks.ruler import marks
 from benchmarks.ruler import tables as ruler_tables
+from benchmarks.studies import measure as studies
+from benchmarks.studies.speed import COUNT as STUDIED
 from tissue_probe.challenge.trajectory import DURATIONS
 from tissue_probe.nodes.session import SessionError
 
@@ -82,13 +84,14 @@ class Part(str, Enum):
     workbench = "workbench"
     golden = "golden"
     code = "code"
+    study = "study"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument),
+    *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -121,15 +124,16 @@ def main(
         int, typer.Option(min=0, help="`filters`: seed of the first sequence.")
     ] = 0,
     count: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=1,
             help="`diagnosis`: recordings of one effect for each rig and excitation; there are a "
             "third as many of each other kind. `protocols`: records of each protocol with "
             "something hidden, and as many without. `third_party`: records of each effect, and "
-            "twice as many without. `instrument`: records of each group.",
+            "twice as many without. `instrument`: records of each group. `study`: recordings.",
+            show_default=f"{diagnosis.COUNT}; of `study` {STUDIED}",
         ),
-    ] = diagnosis.COUNT,
+    ] = None,
     first_seed: Annotated[
         int,
         typer.Option(
@@ -187,9 +191,11 @@ def main(
     right the map of sites is, `explore` that of sites which are chosen one by one, `blocks` both on
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
-    diagnosis' code is. `all` leaves these fifteen out.
+    diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
+    hold. `all` leaves these sixteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
+    count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
     RESULTS.mkdir(exist_ok=True)
     bag = RESULTS / "run.mcap"
     results: dict[str, object] = {"machine": machine.describe()}
@@ -273,6 +279,9 @@ def main(
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}
             Console(width=150).print(code.table(sizes))
+        if part == Part.study:
+            results["study"] = studies.measure(count)
+            Console().print(*studies.tables(results["study"]))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

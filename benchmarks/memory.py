@@ -28,12 +28,12 @@ def grown(path: str, stated: dict[str, str]) -> float:
     from tissue_probe.recording.layout import Layout
 
     Path("/proc/self/clear_refs").write_text("5")  # forget the peak, that of the parent too
-    before = _status("VmRSS")
+    before = status("VmRSS")
     read_any(path, Layout(**stated))
-    return _status("VmHWM") - before
+    return status("VmHWM") - before
 
 
-def _status(name: str) -> float:
+def status(name: str) -> float:
     """Return an entry of this process's status [MB]."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(float(line.split()[1]) for line in lines if line.startswith(name)) * 1024 / 1e6

@@ -22,6 +22,7 @@ from tissue_probe.recording.any_file import read_file
 from tissue_probe.recording.bags.open_bag import is_bag
 from tissue_probe.recording.columns.in_memory import columns_in_memory
 from tissue_probe.recording.columns.source import Progress
+from tissue_probe.recording.digest import digest
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.layout import Clock, ForcePolarity, Layout, PositionPolarity
 from tissue_probe.recording.tables.table_file import read_columns
@@ -78,15 +79,12 @@ class ReadRecording(Alike):
 
     def digest(self) -> str:
         """Return the SHA-256 of the file's bytes, or of the samples where there is no file."""
-        digest = hashlib.sha256()
-        if self.path is None:
-            for column in (self.recording.stamps, self.recording.position, self.recording.force):
-                digest.update(np.ascontiguousarray(column).tobytes())
-            return digest.hexdigest()
-        parts = sorted(self.path.rglob("*")) if self.path.is_dir() else [self.path]
-        for part in filter(Path.is_file, parts):
-            digest.update(part.read_bytes())
-        return digest.hexdigest()
+        if self.path is not None:
+            return digest(self.path)
+        found = hashlib.sha256()
+        for column in (self.recording.stamps, self.recording.position, self.recording.force):
+            found.update(np.ascontiguousarray(column).tobytes())
+        return found.hexdigest()
 
 
 #: The source of ``Measurements``, in words.

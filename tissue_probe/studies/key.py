@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import tissue_probe
-
-_PIECE = 1 << 20
+from tissue_probe.recording.digest import digest
 
 
 def key_of_question(task: str, question: Mapping[str, Any]) -> str:
@@ -37,19 +36,6 @@ def key_of(path: Path, of_question: str) -> str:
         If the file cannot be read.
     """
     return hashlib.sha256(f"{digest(path)} {of_question}".encode()).hexdigest()
-
-
-def digest(path: Path) -> str:
-    """Return the SHA-256 of a file's bytes, or of all files in a folder with their names."""
-    found = hashlib.sha256()
-    if not path.is_dir():
-        with path.open("rb") as file:
-            while piece := file.read(_PIECE):
-                found.update(piece)
-        return found.hexdigest()
-    for part in sorted(each for each in path.rglob("*") if each.is_file()):
-        found.update(f"{part.relative_to(path)} {digest(part)}".encode())
-    return found.hexdigest()
 
 
 def _plain(given: Any) -> Any:
