@@ -1,0 +1,45 @@
+"""Poses and wrenches of a robot that touches nothing, on one even grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tissue_probe.signals import FloatArray
+
+#: Of the wrench, in this order.
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
+#: Their unit.
+UNITS = ("N", "N", "N", "N m", "N m", "N m")
+
+
+@dataclass(frozen=True)
+class FreeAir:
+    """One stretch without a hole, of the sensor's frame.
+
+    Attributes
+    ----------
+    begin : float
+        Time of the first row [s].
+    period : float
+        Between two rows [s].
+    position : array, shape (n, 3)
+        Of the sensor's origin in the base, whose z is up [m].
+    orientation : array, shape (n, 4)
+        Unit quaternion x, y, z, w that turns the sensor's axes into the base's.
+    wrench : array, shape (n, 6)
+        As measured: force [N] and torque [N m] in the sensor's axes.
+    joints : array, shape (n, j)
+        Angles of the joints that the cable runs along [rad]; j is 0 where they are not told.
+    """
+
+    begin: float
+    period: float
+    position: FloatArray
+    orientation: FloatArray
+    wrench: FloatArray
+    joints: FloatArray
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts."""
+        return len(self.wrench) * self.period

@@ -1,0 +1,80 @@
+"""Free air as the fit sees it: smoothed, on a coarse grid, for any delay of the wrench."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from tissue_probe.sensor.cable import CableFunctions
+from tissue_probe.sensor.free_air import FreeAir
+from tissue_probe.sensor.kinematics import motion
+from tissue_probe.sensor.load import NUMBERS, load_columns
+from tissue_probe.sensor.smoothing import CUTOFF, Smoother
+from tissue_probe.signals import FloatArray
+
+LONGEST_DELAY = 0.1
+"""The wrench is at most so much later than the pose, or earlier by half of it [s]: network and
+filters of sensors take less."""
+SHORTEST = 1.0
+"""Shorter stretches tell nothing: the filter has half a second of ends [s]."""
+
+
+class Smoothed:
+    """One stretch, its load's and its cable's columns through the same filter as its wrench.
+
+    Parameters
+    ----------
+    run : FreeAir
+        At least ``SHORTEST``.
+    cable : CableFunctions or None
+        None for no cable.
+
+    Attributes
+    ----------
+    time : array, shape (n,)
+        Of the coarse rows [s], as dense as what passed the filter needs.
+    wrench : array, shape (n, 6)
+        Smoothed.
+    noise : array, shape (6,)
+        Standard deviation of the wrench's white noise, before the filter.
+    in_band : array, shape (6,)
+        Variance of what of that passes.
+    """
+
+    def __init__(self, run: FreeAir, cable: CableFunctions | None = None) -> None:
+        smooth = Smoother(run.period)
+        raw = load_columns(motion(run.position, run.orientation, run.period))
+        columns = [raw.reshape(-1, 6 * NUMBERS)]
+        if cable is not None:
+            columns.append(cable.columns(run)[1:-1])
+        passed = smooth(np.concatenate(columns, axis=1))
+        wrench = run.wrench[1:-1]
+        low = smooth(wrench)
+        fine = run.begin + run.period * (1 + smooth.half + np.arange(len(low)))
+        self._spline = CubicSpline(fine, passed)
+        step = max(1, round(0.5 / (CUTOFF * run.period)))
+        ends = LONGEST_DELAY, 0.5 * LONGEST_DELAY
+        kept = slice(round(ends[0] / run.period) + 1, len(low) - round(ends[1] / run.period), step)
+        self.time, self.wrench = fine[kept], low[kept]
+        rest = wrench[smooth.half : len(wrench) - smooth.half] - low
+        self.noise = np.sqrt(np.mean(rest**2, axis=0) / smooth.left)
+        self.in_band = self.noise**2 * smooth.passed
+        self._smooth, self._raw = smooth, raw
+
+    def load(self, delay: float, order: int = 0) -> FloatArray:
+        """Return the load's columns a delay ago, or a derivative, shape (n, 6, 10)."""
+        return self._at(delay, order)[:, : 6 * NUMBERS].reshape(-1, 6, NUMBERS)
+
+    def cable(self, delay: float, order: int = 0) -> FloatArray:
+        """Return the cable's columns a delay ago, shape (n, count)."""
+        return self._at(delay, order)[:, 6 * NUMBERS :]
+
+    def _at(self, delay: float, order: int) -> FloatArray:
+        return self._spline(self.time - delay, order)
+
+    def noise_of_pose(self, load: FloatArray) -> FloatArray:
+        """Return the variance that the poses' noise leaves in a load's wrench, shape (6,)."""
+        wrench = self._raw @ load
+        half = self._smooth.half
+        rest = wrench[half : len(wrench) - half] - self._smooth(wrench)
+        return np.mean(rest**2, axis=0) * self._smooth.passed_twice_differentiated

@@ -1,0 +1,100 @@
+"""Whether a fit explains its wrench, and if not, what the rest goes with."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tissue_probe.sensor.cable import CableFunctions
+from tissue_probe.sensor.fit import Fit
+from tissue_probe.sensor.free_air import AXES, FreeAir
+from tissue_probe.sensor.kinematics import motion
+from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.signals import FloatArray
+
+SIZE = 0.1
+"""Less beyond noise than this part of a sample's noise is nobody's concern."""
+MOST = 0.5
+"""What explains less than this part of the rest is not named."""
+BRIEF = 0.05
+"""A touch: in this part of the time lies ``MOST`` of the rest."""
+WAVES = 8
+"""Half waves of time that a wander may have: half a minute in four minutes."""
+
+
+def missing_effects(
+    found: Fit, runs: Sequence[FreeAir], smoothed: Sequence[Smoothed], cabled: bool
+) -> list[str]:
+    """Return in sentences what the wrench has beyond the fit and noise; none where nothing is.
+
+    Parameters
+    ----------
+    found : Fit
+        Of the stretches.
+    runs, smoothed : sequence of FreeAir, of Smoothed
+        The stretches.
+    cabled : bool
+        Whether a cable is part of the fit already.
+    """
+    noise = np.sqrt(np.mean([run.noise**2 for run in smoothed], axis=0))
+    beyond = np.sqrt(found.belief.unexplained)
+    axes = [axis for axis in range(6) if beyond[axis] > SIZE * noise[axis]]
+    if not axes:
+        return []
+    rest = np.concatenate(found.left)[:, axes] / np.sqrt(found.expected[axes])
+    size = ", ".join(f"{AXES[axis]} {beyond[axis]:.2g}" for axis in axes)
+    return [f"{_named(rest, runs, smoothed, cabled)}: beyond noise is left {size} [N, N m] rms"]
+
+
+def _named(
+    rest: FloatArray, runs: Sequence[FreeAir], smoothed: Sequence[Smoothed], cabled: bool
+) -> str:
+    time = np.concatenate([run.time for run in smoothed])
+    power = np.sum(rest**2, axis=1)
+    excess = float(power.sum()) - rest.size
+    brief = np.sort(power)[::-1][: max(1, round(BRIEF * len(power)))]
+    if brief.sum() - brief.size * rest.shape[1] > MOST * excess:
+        when = float(time[np.argmax(power)])
+        return f"the wrench is disturbed for a short time about {when:.1f} s (was it touched?)"
+    share = (time - time.min()) / np.ptp(time)
+    waves = np.cos(np.pi * share[:, None] * np.arange(1, WAVES + 1))
+    causes = {"bias that wanders in time, not along a line": waves}
+    speeds = [_resampled(run, each) for run, each in zip(runs, smoothed, strict=True)]
+    rates = np.concatenate(speeds)
+    both = np.concatenate([rates, np.tanh(rates / max(float(rates.std()), 1e-9) * 3.0)], axis=1)
+    causes["force that goes with the speed of turning (friction or hysteresis of a cable)"] = both
+    if not cabled:
+        functions = CableFunctions.about(list(runs))
+        passed = [Smoothed(run, functions) for run in runs]
+        causes["force that goes with the pose (a cable, or gains that depend on each other)"] = (
+            np.concatenate([each.cable(0.0) for each in passed])
+        )
+    parts = {name: _explained(columns, rest) / excess for name, columns in causes.items()}
+    best = max(parts, key=lambda name: parts[name])
+    if parts[best] > MOST:
+        return best
+    if cabled:
+        return (
+            "force that the cable's functions do not follow (tell the joints' angles, if not told)"
+        )
+    return "something that goes neither with time, nor pose, nor speed (contact, or vibration)"
+
+
+def _resampled(run: FreeAir, smoothed: Smoothed) -> FloatArray:
+    """Return angular velocities at the coarse times, shape (n, 3)."""
+    rate = motion(run.position, run.orientation, run.period).rate
+    fine = run.begin + run.period * np.arange(1, len(run.wrench) - 1)
+    width = max(1, round(0.06 / run.period))
+    mean = np.ones(width) / width
+    return np.stack(
+        [np.interp(smoothed.time, fine, np.convolve(each, mean, "same")) for each in rate.T], axis=1
+    )
+
+
+def _explained(columns: FloatArray, rest: FloatArray) -> float:
+    """Return how much of the power columns explain, beyond what they would by chance."""
+    columns = columns - columns.mean(axis=0)
+    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    left = left[:, sizes > 1e-6 * sizes[0]]
+    return float(np.sum((left.T @ rest) ** 2)) - left.shape[1] * rest.shape[1]
