@@ -343,6 +343,32 @@ class OwnTimes:
 
 
 @dataclass(frozen=True)
+class Channel:
+    """A further channel of a run, at its own times.
+
+    Attributes
+    ----------
+    name : str
+        Of the column or field.
+    stamp : int
+        Of the times' zero [ns since the epoch].
+    time : array, shape (n,)
+        Ascending [s].
+    values : array, shape (n,)
+        In the channel's unit; finite.
+    """
+
+    name: str
+    stamp: int
+    time: FloatArray
+    values: FloatArray
+
+    def at(self, stamp: int, offsets: FloatArray) -> FloatArray:
+        """Return the values at times [s] after a stamp: straight between samples, held beyond."""
+        return np.interp((stamp - self.stamp) / NANOSECONDS + offsets, self.time, self.values)
+
+
+@dataclass(frozen=True)
 class Recording:
     """Everything measured in one run.
 
@@ -350,7 +376,7 @@ class Recording:
     announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run);
     ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
     ``noise`` is white noise of variance 1, resampled as the force was; None where that was not;
-    ``own`` has the samples as they were before that.
+    ``own`` has the samples as they were before that; ``input2`` is a further channel, where asked.
     """
 
     blocks: tuple[SampleBlock, ...]
@@ -359,6 +385,7 @@ class Recording:
     time_doubt: float = 0.0
     noise: FloatArray | None = None
     own: OwnTimes | None = None
+    input2: Channel | None = None
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)

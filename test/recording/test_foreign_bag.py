@@ -47,6 +47,11 @@ class Messages:
         both = self.types["geometry_msgs/msg/Wrench"](self.vector(force), self.vector(0.0))
         return self.types["geometry_msgs/msg/WrenchStamped"](self.header(stamp), both)
 
+    def pressure(self, stamp):
+        """A pressure that grows by 1000 Pa a second."""
+        fluid = self.types["sensor_msgs/msg/FluidPressure"]
+        return fluid(self.header(stamp), 1e-6 * (stamp - EPOCH), 0.0)
+
     def position(self, kind, stamp, value):
         point = self.vector(value, "Point")
         match kind:
@@ -83,6 +88,10 @@ def write(tmp_path):
             entries.append(
                 ("/place", int(time) + position_delay, messages.position(kind, int(time), height))
             )
+        entries += [
+            ("/air", int(time), messages.pressure(int(time)))
+            for time in EPOCH + np.arange(-(10**7), 10**9, 2 * 10**7)
+        ]
         plugin = StoragePlugin.SQLITE3 if form == "db3" else StoragePlugin.MCAP
         make = (
             Rosbag1Writer(path) if ros1 else Rosbag2Writer(path, version=9, storage_plugin=plugin)
@@ -128,6 +137,21 @@ def test_force_and_position_are_brought_to_the_times_of_the_force(form, kind, fi
     assert_allclose(block.position[inside], indentation(seconds[inside]) - 0.3, atol=1e-8)
     assert "/ft.wrench.force.z at 1000 Hz" in notes[0]
     assert "at 250 Hz, brought to the times of the force" in notes[0]
+
+
+@pytest.mark.parametrize("form", ["mcap", "bag"])
+def test_a_further_channel_is_at_its_own_times(form, write):
+    recording, _ = read(write(form=form), input2="/air")
+    (block,) = recording.blocks
+    heard = recording.input2.at(block.stamp, np.arange(900) * 1e-3)
+    assert_allclose(heard, np.arange(900.0), atol=1e-6)
+    assert recording.input2.name == "/air.fluid_pressure"
+
+
+def test_a_further_channel_without_stamps_goes_by_no_stamps_of_others(write):
+    path = write("Float64")
+    with pytest.raises(RecordingError, match="read all by the recorder's clock"):
+        read(path, force="/air.fluid_pressure", position="/air.variance", input2="/place")
 
 
 def test_units_are_those_stated(write):
@@ -179,7 +203,7 @@ def test_what_has_to_be_stated_is_asked_for(write):
 @pytest.mark.parametrize(
     ("stated", "said"),
     [
-        ({"force": "/fx"}, "has no topic /fx; give one of /place, /ft"),
+        ({"force": "/fx"}, "has no topic /fx; give one of /place, /air, /ft"),
         ({"force": "/ft.force"}, "/ft has no number at force; there are header, wrench"),
         ({"force": "/ft.wrench"}, "/ft has no number at wrench; there are force, torque"),
         ({"force_unit": "stone"}, "unit 'stone' is not known"),

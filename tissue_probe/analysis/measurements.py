@@ -176,6 +176,7 @@ def read(
     position_polarity: PositionPolarity = "into",
     samples_topic: str | None = None,
     clock: Clock | None = None,
+    input2: str | None = None,
     adapter: str | None = None,
     progress: Progress | None = None,
 ) -> Measurements:
@@ -200,6 +201,10 @@ def read(
         Topic of the samples, where a recording of this suite has several.
     clock : {"stamps", "recorder"}, optional
         Whose clock counts in a bag whose clocks disagree.
+    input2 : str, optional
+        Name of a column, or field of a topic, of a further channel that may drive the force: a
+        pressure, a voltage, a temperature. In its own unit, finite; ``second_input`` is a candidate
+        then, and a second recording needs the channel as well.
     adapter : str, optional
         Parameter file of the node ``adapter``: a robot's bag is read as that node hears the robot,
         to the last bit.
@@ -227,6 +232,7 @@ def read(
         sample_rate=sample_rate,
         samples_topic=samples_topic,
         clock=clock,
+        input2=input2,
         adapter=adapter,
     )
     layout.check_signals()

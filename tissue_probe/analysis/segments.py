@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from tissue_probe.analysis.choices import Course, Starts
 from tissue_probe.analysis.measurements import Measurements, ReadRecording
 from tissue_probe.diagnosis.advice.driver_command import coil_gain
@@ -26,7 +28,7 @@ from tissue_probe.recording.clocks.stretches import (
     unknown_runs,
 )
 from tissue_probe.recording.errors import RecordingError
-from tissue_probe.signals import NANOSECONDS, BoolArray, FloatArray, OwnTimes, SampleBlock
+from tissue_probe.signals import NANOSECONDS, BoolArray, Channel, FloatArray, OwnTimes, SampleBlock
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,10 @@ class Segment:
         How it was read, in sentences; those on a file stand with its first segment.
     course : Course
         How the force goes on between its samples, as the user says.
+    input2 : Channel, optional
+        A further channel of the file.
+    stamp : int
+        Of the first sample [ns since the epoch].
     """
 
     source: str
@@ -77,6 +83,8 @@ class Segment:
     own: OwnTimes | None = None
     notes: tuple[str, ...] = ()
     course: Course = "auto"
+    input2: Channel | None = None
+    stamp: int = 0
 
     def measurement(self, output: Quantity) -> Measurement:
         """Return it as models of this output are compared with it.
@@ -96,6 +104,7 @@ class Segment:
             noise=UNKNOWN,
             resampling=AS_MEASURED,
             at=own.time - own.time[0],
+            input2=self._second(own.stamp, own.time),
         )
 
     def _even(self, output: Quantity) -> Measurement:
@@ -114,7 +123,17 @@ class Segment:
             time_doubt=self.time_doubt,
             resampling=AS_MEASURED if self.noise is None else Resampling(self.noise),
             between=None if self.course == "auto" else Between[self.course],
+            input2=self._second(self.stamp, self._times),
         )
+
+    @property
+    def _times(self) -> FloatArray:
+        """Time of each sample after the first [s]."""
+        return np.arange(self.force.size, dtype=np.float64) * self.sample_period
+
+    def _second(self, stamp: int, offsets: FloatArray) -> FloatArray | None:
+        """Return the further channel at times after a stamp."""
+        return None if self.input2 is None else self.input2.at(stamp, offsets)
 
 
 def _feels_noise(measurement: Measurement) -> bool:
@@ -202,6 +221,8 @@ def _segments(
                 part.recording.noise if lowpass is None else None,
                 _own(part, piece) if lowpass is None else None,
                 tuple(told) if number == 0 else (),
+                input2=part.recording.input2,
+                stamp=stretch.stamp,
             )
         )
     return found

@@ -27,7 +27,7 @@ from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
 from tissue_probe.recording.columns.bounds import MOST_ROWS
 from tissue_probe.recording.columns.in_memory import columns_in_memory
-from tissue_probe.signals import FloatArray, Recording, SampleBlock
+from tissue_probe.signals import Channel, FloatArray, Recording, SampleBlock
 
 
 @take.checks(
@@ -47,6 +47,7 @@ def simulate(
     mean: float = 0.0,
     noise: float = 0.0,
     seed: int = 0,
+    input2: ArrayLike | None = None,
 ) -> Measurements:
     """Simulate the samples of a model's rig, from rest.
 
@@ -68,6 +69,8 @@ def simulate(
         Standard deviation of white noise on the predicted output [its unit].
     seed : int
         Of the noise.
+    input2 : array, shape (n,), optional
+        Samples of the second input, in its unit, of a model that follows one.
 
     Returns
     -------
@@ -86,15 +89,34 @@ def simulate(
     if missing := [name for name in kernel.values if name not in found.values]:
         raise ParameterError(f"`model` has no value for {', '.join(missing)}: fit it first")
     drive = _driven(excitation, duration, period) + mean
+    second = _second(kernel.hears_input2, input2, drive.size)
     values = np.array([found.values[name] for name in kernel.values])
-    start = kernel.begin(values, float(drive[0]), 0.0)
-    output = respond(kernel, values, start, course(kernel, drive, period, values)).output
+    start = kernel.begin(values, float(drive[0]), 0.0, float(second[0]))
+    coil = course(kernel, drive, period, values, input2=second)
+    output = respond(kernel, values, start, coil).output
     if not np.isfinite(output).all():
         raise MeasurementError("`model`: it diverges under this excitation; give a smaller one")
     output = output + noise * np.random.default_rng(seed).standard_normal(output.size)
     position, force = (drive, output) if found.composition.output is FORCE else (output, drive)
     block = SampleBlock(0, 0, period, position, force, np.full(drive.size, np.nan))
-    return Measurements((ReadRecording("simulated", None, Recording((block,)), ()),))
+    channel = Channel("input2", 0, np.arange(drive.size, dtype=np.float64) * period, second)
+    heard = channel if kernel.hears_input2 else None
+    recording = Recording((block,), input2=heard)
+    return Measurements((ReadRecording("simulated", None, recording, ()),))
+
+
+def _second(is_heard: bool, given: ArrayLike | None, count: int) -> FloatArray:
+    """Return the samples of a second input, 0 where the model follows none."""
+    if not is_heard and given is None:
+        return np.zeros(count)
+    if not is_heard:
+        raise ParameterError("`input2`: the model follows no second input; leave it out")
+    second = np.asarray(() if given is None else given, dtype=np.float64)
+    if second.shape != (count,) or not np.isfinite(second).all():
+        raise ParameterError(
+            f"`input2`: the model follows a second input; give {count} finite samples of it"
+        )
+    return second
 
 
 def _driven(

@@ -142,6 +142,18 @@ AdapterFile = Annotated[
 ]
 
 
+Input2 = Annotated[
+    str | None,
+    typer.Option(
+        "--input2",
+        metavar="NAME",
+        help="A further channel that may drive the force, such as a pressure, a voltage or a "
+        "temperature: a column, or a field of a topic; in its own unit.",
+        show_default=False,
+    ),
+]
+
+
 class Clock(str, Enum):
     """Whose clock counts in a bag."""
 
@@ -206,6 +218,7 @@ class Signals:
     position_polarity: PositionPolarity = Direction.into
     topic: SamplesTopic = None
     clock: ClockOption = None
+    input2: Input2 = None
     adapter: AdapterFile = None
 
     def layout(self) -> Layout:
@@ -230,6 +243,7 @@ class Signals:
             sample_rate=self.sample_rate,
             samples_topic=self.topic,
             clock=self.clock.value if self.clock else None,
+            input2=self.input2,
             adapter=self.adapter,
         )
         found.check_signals()

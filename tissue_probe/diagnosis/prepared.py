@@ -100,6 +100,7 @@ def prepared(
         *(*read, *told_of_size(scale), *found, *touched, *held),
         *(*of_others, *touched_there),
     ]
+    _refuse_unheard(composition, asked_for, [*clean, *others])
     admitted = _admitted(composition, library, clean, instrument)
     return Prepared(composition, clean, instrument, findings, admitted, asked_for, others, given)
 
@@ -117,13 +118,32 @@ def _admitted(
     """
     runs = [each.run for each in measurements if each.run]
     parts = len(runs) > len(set(runs))
+    heard = all(each.input2 is not None for each in measurements)
     return {
         name: each
         for name, each in library.items()
         if composition.rig.admits(each)
         and (parts or not each.of_part)
+        and (heard or not each.hears_input2)
         and not (instrument.free_touch and [p.name for p in each.parameters] == [each.zero])
     }
+
+
+def _refuse_unheard(
+    composition: Composition, wanted: list[Effect], measurements: Sequence[Measurement]
+) -> None:
+    """Refuse recordings of which only some have a second input, or a model that needs one."""
+    deaf = [each for each in measurements if each.input2 is None]
+    if deaf and (len(deaf) < len(measurements)):
+        raise MeasurementError(
+            f"{deaf[0].source or 'a recording'} has no second input and another recording has one: "
+            "give `input2` for all of them, or for none"
+        )
+    needs = [e.name for e in (*composition.all_effects, *wanted) if e.hears_input2]
+    if deaf and needs:
+        raise MeasurementError(
+            f"{needs[0]} follows a second input, and none is given: name its channel by `input2`"
+        )
 
 
 def _refuse(rig: Rig, wanted: Sequence[Effect]) -> None:

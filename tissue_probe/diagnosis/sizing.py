@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 #: tissue, and of robots, are at most some thirty times more or less. The time is the geometric mean
 #: of the record's and of that between two samples.
 TRAVEL, RANGE, TIME = 1e-2, 3.0, 0.2
+#: Range of a second input in its unit: a few volts, degrees or kilopascals.
+SECOND = 3.0
 #: The sentence on a record's size and its consequences.
 TOLD = (
     "The record is of another size than is usual: bounds and typical values are taken {} times "
@@ -44,7 +46,9 @@ def size_of(measurements: Sequence[Measurement]) -> Scale:
     force = max(_range(each.force) for each in measurements)
     longest = max(measurements, key=lambda each: each.sample_period * each.force.size)
     time = longest.sample_period * np.sqrt(longest.force.size)
-    return Scale(nearest(travel, TRAVEL), nearest(force, RANGE), nearest(time, TIME))
+    heard = [_range(each.input2) for each in measurements if each.input2 is not None]
+    second = nearest(max(heard, default=0.0), SECOND)
+    return Scale(nearest(travel, TRAVEL), nearest(force, RANGE), nearest(time, TIME), second)
 
 
 def sized(
@@ -75,7 +79,7 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
 
 def told_of_size(scale: Scale) -> list[Finding]:
     """Say the consequences of a record's size; nothing where it is usual."""
-    if scale.is_usual:
+    if replace(scale, input2=1.0).is_usual:
         return []
     factors = ((name, getattr(scale, name)) for name in ("length", "force", "time"))
     larger = " and ".join(f"in {name} {each:g}" for name, each in factors if each != 1.0)

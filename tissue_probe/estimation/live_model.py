@@ -160,6 +160,7 @@ def _refusals(fitted: FittedModel) -> list[str]:
         "it moves the coil, and does not say how from sample to sample (sampled)": lambda effect: (
             effect.coil != (POSITION, POSITION_RATE) and effect.sampled is None
         ),
+        "it follows a second input, which no probe sends": lambda effect: effect.hears_input2,
         "it happens at a time of the recording that it was fitted to": lambda effect: any(
             sp.sympify(expression).has(TIME)
             for expression in (

@@ -6,12 +6,16 @@ from tissue_probe.physics.pointers import OPTIONS
 
 
 @njit(**OPTIONS)
-def coil_course(pieces, changes, columns, r, order, count, q, sample, s, u, dU):
-    """Fill u, u', u'' at ``s`` after the sample, and their derivatives by the values.
+def coil_course(pieces, changes, columns, r, order, w, count, q, sample, s, u, dU):
+    """Fill u, u', u'' and the second input at ``s`` after the sample; derivatives of u by values.
 
     ``pieces``, ``changes`` and ``columns`` are those of a ``Course`` of ``count`` pieces, each of
-    ``order`` coefficients, and ``r`` columns; ``dU`` has three rows of ``q``.
+    ``order`` coefficients, and ``r`` columns; ``dU`` has three rows of ``q``. ``w`` more rows of
+    pieces are the second input's, 0 or 2: it goes on straight between its samples.
     """
+    if w != 0:
+        at = order * count + sample
+        u[3] = pieces[at] * s + pieces[at + count]
     for row in range(-1, r):
         c, at = (pieces if row < 0 else changes), max(row, 0) * order * count + sample
         if order == 4:  # the usual one, in half the time

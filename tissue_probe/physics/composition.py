@@ -213,7 +213,12 @@ def state_unit(spread: str, units: Mapping[str, str], output: str = "N") -> str:
     output : str
         Of the predicted channel.
     """
-    kinds = {**dict.fromkeys(("length", "branch", "free"), "m"), "speed": "m/s", "none": output}
+    kinds = {
+        **dict.fromkeys(("length", "branch", "free"), "m"),
+        "speed": "m/s",
+        "none": output,
+        "input2": "input2",
+    }
     return kinds.get(spread) or units[spread]
 
 

@@ -145,6 +145,7 @@ class Size(_Entry):
     length: float = setting(1.0, "", "of lengths", gt=0.0)
     force: float = setting(1.0, "", "of forces", gt=0.0)
     time: float = setting(1.0, "", "of times", gt=0.0)
+    input2: float = setting(1.0, "", "of the second input", gt=0.0)
 
 
 class ModelFile(_Entry):
@@ -260,7 +261,7 @@ def load(
         library = effects(own_files)
     except EffectError as error:
         raise ModelFileError(f"{path}: {error}") from None
-    scale = Scale(file.size.length, file.size.force, file.size.time)
+    scale = Scale(**file.size.model_dump())
     chosen = tuple(_effect(path, entry, library, scale) for entry in file.effects)
     composition = Composition(_rig(path, file, rig), file.tissue, chosen, scale)
     _consistent(path, file, composition)

@@ -1,9 +1,9 @@
 """A model's generated functions as an integrator calls them: by name, linked later.
 
 All take (t, z, p, u, mode, T, dU, ...): time, states, values and numbers prepared from them, (u,
-u', u''), switches, tangents of the n states and of u: n and 3 rows of q columns one after the
-other, so that a compiler knows where all of them lie. Further arguments are filled; the coil's
-course u is its position, or its force where that is the input.
+u', u'', the second input), switches, tangents of the n states and of u: n and 3 rows of q columns
+one after the other, so that a compiler knows where all of them lie. Further arguments are filled;
+the coil's course u is its position, or its force where that is the input.
 """
 
 import ctypes

@@ -19,6 +19,7 @@ from tissue_probe.physics.effects.effect import (
     ELASTIC_RATE,
     FORCE,
     INDENTATION,
+    INPUT2,
     NET_FORCE,
     POSITION,
     POSITION_ACCELERATION,
@@ -40,6 +41,7 @@ from tissue_probe.physics.scale import Scale
 #: Units of the signals in effects, and of the symbols of their conditions.
 _SIGNALS = {
     TIME: "s",
+    INPUT2: "input2",
     **dict.fromkeys((POSITION, POSITION_BEFORE, INDENTATION, STRETCH, ELASTIC_DEPTH), "m"),
     **dict.fromkeys((POSITION_RATE, TIP_VELOCITY, ELASTIC_RATE), "m/s"),
     POSITION_ACCELERATION: "m/s^2",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from importlib import import_module
@@ -39,7 +39,7 @@ _RUN = ctypes.CFUNCTYPE(None, *2 * [ctypes.c_void_p], *2 * [ctypes.c_double])
 # A call of a microsecond keeps the interpreter's lock: to get it back from another thread takes
 # longer.
 _PREPARE = ctypes.PYFUNCTYPE(None, ctypes.c_void_p)
-_BEGIN = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, *2 * [ctypes.c_double], ctypes.c_void_p)
+_BEGIN = ctypes.PYFUNCTYPE(None, ctypes.c_void_p, *3 * [ctypes.c_double], ctypes.c_void_p)
 _POSITION = ctypes.CFUNCTYPE(None, ctypes.c_int64, *5 * [ctypes.c_void_p])
 #: Ranges of the tip's speed, each of which has its own length of steps.
 RANGES = 18
@@ -94,6 +94,8 @@ class Kernel:
         How many numbers are computed from the values beforehand.
     width : int
         How many columns derivatives have, those beyond start and values being zero.
+    hears_input2 : bool
+        Whether the model follows a second input.
     turned : Turned, optional
         Units of the machine code's own numbers, where the record is not of the usual size. All
         that ``begin``, ``relaxation_rates``, ``course`` and ``respond`` are given and return is SI;
@@ -115,6 +117,7 @@ class Kernel:
     rounded: int
     prepared: int
     width: int
+    hears_input2: bool
     turned: Turned | None = None
 
     @classmethod
@@ -128,13 +131,15 @@ class Kernel:
         """Whether the position is corrected sample by sample: between fewer its course is other."""
         return self.moves_position or self.rounded >= 0
 
-    def begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
-        """Return where the states start, for a measured position and force at the first sample."""
+    def begin(
+        self, values: FloatArray, position: float, force: float, input2: float = 0.0
+    ) -> FloatArray:
+        """Return where the states start, by what is measured at the first sample."""
         if self.turned is None:
-            return self._begin(values, position, force)[0]
+            return self._begin(values, position, force, input2)[0]
         own, scale = self.turned, self.turned.scale
-        z = self._begin(values / own.values, position / scale.length, force / scale.force)[0]
-        return z * own.states
+        at = position / scale.length, force / scale.force, input2 / scale.input2
+        return self._begin(values / own.values, *at)[0] * own.states
 
     def relaxation_rates(self, values: FloatArray) -> FloatArray:
         """Return how fast each state forgets [1/s]: those of branches; 0 for all others."""
@@ -142,9 +147,11 @@ class Kernel:
             return self._begin(values, 0.0, 0.0)[1]
         return self._begin(values / self.turned.values, 0.0, 0.0)[1] / self.turned.scale.time
 
-    def _begin(self, values: FloatArray, position: float, force: float) -> FloatArray:
+    def _begin(
+        self, values: FloatArray, position: float, force: float, input2: float = 0.0
+    ) -> FloatArray:
         z, p = np.zeros((2, len(self.states))), np.ascontiguousarray(values, dtype=np.float64)
-        _BEGIN(self.code.addresses["begin"])(p.ctypes.data, position, force, z.ctypes.data)
+        _BEGIN(self.code.addresses["begin"])(p.ctypes.data, position, force, input2, z.ctypes.data)
         return z
 
     def position(
@@ -209,7 +216,7 @@ class Course:
     ``pieces`` are coefficients, shape (m, n - 1), highest power first; ``changes`` those of the
     derivatives, shape (r, m, n - 1), by start or value number ``columns``, shape (r,). The first
     sample is at the time ``begins`` [s]. The response is computed in so many times more ``parts``
-    (``Fineness``).
+    (``Fineness``). ``input2`` are the pieces of the second input, straight ones, shape (2, n - 1).
     """
 
     pieces: FloatArray
@@ -218,6 +225,7 @@ class Course:
     columns: NDArray[np.int64]
     begins: float = 0.0
     parts: int = 1
+    input2: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -240,6 +248,7 @@ def course(
     at_rest: bool = True,
     between: Between = Between.smooth,
     fineness: Fineness = USUAL,
+    input2: FloatArray | None = None,
 ) -> Course:
     """Interpolate the true course of the input through its measured samples.
 
@@ -261,7 +270,28 @@ def course(
         How the input goes on from sample to sample.
     fineness : Fineness
         How finely the response is computed.
+    input2 : array, shape (n,), optional
+        Samples of the second input, in its unit; 0 throughout by default.
     """
+    coil = _of_driver(kernel, measured, period, values, begins, at_rest, between, fineness)
+    if not kernel.hears_input2:
+        return coil
+    second = np.zeros(measured.size) if input2 is None else input2
+    unit = 1.0 if kernel.turned is None else kernel.turned.scale.input2
+    return replace(coil, input2=lines(second / unit, coil.sample_period)[-2:])
+
+
+def _of_driver(
+    kernel: Kernel,
+    measured: FloatArray,
+    period: float,
+    values: FloatArray,
+    begins: float,
+    at_rest: bool,
+    between: Between,
+    fineness: Fineness,
+) -> Course:
+    """Return the course of what drives."""
     felt = not kernel.states  # at the samples only
     if kernel.turned is not None:
         own, time = kernel.turned, kernel.turned.scale.time
@@ -397,11 +427,13 @@ def _response(kernel: Kernel, values: FloatArray, start: FloatArray, coil: Cours
     tip = kernel.spreads.index("speed") if "speed" in kernel.spreads else -1
     order = len(coil.pieces)
     counts = n, columns, p.size, switches, moved, samples
-    sizes = np.array([*counts, tip, RANGES, order, coil.parts, *coil.columns])
+    heard = coil.pieces[:0] if coil.input2 is None else coil.input2
+    pieces, second = np.concatenate([coil.pieces, heard]), len(heard)
+    sizes = np.array([*counts, tip, RANGES, order, coil.parts, second, *coil.columns])
     arrays = [
         *(p, start.astype(np.float64), np.array(kernel.first, dtype=np.float64)),
-        *map(np.ascontiguousarray, (coil.pieces, coil.changes)),
-        np.zeros(3 + 3 * columns),
+        *map(np.ascontiguousarray, (pieces, coil.changes)),
+        np.zeros(4 + 3 * columns),
         *(_exactly(n, columns, order) if kernel.linear else _in_steps(n, columns, switches)),
         *(answer, sensitivity),
     ]

@@ -15,14 +15,14 @@ import numpy as np
 import sympy as sp
 from llvmlite import ir
 
-from tissue_probe.physics.effects.effect import FORCE, POSITION, TIME, State
+from tissue_probe.physics.effects.effect import FORCE, INPUT2, POSITION, TIME, State
 from tissue_probe.physics.llvm_code import ARRAY, COUNT, NUMBER, Function
 from tissue_probe.physics.machine_code import Text
 from tissue_probe.physics.model import Model
 
 PREPARED = "prepared"
 #: Arguments of all functions along the motion: time, states, values and numbers prepared from them,
-#: (u, u', u''), switches, tangents of states and of u.
+#: (u, u', u'', the second input), switches, tangents of states and of u.
 ALONG = {"t": NUMBER, **dict.fromkeys(("z", "p", "u", "mode", "T", "dU"), ARRAY)}
 
 
@@ -60,6 +60,7 @@ def text(model: Model) -> Text:
         "rounded": values.index(model.rounded) if model.rounded != 0 else -1,
         "prepared": len(constants.known),
         "width": _width(model),
+        "hears_input2": model.motion.has(INPUT2) or model.output.has(INPUT2),
     }
     return Text(str(module), tuple(each.name for each in module.functions if each.blocks), facts)
 
@@ -82,8 +83,9 @@ def _is_steady(model: Model) -> bool:
     signals = [*model.states, *model.course[:2]]
     output = sp.Matrix([model.output]).jacobian(model.states).free_symbols
     coefficients = model.motion.jacobian(signals).free_symbols | output
-    changing = {*signals, TIME, model.course[2]}
-    return coefficients.isdisjoint(changing) and not model.motion.has(TIME, model.course[2])
+    changing = {*signals, TIME, model.course[2], INPUT2}
+    later = TIME, model.course[2], INPUT2
+    return coefficients.isdisjoint(changing) and not model.motion.has(*later)
 
 
 class _Constants:
@@ -174,7 +176,7 @@ class _Along:
         function.name(TIME, "t")
         function.load("z", self.model.states)
         self.constants.load(function)
-        function.load("u", self.model.course)
+        function.load("u", [*self.model.course, INPUT2])
         function.load("mode", [switch.symbol for switch in self.model.switches])
 
 
@@ -216,12 +218,14 @@ def _switch(along: _Along) -> None:
 
 
 def _begin(module: ir.Module, model: Model) -> None:
-    """Fill where the states start, for a measured position and force, then how fast they relax."""
-    arguments = {"p": ARRAY, "measured": NUMBER, "load": NUMBER, "z": ARRAY}
+    """Fill where the states start, by what is measured there, then how fast they relax."""
+    measured = dict.fromkeys(("measured", "load", "second"), NUMBER)
+    arguments = {"p": ARRAY, **measured, "z": ARRAY}
     function = Function(module, "begin", arguments)
     function.load("p", model.values)
     function.name(POSITION, "measured")
     function.name(FORCE, "load")
+    function.name(INPUT2, "second")
     rates = [_relaxation_rate(model, state) for state in model.begin]
     function.store("z", [*(state.start for state in model.begin), *rates])
     function.end()

@@ -68,14 +68,14 @@ def _copy(count, z, z1):
 
 @njit(**OPTIONS)
 def _advance(
-    n, q, t, p, z, T, pieces, changes, columns, r, order, count, sample, since, h, mode, u, dU,
+    n, q, t, p, z, T, pieces, changes, columns, r, order, w, count, sample, since, h, mode, u, dU,
     first, f, slope, total, totals, z1, T1,
 ):  # fmt: skip
     """Advance states and tangents by ``h``, from ``since`` after the sample, into z1 and T1.
 
     ``first`` and ``f`` are then the rates at the beginning and at the end.
     """
-    coil_course(pieces, changes, columns, r, order, count, q, sample, since, u, dU)
+    coil_course(pieces, changes, columns, r, order, w, count, q, sample, since, u, dU)
     rate(t + since, z, p, u, mode, T, dU, f, slope)
     _copy(n, f, first)
     for stage in range(1, 4):
@@ -83,7 +83,9 @@ def _advance(
         _to_stage(n, z, part, f, weight, total, z1)
         _to_stage(n * q, T, part, slope, weight, totals, T1)
         if stage != 2:
-            coil_course(pieces, changes, columns, r, order, count, q, sample, since + part, u, dU)
+            coil_course(
+                pieces, changes, columns, r, order, w, count, q, sample, since + part, u, dU
+            )
         rate(t + since + part, z1, p, u, mode, T1, dU, f, slope)
     _to_end(n, z, h, total, f, z1)
     _to_end(n * q, T, h, totals, slope, T1)
@@ -170,16 +172,16 @@ def run(arrays, sizes, period, begins):
     """Integrate.
 
     ``sizes`` are n, q, len p, s, r, samples, tip, ranges of the tip's speed, coefficients of a
-    piece, how many times more parts a step is divided into than needed at least, and the numbers of
-    the r columns that move with the coil. ``arrays`` are p, z, mode, pieces, changes, coil, those
-    of ``response._in_steps``, answer and sensitivity.
+    piece, how many times more parts a step is divided into than needed at least, rows of pieces of
+    the second input, and the numbers of the r columns that move with the coil. ``arrays`` are p, z,
+    mode, pieces, changes, coil, those of ``response._in_steps``, answer and sensitivity.
     """
     n, q, s, r, samples = sizes[0], sizes[1], sizes[3], sizes[4], sizes[5]
-    tip, ranges, order, finer = sizes[6], sizes[7], sizes[8], sizes[9]
-    columns, count = further(sizes, 10), samples - 1
+    tip, ranges, order, finer, w = sizes[6], sizes[7], sizes[8], sizes[9], sizes[10]
+    columns, count = further(sizes, 11), samples - 1
     p, z, mode, pieces, changes = arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]
     u, answer, sensitivity = arrays[5], arrays[11], arrays[12]
-    dU = further(u, 3)
+    dU = further(u, 4)
     first, f, total = arrays[6], further(arrays[6], n), further(arrays[6], 2 * n)
     z1, after = further(arrays[6], 3 * n), further(arrays[6], 4 * n)
     T, slope = arrays[7], further(arrays[7], n * q)
@@ -190,7 +192,7 @@ def run(arrays, sizes, period, begins):
     met, due, found = arrays[10], further(arrays[10], ranges), further(arrays[10], 2 * ranges)
     for i in range(n):
         T[i * q + i] = 1.0
-    coil_course(pieces, changes, columns, r, order, count, q, 0, 0.0, u, dU)
+    coil_course(pieces, changes, columns, r, order, w, count, q, 0, 0.0, u, dU)
     for _ in range(2):
         rate(begins, z, p, u, mode, T, dU, after, slope)
         switch(begins, z, p, u, mode, T, dU, after, g, dg, G)
@@ -203,7 +205,7 @@ def run(arrays, sizes, period, begins):
         piece = sample - 1 if last else sample
         t = begins + piece * period
         since = period if last else 0.0
-        coil_course(pieces, changes, columns, r, order, count, q, piece, since, u, dU)
+        coil_course(pieces, changes, columns, r, order, w, count, q, piece, since, u, dU)
         answer[sample] = output(
             begins + sample * period, z, p, u, mode, T, dU, further(sensitivity, sample * q)
         )
@@ -235,14 +237,14 @@ def run(arrays, sizes, period, begins):
             while True:
                 h = end - since
                 _advance(
-                    n, q, t, p, z, T, pieces, changes, columns, r, order, count, sample, since, h,
-                    mode, u, dU, first, f, slope, total, totals, z1, T1,
+                    n, q, t, p, z, T, pieces, changes, columns, r, order, w, count, sample, since,
+                    h, mode, u, dU, first, f, slope, total, totals, z1, T1,
                 )  # fmt: skip
                 if s == 0 or events == EVENTS:
                     break
-                coil_course(pieces, changes, columns, r, order, count, q, sample, since, u, dU)
+                coil_course(pieces, changes, columns, r, order, w, count, q, sample, since, u, dU)
                 switch(t + since, z, p, u, mode, T, dU, first, g, dg, G)
-                coil_course(pieces, changes, columns, r, order, count, q, sample, end, u, dU)
+                coil_course(pieces, changes, columns, r, order, w, count, q, sample, end, u, dU)
                 switch(t + end, z1, p, u, mode, T1, dU, f, g1, dg1, G)
                 turning, share, high, at_high = -1, 1.0, 1.0, 0.0
                 for k in range(s):
@@ -264,11 +266,13 @@ def run(arrays, sizes, period, begins):
                     share = high
                 for _ in range(LOCATING):
                     _advance(
-                        n, q, t, p, z, T, pieces, changes, columns, r, order, count, sample, since,
-                        share * h, mode, u, dU, first, f, slope, total, totals, z1, T1,
+                        n, q, t, p, z, T, pieces, changes, columns, r, order, w, count, sample,
+                        since, share * h, mode, u, dU, first, f, slope, total, totals, z1, T1,
                     )  # fmt: skip
                     turns = since + share * h
-                    coil_course(pieces, changes, columns, r, order, count, q, sample, turns, u, dU)
+                    coil_course(
+                        pieces, changes, columns, r, order, w, count, q, sample, turns, u, dU
+                    )
                     rate(t + turns, z1, p, u, mode, T1, dU, after, slope)
                     switch(t + turns, z1, p, u, mode, T1, dU, after, g1, dg1, G)
                     if not between:

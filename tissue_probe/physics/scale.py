@@ -17,15 +17,17 @@ from functools import lru_cache
 #: Sizes are powers of these: so steps of a prefix (um, mm, m; mN, N, kN) change
 #: nothing but the units.
 STEP = 1000.0
-#: Exponents of length, force and time in the units of which those of parameters are made.
-UNITS: dict[str, tuple[int, int, int]] = {
-    "m": (1, 0, 0),
-    "N": (0, 1, 0),
-    "s": (0, 0, 1),
-    "kg": (-1, 1, 2),
-    "Hz": (0, 0, -1),
-    "Pa": (-2, 1, 0),
-    "rad": (0, 0, 0),
+#: Exponents of length, force, time and second input in the units of which those of parameters are
+#: made. The unit of a second input is whatever its channel has.
+UNITS: dict[str, tuple[int, int, int, int]] = {
+    "m": (1, 0, 0, 0),
+    "N": (0, 1, 0, 0),
+    "s": (0, 0, 1, 0),
+    "kg": (-1, 1, 2, 0),
+    "Hz": (0, 0, -1, 0),
+    "Pa": (-2, 1, 0, 0),
+    "rad": (0, 0, 0, 0),
+    "input2": (0, 0, 0, 1),
 }
 #: Of seconds to a power that is itself a parameter. A law says of which time that is a multiple,
 #: and its constant is as large for any such time.
@@ -38,11 +40,12 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True)
 class Scale:
-    """How many times larger than usual the lengths, forces and times of a record are."""
+    """How many times larger than usual lengths, forces, times and second input of a record are."""
 
     length: float = 1.0
     force: float = 1.0
     time: float = 1.0
+    input2: float = 1.0
 
     @property
     def is_usual(self) -> bool:
@@ -52,7 +55,7 @@ class Scale:
     @property
     def inverse(self) -> Scale:
         """The scale that turns numbers back."""
-        return Scale(1.0 / self.length, 1.0 / self.force, 1.0 / self.time)
+        return Scale(1.0 / self.length, 1.0 / self.force, 1.0 / self.time, 1.0 / self.input2)
 
     def of(self, unit: str) -> float:
         """Return how many times larger than usual numbers of a unit are.
@@ -68,8 +71,9 @@ class Scale:
         UnitError
             If there is something else in it.
         """
-        length, force, time = _exponents(unit)
-        return self.length**length * self.force**force * self.time**time
+        length, force, time, input2 = _exponents(unit)
+        factor = self.length**length * self.force**force * self.time**time
+        return factor * self.input2**input2
 
 
 USUAL = Scale()
@@ -86,8 +90,8 @@ def nearest(size: float, usual: float) -> float:
 
 
 @lru_cache(maxsize=256)
-def _exponents(unit: str) -> tuple[int, int, int]:
-    found = [0, 0, 0]
+def _exponents(unit: str) -> tuple[int, int, int, int]:
+    found = [0, 0, 0, 0]
     for factor in unit.replace("*", " ").replace("/", " /").split():
         if factor in ("1", TIME_TO_A_POWER):
             continue
@@ -97,4 +101,4 @@ def _exponents(unit: str) -> tuple[int, int, int]:
             raise UnitError(f"the unit {unit!r} is not made of {', '.join(UNITS)}")
         for place, exponent in enumerate(UNITS[name]):
             found[place] += sign * int(power or 1) * exponent
-    return found[0], found[1], found[2]
+    return found[0], found[1], found[2], found[3]

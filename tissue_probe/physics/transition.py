@@ -202,11 +202,11 @@ def run(arrays, sizes, period, begins):
     sensitivity.
     """
     n, q, r, samples = sizes[0], sizes[1], sizes[4], sizes[5]
-    order, columns, count = sizes[8], further(sizes, 10), samples - 1
+    order, more, columns, count = sizes[8], sizes[10], further(sizes, 11), samples - 1
     size, values = n + order + 1, q - n
     whole = size * size
     p, z, mode, pieces, changes = arrays[0], arrays[1], arrays[2], arrays[3], arrays[4]
-    u, dU, f, w = arrays[5], further(arrays[5], 3), arrays[6], arrays[8]
+    u, dU, f, w = arrays[5], further(arrays[5], 4), arrays[6], arrays[8]
     T, slope = arrays[7], further(arrays[7], n * q)
     M, E = arrays[9], further(arrays[9], whole)
     term, new = further(arrays[9], 2 * whole), further(arrays[9], 3 * whole)
@@ -235,7 +235,7 @@ def run(arrays, sizes, period, begins):
         last = sample == count
         piece = sample - 1 if last else sample
         since = period if last else 0.0
-        coil_course(pieces, changes, columns, r, order, count, q, piece, since, u, dU)
+        coil_course(pieces, changes, columns, r, order, more, count, q, piece, since, u, dU)
         filled = further(sensitivity, sample * q)
         answer[sample] = output(begins + sample * period, z, p, u, mode, T, dU, filled)
         for i in range(n):

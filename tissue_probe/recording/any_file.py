@@ -89,6 +89,10 @@ def _is_own(bag: Bag, layout: Layout) -> bool:
 
 
 def _refuse_statements(path: Path, layout: Layout) -> None:
+    if layout.input2:
+        raise RecordingError(
+            f"{path} is a recording of this suite, which has no further channel: leave out `input2`"
+        )
     if layout != Layout(samples_topic=layout.samples_topic):
         raise RecordingError(
             f"{path} is a recording of this suite, in SI units and positive in compression: leave "

@@ -57,7 +57,7 @@ def _unit_of_time(name: str, given: Any) -> str:
 
 #: The values that each statement may have.
 KINDS: dict[str, take.Kind] = {
-    **dict.fromkeys(("position", "force", "time"), take.optional(_column)),
+    **dict.fromkeys(("position", "force", "time", "input2"), take.optional(_column)),
     "position_unit": take.optional(_size(POSITION_UNITS | VELOCITY_UNITS)),
     "force_unit": take.optional(_size(FORCE_UNITS)),
     "time_unit": take.optional(_unit_of_time),
@@ -98,6 +98,9 @@ class Layout:
         Whose clock counts in a bag, where it is not clear: that of the stamps, or the recorder's.
     samples_topic : str, optional
         Which topic of this suite's samples, where a recording has several.
+    input2 : str, optional
+        Name of a column, or field of a topic, of a further channel that may drive the force, such
+        as a pressure; in its own unit.
     adapter : str, optional
         Parameter file of the node ``adapter``: a bag is read as that node hears the robot, and
         nothing else is to be stated.
@@ -120,6 +123,7 @@ class Layout:
     sample_rate: float | None = None
     samples_topic: str | None = None
     clock: Clock | None = None
+    input2: str | None = None
     adapter: str | None = None
 
     def __post_init__(self) -> None:
@@ -137,9 +141,10 @@ class Layout:
         Raises
         ------
         ParameterError
-            If two of ``position``, ``force`` and ``time`` have the same name.
+            If two of ``position``, ``force``, ``time`` and ``input2`` have the same name.
         """
-        stated = {"position": self.position, "force": self.force, "time": self.time}
+        names = "position", "force", "time", "input2"
+        stated = {name: getattr(self, name) for name in names}
         for one, other in combinations([name for name, given in stated.items() if given], 2):
             if stated[one] == stated[other]:
                 raise ParameterError(

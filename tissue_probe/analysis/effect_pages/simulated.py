@@ -19,6 +19,8 @@ from tissue_probe.signals import FloatArray
 
 #: Samples a second of the suite's probe [Hz].
 SAMPLE_RATE = 2000.0
+#: Frequency of the second input, of amplitude 1: that of no motion [Hz].
+SECOND = 0.7
 #: The motion sets in over this time [s], a tenth of the shortest experiment.
 SETTING_IN = 0.2
 
@@ -83,4 +85,5 @@ def typical(composition: Composition) -> dict[str, float]:
 def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
     """Return the force of a model at each sample of a motion [N]."""
     model = FittedModel(composition, dict(values), {})
-    return simulate(model, motion.position, sample_rate=SAMPLE_RATE).force
+    heard = np.sin(2.0 * np.pi * SECOND * motion.times) if composition.kernel.hears_input2 else None
+    return simulate(model, motion.position, sample_rate=SAMPLE_RATE, input2=heard).force

@@ -173,7 +173,9 @@ class Problem:
             own, extent = self.runs.values_in(index, values), measurement.extent
             rates = self.kernel.relaxation_rates(own)
             alike, forgetting = history(rates.tobytes()), rates > 0.0
-            z = self.kernel.begin(own, measurement.position[0], measurement.force[0])
+            second = np.zeros(1) if measurement.input2 is None else measurement.input2
+            first = measurement.position[0], measurement.force[0], second[0]
+            z = self.kernel.begin(own, *first)
             loaded = abs(self._indentation(own, z, measurement.position[0]))
             depth = extent.indentation + loaded
             still = measurement.at_rest
@@ -189,6 +191,7 @@ class Problem:
                 "branch": length,
                 "speed": RESTING * scale.of("m/s") if still else 2 * extent.speed,
                 "none": 2 * measurement.noise.own,
+                "input2": float(np.ptp(second)) + SHORTEST,
             }
             deviation = np.array([spreads[name] for name in self.kernel.spreads])
             if not still:  # a branch holds its memory times the speed
@@ -224,6 +227,7 @@ class Problem:
         coil = course(
             *(self.kernel, measurement.on_grid(driven), period, own, begins),
             *(measurement.at_rest, between, measurement.fineness),
+            None if measurement.input2 is None else measurement.on_grid(measurement.input2),
         )
         found = respond(self.kernel, own, start, coil)
         return Response(*map(measurement.read_off, (found.output, found.sensitivity)))

@@ -97,6 +97,8 @@ class Measurement:
         By how much position and force may be apart in time, which nothing tells [s].
     scale : Scale
         The size of the record that it belongs to.
+    input2 : array, shape (n,), optional
+        A further channel that may drive the force, in its unit; finite.
     """
 
     position: FloatArray
@@ -120,6 +122,7 @@ class Measurement:
     at: FloatArray | None = None
     time_doubt: float = 0.0
     scale: Scale = USUAL
+    input2: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.used is None:
@@ -288,6 +291,7 @@ class Measurement:
             force=self.force[kept],
             used=self.used[kept],
             misread=None if self.misread is None else self.misread[kept],
+            input2=None if self.input2 is None else self.input2[kept],
             at=None if self.at is None else self.at[kept] - self.at[kept][0],
             noise=self.noise.of_some(),
         )

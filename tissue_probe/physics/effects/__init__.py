@@ -23,6 +23,7 @@ from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STI
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
 from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
 from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
+from tissue_probe.physics.effects.second_input import SECOND_INPUT
 from tissue_probe.physics.effects.springpot import SPRINGPOT
 from tissue_probe.physics.effects.standard_linear_solid import STANDARD_LINEAR_SOLID
 from tissue_probe.physics.effects.stiffness_ramp import STIFFNESS_RAMP
@@ -59,6 +60,7 @@ EFFECTS = {
         FORCE_BIAS,
         FORCE_DRIFT,
         ZERO_BY_PART,
+        SECOND_INPUT,
         TISSUE_MOTION,
         MAINS_HUM,
         FORCE_LAG,

@@ -26,6 +26,8 @@ STIFFNESS, DAMPING = sp.symbols("stiffness damping", real=True)
 TISSUE_FORCE, STRETCH, FORCE = sp.symbols("tissue_force stretch force", real=True)
 NET_FORCE = sp.Symbol("net_force", real=True)
 ELASTIC_DEPTH, ELASTIC_RATE = sp.symbols("elastic_depth elastic_rate", real=True)
+#: A further recorded channel, in its own unit: 0 throughout where none is given.
+INPUT2 = sp.Symbol("input2", real=True)
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,13 @@ class State:
     """A state that an effect brings along.
 
     ``motion`` is its rate of change, in which ``ELASTIC_RATE`` [m/s] stands for that of
-    ``ELASTIC_DEPTH``; ``start`` its value where the probe has been at rest for long,
-    of ``POSITION`` and ``FORCE`` as measured; ``spread`` how far it may be from there: "length"
-    (of the order of the indentation at the start, or of any where the probe is not at rest),
-    "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
+    ``ELASTIC_DEPTH``; ``start`` its value where the probe has been at rest for long, of
+    ``POSITION``, ``FORCE`` and ``INPUT2`` as measured; ``spread`` how far it may be from there:
+    "length" (of the order of the indentation at the start, or of any where the probe is not at
+    rest), "branch" (the same, of a spring in series with a damper: pressed in before, if at all),
     "speed" (of the order of the tip's where it is not at rest), "none", "free" (of the order of
-    any indentation in any case), or the name of a parameter (of the order of its value).
+    any indentation in any case), "input2" (within the range of that channel), or the name of a
+    parameter (of the order of its value).
     """
 
     symbol: sp.Symbol
@@ -262,6 +265,13 @@ class Effect:
         """Return the same with other odds, in each of its forms."""
         forms = tuple(replace(each, odds=odds) for each in self.forms)
         return replace(self, odds=odds, forms=forms)
+
+    @property
+    def hears_input2(self) -> bool:
+        """Whether it follows the second input, and so is none where that is not recorded."""
+        acts = (self.force, self.contact, self.drag, self.inertia, self.cell, self.output)
+        moved = (state.motion for state in self.states)
+        return any(sp.sympify(each).has(INPUT2) for each in (*acts, *moved))
 
     @property
     def acts_on_channels(self) -> bool:

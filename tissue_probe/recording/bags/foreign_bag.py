@@ -15,6 +15,7 @@ import numpy as np
 from tissue_probe.recording.bags.bag import Bag
 from tissue_probe.recording.bags.topic_field import (
     FORCE_FIELDS,
+    INPUT2_FIELDS,
     POSITION_FIELDS,
     FieldValues,
     candidates,
@@ -31,6 +32,7 @@ from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, unit_size
 from tissue_probe.signals import (
     NANOSECONDS,
+    Channel,
     FloatArray,
     IntArray,
     OwnTimes,
@@ -73,6 +75,7 @@ def read_foreign_bag(
     f_clock, u_clock, cuts, notes = by_one_clock(
         path, force, position, layout.clock, layout.sample_rate
     )
+    second = _second(bag, path, layout, force, f_clock.stamped)
     u_unit = layout.position_sign * unit_size(layout.position_unit or "m", POSITION_UNITS)
     f_unit = layout.force_sign * unit_size(layout.force_unit or "N", FORCE_UNITS)
     # Coarse stamps are known to half a step; a step that was taken out is, to its own error.
@@ -117,8 +120,30 @@ def read_foreign_bag(
     )
     told_slow = [said for said in slow if said][:1]
     own = None if even else _own_times(origin, taken)
-    recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0], own=own)
+    recording = Recording(tuple(blocks), time_doubt=doubt, noise=noises[0], own=own, input2=second)
     return recording, (read, *notes, *told_slow)
+
+
+def _second(
+    bag: Bag, path: Path, layout: Layout, force: FieldValues, stamped: bool
+) -> Channel | None:
+    """Return the further channel that is asked for, by the clock of the force."""
+    if layout.input2 is None:
+        return None
+    found = read_field(bag, path, layout.input2, INPUT2_FIELDS)
+    _, clock, _, _ = by_one_clock(path, force, found, layout.clock, layout.sample_rate)
+    if clock.stamped != stamped:
+        raise RecordingError(
+            f"{path}: {found.name} has no stamps by which the force goes: read all by the "
+            "recorder's clock (`clock` recorder)"
+        )
+    values, origin = found.values[clock.rows], int(clock.times[0])
+    if unknown := int(np.count_nonzero(~np.isfinite(values))):
+        raise RecordingError(
+            f"{path}: {found.name} has no number in {unknown} of {values.size} messages: a "
+            "channel that drives must be known throughout, so give another by `input2`"
+        )
+    return Channel(found.name, origin, _seconds(clock.times, origin), values)
 
 
 def _own_times(

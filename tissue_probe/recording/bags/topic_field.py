@@ -36,6 +36,16 @@ POSITION_FIELDS = {
 }
 """The same of position."""
 
+INPUT2_FIELDS = {
+    "FluidPressure": "fluid_pressure",
+    "Temperature": "temperature",
+    "Float64Stamped": "data",
+    "Float32Stamped": "data",
+    "Float64": "data",
+    "Float32": "data",
+}
+"""The same of a further channel."""
+
 _LATEST = 2**63 - 1  # ns; in 292 years from 1970: a later time is damage
 _STEP = re.compile(r"\.?(\w+)|\[([^\]]+)\]")
 

@@ -30,6 +30,7 @@ from tissue_probe.recording.layout import Layout
 from tissue_probe.recording.tables.roles import Roles, roles
 from tissue_probe.signals import (
     NANOSECONDS,
+    Channel,
     FloatArray,
     OwnTimes,
     PalpationSite,
@@ -91,6 +92,7 @@ def read_columns(
         time, position, force, place, said = _each_by_its_clock(source, found, layout, progress)
     else:
         time, position, force, place, said = _by_one_clock(source, found, layout, progress)
+    second = _second(source, found, layout, time)
     for role, values in (("position", position), ("force", force)):
         if not np.isfinite(values).any():
             raise RecordingError(
@@ -132,7 +134,8 @@ def read_columns(
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
-    return Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own), tuple(notes)
+    recording = Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own, input2=second)
+    return recording, tuple(notes)
 
 
 Read = tuple[Times, FloatArray, FloatArray, Callable[[int], str], list[str]]
@@ -174,6 +177,35 @@ def _each_by_its_clock(source: Columns, found: Roles, layout: Layout, progress: 
         said.append(differ)
         position = at_times(seconds, position, own["force"].seconds)
     return own["force"], position, force, loaded.place, said
+
+
+def _second(source: Columns, found: Roles, layout: Layout, time: Times) -> Channel | None:
+    """Return the further channel that is asked for; of times of its own, where it has these."""
+    name = layout.input2
+    if name is None:
+        return None
+    source.require([name])
+    clock = source.clocks.get(name) if found.own_times else None
+    columns = source.read([name, clock] if clock else [name]).columns
+    values, path = columns[0], source.path
+    if clock:
+        time = times(columns[1], clock, source.units.get(clock), False, str(path))
+    if values.dtype.kind not in "iuf":
+        raise RecordingError(f"{path}: column {name} has no numbers, but truths, times or words")
+    if values.size != time.seconds.size:
+        raise RecordingError(
+            f"{path}: column {name} has {values.size} values for {time.seconds.size} times; give "
+            "another by `input2`"
+        )
+    known = np.isfinite(time.seconds)
+    values, seconds = values[known].astype(np.float64), time.seconds[known]
+    if unknown := np.flatnonzero(~np.isfinite(values)).tolist():
+        raise RecordingError(
+            f"{path}: column {name} has no number in {len(unknown)} of {values.size} rows, first "
+            f"at {seconds[unknown[0]]:.6g} s: a channel that drives must be known throughout, so "
+            "fill it in or cut these rows out"
+        )
+    return Channel(name, time.origin, seconds, values)
 
 
 def _has_pauses(seconds: FloatArray, found: Roles) -> bool:
