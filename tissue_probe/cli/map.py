@@ -123,7 +123,7 @@ def map_command(
         ),
     ] = None,
 ) -> None:
-    """Map a scan or a table of sites, and the inclusions that could hide.
+    """Map a scan or a table of sites, and where inclusions may hide.
 
     A table of sites has the columns x, y [m], k [N/m] and perhaps k_sd [N/m], z [m], t [s], site,
     or with other units in their names (x_mm, k [N/mm]).
