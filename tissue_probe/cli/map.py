@@ -127,8 +127,8 @@ def map_command(
 
     A table of sites has the columns x, y [m], k [N/m] and perhaps k_sd [N/m], z [m], t [s], site,
     or with other units in their names (x_mm, k [N/mm]).
-    The picture shows stiffness [N/m], P(inclusion) and the depth to which an inclusion cannot hide
-    [mm] over the sites [mm].
+    The picture shows stiffness [N/m], P(inclusion) and the radius that an unseen inclusion could
+    have [mm] over the sites [mm].
     """
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout

@@ -75,7 +75,7 @@ def render_map(page: MapPage) -> str:
 
 
 def _plot(page: MapPage) -> str:
-    """Return stiffness, P(inclusion) and hidden amounts, with sites and boundaries."""
+    """Return stiffness, P(inclusion) and sizes that could hide, with sites and boundaries."""
     surface, hide = page.found.surface, page.found.could_hide
     radius = np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius)
     layers = (
