@@ -110,13 +110,13 @@ def _measure(text: str) -> None:
     It is scanned, not built: the target of an alias is counted each time that the alias stands
     there.
     """
-    lengths: dict[str, int | None] = {}  # of an anchor's target; None before its end
+    lengths: dict[str | None, int | None] = {}  # of an anchor's target; None before its end
     levels = [_Level(None, is_mapping=False)]
     for event in yaml.parse(text, _Loader):
         line = event.start_mark.line + 1
         if isinstance(event, yaml.NodeEvent):
             key = _key(event)
-            if levels[-1].take(key):
+            if levels[-1].take(key) and key is not None:
                 raise YamlError(f"has the key {key[0]!r:.60} twice (line {line}): leave one out")
         if isinstance(event, yaml.CollectionStartEvent):
             levels.append(_Level(event.anchor, isinstance(event, yaml.MappingStartEvent)))
@@ -148,7 +148,7 @@ def _key(event: yaml.NodeEvent) -> tuple[str, str | None, bool] | None:
     return event.value, event.tag, event.implicit[0]
 
 
-class _Loader(yaml.CSafeLoader):
+class _Loader(yaml.CSafeLoader):  # type: ignore[misc]  # PyYAML has no types
     """PyYAML's loader of plain types, with whole numbers of a sensible length."""
 
     def whole_number(self, node: yaml.ScalarNode) -> int:
@@ -163,7 +163,7 @@ class _Loader(yaml.CSafeLoader):
             raise yaml.constructor.ConstructorError(
                 None, None, f"a number has more than {DIGITS} digits", node.start_mark
             )
-        return self.construct_yaml_int(node)
+        return int(self.construct_yaml_int(node))
 
 
 _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.whole_number)

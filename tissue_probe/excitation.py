@@ -112,7 +112,8 @@ class SteppedSweep(_Sweep):
         sweeps, within = np.divmod(time, self.duration)
         index = np.minimum((within / step).astype(np.int64), self.steps - 1)
         cycles = cycles_before[index] + frequencies[index] * (within - index * step)
-        return np.sin(2.0 * np.pi * (cycles + sweeps * cycles_before[-1]))
+        wave: FloatArray = np.sin(2.0 * np.pi * (cycles + sweeps * cycles_before[-1]))
+        return wave
 
 
 class Chirp(_Sweep):
@@ -192,7 +193,7 @@ class Multisine(_Signal):
         else:
             largest = np.abs(envelope).max()
         # Between points a sum of sines rises by no more than this (Ehlich and Zeller, 1964).
-        return largest / np.cos(np.pi / PEAK_POINTS)
+        return float(largest / np.cos(np.pi / PEAK_POINTS))
 
 
 Excitation = Sine | SteppedSweep | Chirp | Multisine

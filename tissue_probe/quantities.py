@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,7 +45,7 @@ class Quantity:
     per_small: float
     zeroed: bool
 
-    def __reduce_ex__(self, protocol: int) -> Any:
+    def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
         """Come back from bytes as the one of its name: which of the two it is, is asked by `is`."""
         return named, (self.name,)
 

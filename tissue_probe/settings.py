@@ -16,7 +16,7 @@ from tissue_probe.errors import TissueProbeError
 
 Settings = typing.TypeVar("Settings", bound=BaseModel)
 
-_TYPES = {
+_TYPES: dict[typing.Any, str] = {
     **{bool: "true or false", int: "a whole number", float: "a number", str: "a text"},
     list[float]: "a list of numbers",
 }
@@ -28,9 +28,9 @@ class SettingsError(TissueProbeError):
     """A value has the wrong type or lies out of its range; the message says the allowed values."""
 
 
-def setting(default: typing.Any, unit: str, description: str, **bounds: float) -> typing.Any:
+def setting(default: typing.Any, unit: str, description: str, **bounds: typing.Any) -> typing.Any:
     """Return a pydantic field with a unit ("" for none) and bounds (gt, ge, lt, le)."""
-    extra = {"unit": unit} if unit else None
+    extra: dict[str, typing.Any] | None = {"unit": unit} if unit else None
     return Field(default, description=description, json_schema_extra=extra, **bounds)
 
 
@@ -76,7 +76,8 @@ def bound(field: FieldInfo, attribute: str) -> float | None:
     """Return a field's bound 'gt', 'ge', 'lt' or 'le', None where it has none."""
     for constraint in field.metadata:
         if isinstance(constraint, _CONSTRAINTS) and hasattr(constraint, attribute):
-            return getattr(constraint, attribute)
+            found: float = getattr(constraint, attribute)
+            return found
     return None
 
 

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import signal
 import subprocess
 import sys
 import time
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
 from conftest import PATIENCE
 from tissue_probe.analysis.recorded import palpated
 from tissue_probe.estimation import ESTIMATORS
+from tissue_probe.recording.bags.open_bag import open_bag
 from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
 from tissue_probe.recording.bags.summary import summarize
+from tissue_probe.recording.bags.topic_field import read_field
 from tissue_probe.recording.errors import RecordingError
 
 PNG = b"\x89PNG\r\n\x1a\n"
 EXECUTABLES = Path(sys.prefix, "lib", "tissue_probe")
 PROGRAM = EXECUTABLES / "tissue_probe"
+CONFIG = Path(__file__).parents[2] / "config"
+FOXGLOVE, PLOTJUGGLER = CONFIG / "foxglove_layout.json", CONFIG / "plotjuggler.xml"
 
 
 def hears_ctrl_c() -> None:
@@ -56,6 +63,16 @@ def demo(tmp_path):
             each.kill()
 
 
+def shown_by_viewers() -> tuple[list[str], list[str]]:
+    """Return the curves (``/topic.field``) of Foxglove and PlotJuggler, and other topics shown."""
+    panels = json.loads(FOXGLOVE.read_text())["configById"]
+    curves = [path["value"] for panel in panels.values() for path in panel.get("paths", [])]
+    names = [each.get("name") for each in ElementTree.parse(PLOTJUGGLER).iter("curve")]
+    curves += [".".join(name.rsplit("/", 1)) for name in names]
+    whole = [*panels["3D!map"]["topics"], panels["RawMessages!map"]["topicPath"]]
+    return curves, [*whole, panels["DiagnosticSummary!health"]["topicToRender"]]
+
+
 @pytest.mark.crowded
 @pytest.mark.slow
 def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp_path):
@@ -81,6 +98,13 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     assert live.stamp == off_line.stamp
     for layer in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
         assert_array_equal(getattr(live, layer), getattr(off_line, layer))
+    # The viewers' layouts show it all, the suite's own filter among them.
+    curves, topics = shown_by_viewers()
+    assert any("robust_ekf" in curve for curve in curves)
+    recorded = open_bag(bag)
+    for curve in curves:
+        assert np.isfinite(read_field(recorded, bag, curve, {}).values).any(), curve
+    assert set(topics) <= {topic.name for topic in recorded.topics}
 
 
 def is_recording(running: subprocess.Popen, bag: Path) -> None:

@@ -74,7 +74,7 @@ class MapResult(Alike):
     results : tuple of SiteResult
         The dwells of a scan; none for a table.
     map : PosteriorMap
-        Inclusions, surface, hidden amounts, background, check.
+        Inclusions, surface, sizes that could hide, background, check.
     phantom : Phantom or FeltTable or None
         The tissue of a simulated run, where it is recorded.
     notes : tuple of str
@@ -257,7 +257,7 @@ class MapResult(Alike):
         }
 
     def plot(self) -> Figure:
-        """Draw stiffness, P(inclusion) and hidden amounts, with sites and true nodules."""
+        """Draw stiffness, P(inclusion) and sizes that could hide, with sites and true nodules."""
         from tissue_probe.figures.stiffness_map import draw_map
 
         known = self.phantom.nodules if self.phantom and not self.laid_flat else ()

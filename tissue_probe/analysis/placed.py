@@ -39,7 +39,7 @@ class PlacedMap(Alike):
         return self.lift(x, y)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return inclusions, surface, hidden amounts, and places to palpate again, in space."""
+        """Return inclusions, surface, sizes that could hide, places to palpate again, in space."""
         found = self.map
         return {
             "inclusions": [self._inclusion(one) for one in found.inclusions],
@@ -106,7 +106,7 @@ class RegisteredMap(PlacedMap):
         return told
 
     def to_dict(self) -> dict[str, Any]:
-        """Return motion, errors, and inclusions, surface, hidden amounts in the other frame."""
+        """Return motion, errors, inclusions, surface, sizes that could hide, in the other frame."""
         registration, placed = self.registration, super().to_dict()
         for one, error in zip(placed["inclusions"], self.errors().tolist(), strict=True):
             one["target_error"] = error

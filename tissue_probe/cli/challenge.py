@@ -159,7 +159,7 @@ def grade_command(
         Path | None, typer.Option(metavar="FILE", help="Marks as JSON; replaced if there.")
     ] = None,
 ) -> None:
-    """Mark the diagnoses of a series, and show which effect was mistaken for which.
+    """Mark the diagnoses of a series, and show which effects were mistaken.
 
     A recording without a diagnosis counts as wrong. docs/challenge.md says which answers count as
     right.

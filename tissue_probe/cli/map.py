@@ -123,12 +123,12 @@ def map_command(
         ),
     ] = None,
 ) -> None:
-    """Map a scan or a table of sites, and the inclusions that could hide.
+    """Map a scan or a table of sites, and where inclusions may hide.
 
     A table of sites has the columns x, y [m], k [N/m] and perhaps k_sd [N/m], z [m], t [s], site,
     or with other units in their names (x_mm, k [N/mm]).
-    The picture shows stiffness [N/m], P(inclusion) and the depth to which an inclusion cannot hide
-    [mm] over the sites [mm].
+    The picture shows stiffness [N/m], P(inclusion) and the radius that an unseen inclusion could
+    have [mm] over the sites [mm].
     """
     from tissue_probe.analysis.mapping import is_sites, map_sites, refuse_misnamed_sites
     from tissue_probe.recording.layout import Layout

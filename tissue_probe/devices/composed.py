@@ -158,7 +158,7 @@ class ComposedProbe:
         return self._delaying.apply(self._measured(position, times), force)
 
     def _measured(self, true: FloatArray, times: FloatArray) -> FloatArray:
-        """Return the reading of an encoder that errs; the model corrects it."""
+        """Return the reading of a true position; the model gives the true one of a reading."""
         if self._true is None:
             return true
         shown = true.copy()

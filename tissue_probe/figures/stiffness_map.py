@@ -41,7 +41,7 @@ def draw_map(
     sites: Sites,
     nodules: Sequence[tuple[float, float, float]] = (),
 ) -> Figure:
-    """Draw stiffness, P(inclusion) and hidden amounts side by side.
+    """Draw stiffness, P(inclusion) and the size that could hide side by side.
 
     Parameters
     ----------

@@ -75,7 +75,8 @@ def ring_down(
     """Return the force k0 x [N] of m x'' = -k0 x - beta0 x' from x = 0, x' = ``kick`` [m/s]."""
     decay = damping / (2.0 * tip_mass)
     rate = np.sqrt(stiffness / tip_mass - decay**2)
-    return stiffness * kick / rate * np.exp(-decay * time) * np.sin(rate * time)
+    force: FloatArray = stiffness * kick / rate * np.exp(-decay * time) * np.sin(rate * time)
+    return force
 
 
 def fit_ring_down(
@@ -103,7 +104,7 @@ def fit_ring_down(
     guess = _strongest_frequency(force[peak:], sample_period)
     begin = peak + round(1.0 / (guess * sample_period))
     swing = force[begin:]
-    time = np.arange(swing.size) * sample_period
+    time = np.arange(swing.size, dtype=float) * sample_period
     if swing.size * sample_period * guess < FEWEST_SWINGS:
         raise ValueError(
             "the force does not swing after its peak: strike the tip once, in free air, and record "
@@ -136,10 +137,11 @@ def fit_ring_down(
     )
 
 
-def _swing(time, rate, decay, cosine, sine, zero):
-    return (
-        np.exp(-decay * time) * (cosine * np.cos(rate * time) + sine * np.sin(rate * time)) + zero
-    )
+def _swing(
+    time: FloatArray, rate: float, decay: float, cosine: float, sine: float, zero: float
+) -> FloatArray:
+    swing: FloatArray = cosine * np.cos(rate * time) + sine * np.sin(rate * time)
+    return np.exp(-decay * time) * swing + zero
 
 
 def _strongest_frequency(force: FloatArray, sample_period: float) -> float:

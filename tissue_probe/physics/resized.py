@@ -38,7 +38,7 @@ from tissue_probe.physics.extent import Extent
 from tissue_probe.physics.rigs import CONSTANTS
 from tissue_probe.physics.scale import Scale
 
-#: Units of the signals in effects, and of the symbols of their conditions.
+#: Units of the signals that stand in effects and in their starts and conditions.
 _SIGNALS = {
     TIME: "s",
     INPUT2: "input2",

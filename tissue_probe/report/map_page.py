@@ -75,7 +75,7 @@ def render_map(page: MapPage) -> str:
 
 
 def _plot(page: MapPage) -> str:
-    """Return stiffness, P(inclusion) and hidden amounts, with sites and boundaries."""
+    """Return stiffness, P(inclusion) and sizes that could hide, with sites and boundaries."""
     surface, hide = page.found.surface, page.found.could_hide
     radius = np.where(np.isnan(hide.radius), LARGEST, MILLIMETRES * hide.radius)
     layers = (
@@ -103,9 +103,10 @@ def _plot(page: MapPage) -> str:
         margin={"l": 60, "r": 40, "t": 50, "b": 50},
         font={"family": "system-ui, sans-serif", "size": 13},
     )  # fmt: skip
-    return figure.to_html(
+    text: str = figure.to_html(
         full_html=False, include_plotlyjs=False, include_mathjax=False, config=_CONFIG
     )
+    return text
 
 
 def _heat(

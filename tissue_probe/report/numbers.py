@@ -41,11 +41,11 @@ def interval(value: float, low: float, high: float) -> tuple[str, str]:
     scaled = not _SMALLEST <= large < _LARGEST
     power = math.floor(math.log10(large)) if scaled else 0
     decimals = 1 - (_magnitude(half) - power)
-    value, low, high = (_fixed(each / 10.0**power, decimals) for each in (value, low, high))
+    middle, least, most = (_fixed(each / 10.0**power, decimals) for each in (value, low, high))
     if scaled:
         factor = f" × 10{_superscript(power)}"
-        return f"{value}{factor}", f"({low} … {high}){factor}"
-    return value, f"{low} … {high}"
+        return f"{middle}{factor}", f"({least} … {most}){factor}"
+    return middle, f"{least} … {most}"
 
 
 def _is_lost(value: float, half: float) -> bool:

@@ -172,7 +172,7 @@ def _constants(rivals: Sequence[Fit], instrument: Instrument) -> str:
     """Say which constants of the rig would tell, which nobody gave: rivals found others of them."""
     first, second, *_ = rivals
     told = []
-    for name, (_, deviation) in instrument.constants.items():
+    for name, (_, deviation) in (instrument.constants or {}).items():
         here, there = first.named()[name], second.named()[name]
         doubt = np.hypot(first.deviations()[name], second.deviations()[name])
         if np.isinf(deviation) and abs(here - there) > DIFFERS * doubt:
@@ -256,7 +256,7 @@ def _made(
 
     first, scale = fit.measurements[0], fit.composition.scale
     period = first.sample_period / scale.time
-    times = np.arange(round(duration / period)) * period
+    times = np.arange(round(duration / period), dtype=float) * period
     # A coil that has a mass goes off gently: a jump of its speed would tell models apart by that.
     gently = np.sin(0.5 * np.pi * np.minimum(times / SETTLING, 1.0)) ** 2
     position = parse_excitation({**excitation, "amplitude": AMPLITUDE})(times)

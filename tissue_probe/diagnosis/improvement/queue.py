@@ -128,7 +128,8 @@ class Queue:
 
     def _of_one_kind(self, moves: Iterable[Move]) -> list[Move]:
         """Return the moves whose promise is reliable, or the others where it is their turn."""
-        reliable, others = [], []
+        reliable: list[Move] = []
+        others: list[Move] = []
         for move in moves:
             (reliable if move.reliable else others).append(move)
         owed = self._spent[False] < UNRELIABLE * self._spent[True]

@@ -51,7 +51,8 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     """Return the multiple of a sine's frequency at which one line explains more than effects do.
 
     A lightly damped mode, tuned to such a multiple by the fit, makes the line that stiffening of
-    another form leaves. Its cost is compared with that of the line's sine and cosine.
+    another form leaves. Beside the line's sine and cosine the frequency to which it is tuned counts
+    as one more value.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import { fill, h } from "./elements.js";
 const FILES = [
   { name: "model.yaml", title: "The model", text: "The last model of the ladder with its values: for compare, for the Kalman filters, for the simulated probe.", needs: "model" },
   { name: "report.html", title: "The report", text: "One page that works off line: ladder, equations, values, signals, findings. It is computed again, which takes some seconds.", needs: "model" },
-  { name: "map.html", title: "The map", text: "One page that works off line: stiffness, P(inclusion), hidden amounts, the inclusions.", needs: "map" },
+  { name: "map.html", title: "The map", text: "One page that works off line: stiffness, P(inclusion), sizes that could hide, the inclusions.", needs: "map" },
   { name: "steps.ipynb", title: "A notebook", text: "Each step that was made here, by the Python interface.", needs: "file" },
   { name: "desk.workbench", title: "The whole state", text: "One file with recordings, question and ladder: drop it on Open, and all is as it is now.", needs: "file" },
 ];
