@@ -37,7 +37,7 @@ STOCK_PARAMETERS = str(Path(get_package_share_directory("tissue_probe"), "config
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, start the nodes, configure the driver."""
     parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
-    output, robot = LaunchConfiguration("output"), LaunchConfiguration("robot")
+    robot = LaunchConfiguration("robot")
     common = {
         "package": "tissue_probe",
         "namespace": LaunchConfiguration("namespace"),
@@ -64,11 +64,6 @@ def generate_launch_description() -> LaunchDescription:
                 EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
             ),
             DeclareLaunchArgument(
-                "output",
-                default_value="",
-                description="MCAP file to record, never overwritten; empty to record nothing",
-            ),
-            DeclareLaunchArgument(
                 "robot",
                 default_value="",
                 description="namespace of the robot that carries the probe; empty for none",
@@ -83,14 +78,6 @@ def generate_launch_description() -> LaunchDescription:
                 parameters=[*parameters, {"robot": ParameterValue(robot, value_type=str)}],
                 ros_arguments=["--enclave", "/probe/scan"],
                 condition=IfCondition(NotEqualsSubstitution(robot, "")),
-                **common,
-            ),
-            Node(
-                executable="recorder",
-                name="recorder",
-                parameters=[*parameters, {"output": ParameterValue(output, value_type=str)}],
-                ros_arguments=["--enclave", "/probe/recorder"],
-                condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,
             ),
             RegisterEventHandler(OnProcessStart(target_action=driver, on_start=[configure])),

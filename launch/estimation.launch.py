@@ -1,4 +1,6 @@
-"""Start estimators, and the mapper on their estimates; included by the other launch files.
+"""Start estimators, the mapper on their estimates, and a recorder if there is an output.
+
+The other launch files include it.
 
 Alone it runs on the samples of any driver in the same namespace::
 
@@ -10,14 +12,22 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from launch.conditions import IfCondition
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 from tissue_probe.estimation import ESTIMATORS
 
 STOCK_PARAMETERS = str(
     Path(get_package_share_directory("tissue_probe"), "config", "simulation.yaml")
 )
+COMMON = {
+    "package": "tissue_probe",
+    "namespace": LaunchConfiguration("namespace"),
+    "output": "screen",
+}
+PARAMETERS = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
 
 
 def estimation_nodes(context: LaunchContext) -> list[Node]:
@@ -27,32 +37,27 @@ def estimation_nodes(context: LaunchContext) -> list[Node]:
     # Before anything starts: launch leaves its processes running when an error comes later.
     if unknown := set(estimators) - set(ESTIMATORS):
         raise ValueError(f"no estimator {', '.join(unknown)}; there are {', '.join(ESTIMATORS)}")
-    common = {
-        "package": "tissue_probe",
-        "namespace": LaunchConfiguration("namespace"),
-        "output": "screen",
-    }
-    parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
     return [
         # One process takes and decodes each block once. No name: it would go to every node in it.
         Node(
             executable="estimators",
-            parameters=[*parameters, {"estimators": estimators}],
+            parameters=[*PARAMETERS, {"estimators": estimators}],
             ros_arguments=["--enclave", "/probe/estimators"],
-            **common,
+            **COMMON,
         ),
         Node(
             executable="mapper",
             name="mapper",
-            parameters=[*parameters, {"estimators": estimators}],
+            parameters=[*PARAMETERS, {"estimators": estimators}],
             ros_arguments=["--enclave", "/probe/mapper"],
-            **common,
+            **COMMON,
         ),
     ]
 
 
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
+    output = LaunchConfiguration("output")
     return LaunchDescription(
         [
             # No one outside this host is to hear the probe or command its coil, unless asked for.
@@ -73,6 +78,19 @@ def generate_launch_description() -> LaunchDescription:
                 default_value=STOCK_PARAMETERS,
                 description="YAML file of parameters that go over those of the stock file",
             ),
+            DeclareLaunchArgument(
+                "output",
+                default_value="",
+                description="MCAP file to record, never overwritten; empty to record nothing",
+            ),
             OpaqueFunction(function=estimation_nodes),
+            Node(
+                executable="recorder",
+                name="recorder",
+                parameters=[*PARAMETERS, {"output": ParameterValue(output, value_type=str)}],
+                ros_arguments=["--enclave", "/probe/recorder"],
+                condition=IfCondition(NotEqualsSubstitution(output, "")),
+                **COMMON,
+            ),
         ]
     )

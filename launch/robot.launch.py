@@ -14,11 +14,9 @@ from launch.actions import (
     IncludeLaunchDescription,
     SetEnvironmentVariable,
 )
-from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
 
 STOCK_PARAMETERS = str(Path(get_package_share_directory("tissue_probe"), "config", "robot.yaml"))
 
@@ -26,7 +24,6 @@ STOCK_PARAMETERS = str(Path(get_package_share_directory("tissue_probe"), "config
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments and start the nodes."""
     parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
-    output = LaunchConfiguration("output")
     common = {
         "package": "tissue_probe",
         "namespace": LaunchConfiguration("namespace"),
@@ -38,11 +35,6 @@ def generate_launch_description() -> LaunchDescription:
             SetEnvironmentVariable(
                 "ROS_AUTOMATIC_DISCOVERY_RANGE",
                 EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
-            ),
-            DeclareLaunchArgument(
-                "output",
-                default_value="",
-                description="MCAP file to record, never overwritten; empty to record nothing",
             ),
             # Before the shared declaration, which has another stock file: the first one counts.
             DeclareLaunchArgument(
@@ -59,14 +51,6 @@ def generate_launch_description() -> LaunchDescription:
                 name="adapter",
                 parameters=parameters,
                 ros_arguments=["--enclave", "/probe/adapter"],
-                **common,
-            ),
-            Node(
-                executable="recorder",
-                name="recorder",
-                parameters=[*parameters, {"output": ParameterValue(output, value_type=str)}],
-                ros_arguments=["--enclave", "/probe/recorder"],
-                condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,
             ),
         ]

@@ -22,11 +22,10 @@ from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessStart
 from launch.events import matches_action
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import EnvironmentVariable, LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
-from launch_ros.parameter_descriptions import ParameterValue
 from lifecycle_msgs.msg import Transition
 
 STOCK_PARAMETERS = str(
@@ -44,7 +43,6 @@ def change_state(node: LifecycleNode, transition: int) -> EmitEvent:
 def generate_launch_description() -> LaunchDescription:
     """Declare the arguments, start the nodes, bring the driver up."""
     parameters = [STOCK_PARAMETERS, LaunchConfiguration("params_file")]
-    output = LaunchConfiguration("output")
     common = {
         "package": "tissue_probe",
         "namespace": LaunchConfiguration("namespace"),
@@ -70,11 +68,6 @@ def generate_launch_description() -> LaunchDescription:
                 choices=["true", "false"],
                 description="whether the coil moves at once; if not, the driver is configured only",
             ),
-            DeclareLaunchArgument(
-                "output",
-                default_value="",
-                description="MCAP file to record, never overwritten; empty to record nothing",
-            ),
             # The shared arguments are declared there; a plain path lets --show-args list them.
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(str(Path(__file__).with_name("estimation.launch.py")))
@@ -93,14 +86,6 @@ def generate_launch_description() -> LaunchDescription:
                 name="scan",
                 parameters=parameters,
                 ros_arguments=["--enclave", "/probe/scan"],
-                **common,
-            ),
-            Node(
-                executable="recorder",
-                name="recorder",
-                parameters=[*parameters, {"output": ParameterValue(output, value_type=str)}],
-                ros_arguments=["--enclave", "/probe/recorder"],
-                condition=IfCondition(NotEqualsSubstitution(output, "")),
                 **common,
             ),
             RegisterEventHandler(

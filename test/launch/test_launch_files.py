@@ -18,8 +18,11 @@ from security_policy import read_policy
 LAUNCH_FILES = sorted((ROOT / "launch").glob("*.launch.py"))
 ARGUMENTS = {
     "bench": {"output", "robot", "estimators", "namespace", "params_file"},
-    "estimation": {"estimators", "namespace", "params_file"},
-    "replay": {"bag", "rate", "loop", "start", "paused", "estimators", "namespace", "params_file"},
+    "estimation": {"output", "estimators", "namespace", "params_file"},
+    "replay": {
+        *("bag", "rate", "loop", "start", "paused"),
+        *("output", "estimators", "namespace", "params_file"),
+    },
     "robot": {"output", "estimators", "namespace", "params_file"},
     "simulation": {"activate", "output", "estimators", "namespace", "params_file"},
 }
@@ -138,19 +141,21 @@ def test_parameters_given_go_over_those_of_the_stock_file(name, recorded):
 
 def test_the_estimators_named_are_started_and_mapped(recorded):
     nodes, _ = recorded(ROOT / "launch" / "estimation.launch.py")
-    assert [node["executable"] for node in nodes] == ["estimators", "mapper"]
-    for node in nodes:
+    heard = [node for node in nodes if node["executable"] in ("estimators", "mapper")]
+    assert len(heard) == 2
+    for node in heard:
         assert {"estimators": ["ekf", "robust_ekf"]} in node["parameters"]
 
 
 def test_the_estimators_keep_their_names_in_their_process(recorded):
     nodes, _ = recorded(ROOT / "launch" / "estimation.launch.py")
-    assert "name" not in nodes[0], "it would rename every node in the process"
+    (process,) = (node for node in nodes if node["executable"] == "estimators")
+    assert "name" not in process, "it would rename every node in the process"
 
 
-def test_the_simulation_starts_everything_that_is_not_an_estimator(recorded):
+def test_the_simulation_starts_what_the_shared_file_does_not(recorded):
     nodes, included = recorded(ROOT / "launch" / "simulation.launch.py")
-    assert {node["name"] for node in nodes} == {"driver", "recorder", "scan", "stage"}
+    assert {node["name"] for node in nodes} == {"driver", "scan", "stage"}
     assert [name.rpartition("/")[2] for name in included] == ["estimation.launch.py"]
 
 

@@ -10,15 +10,23 @@ import random
 import select
 import sys
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from foreign_robot import Header, Point, Pose, PoseStamped, Quaternion, Time, Vector3
+from foreign_messages import (
+    Header,
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Time,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
 
 STIFFNESS, DAMPING = 600.0, 3.0  # N/m, N s/m
 POSE_RATE, WRENCH_RATE = 250.0, 500.0  # Hz
@@ -35,18 +43,6 @@ INTO = (0.0, -math.sin(2.8), math.cos(2.8))
 MOUNTED = 0.5
 #: That is: a point of the tool is the sensor's, mirrored by half a turn about x, then turned.
 ROTATION = (math.cos(MOUNTED / 2.0), math.sin(MOUNTED / 2.0), 0.0, 0.0)
-
-
-@dataclass
-class Wrench(IdlStruct, typename="geometry_msgs::msg::dds_::Wrench_"):
-    force: Vector3
-    torque: Vector3
-
-
-@dataclass
-class WrenchStamped(IdlStruct, typename="geometry_msgs::msg::dds_::WrenchStamped_"):
-    header: Header
-    wrench: Wrench
 
 
 def pressed(stamp):

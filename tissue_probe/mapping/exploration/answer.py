@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
@@ -239,21 +240,30 @@ def _open(
 
 def _boundary_sd(one: Found) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
-    centre, angles = one.centre, 2.0 * np.pi * np.arange(_RAYS) / _RAYS
-    ux, uy = np.cos(angles), np.sin(angles)
     rows, count, _ = one.some(_MEMBERS)
     reach = np.zeros((count.size, _RAYS))
-    for state, part in np.argwhere(np.arange(rows.shape[1]) < count[:, None]):
-        row = rows[state, part]
-        a, b, c = metric(row)
-        dx, dy = centre[0] - row[X], centre[1] - row[Y]
-        # (rho / R)^2 = 1 on the ray, a quadratic in the distance.
-        square = a * ux**2 + 2.0 * b * ux * uy + c * uy**2
-        half = a * ux * dx + b * (ux * dy + uy * dx) + c * uy * dy
-        left = half**2 - square * (a * dx**2 + 2.0 * b * dx * dy + c * dy**2 - 1.0)
-        ends = np.where(left > 0.0, (np.sqrt(np.maximum(left, 0.0)) - half) / square, 0.0)
-        reach[state] = np.maximum(reach[state], ends)
+    _reaches(rows, count, *one.centre, reach)
     return float(np.sqrt(reach.var(axis=0).mean()))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _reaches(rows, count, x, y, out):
+    """Write how far the boundary is from a place [mm] along rays; rows as ``Found.some`` has."""
+    for state in range(count.size):
+        for part in range(count[state]):
+            row = rows[state, part]
+            a, b, c = metric(row)
+            dx, dy = x - row[X], y - row[Y]
+            beyond = a * dx**2 + 2.0 * b * dx * dy + c * dy**2 - 1.0
+            for ray in range(_RAYS):
+                angle = 2.0 * math.pi * ray / _RAYS
+                ux, uy = math.cos(angle), math.sin(angle)
+                # (rho / R)^2 = 1 on the ray, a quadratic in the distance.
+                square = a * ux**2 + 2.0 * b * ux * uy + c * uy**2
+                half = a * ux * dx + b * (ux * dy + uy * dx) + c * uy * dy
+                left = half**2 - square * beyond
+                if left > 0.0:
+                    out[state, ray] = max(out[state, ray], (math.sqrt(left) - half) / square)
 
 
 def _place(x: float, y: float) -> str:

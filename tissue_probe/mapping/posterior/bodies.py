@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -23,19 +24,22 @@ from tissue_probe.mapping.posterior.prior import (
     HARD,
     LOG_CONTRAST,
     LOG_EXPONENT,
+    LOG_RADIUS,
     SOFT,
     X,
     Y,
     log_prior_of_exponent,
     log_prior_of_hard,
 )
-from tissue_probe.mapping.posterior.shape import radius_towards
+from tissue_probe.mapping.posterior.shape import metric
 from tissue_probe.signals import FloatArray
 
 #: Prior odds that two inclusions are one body: most inclusions are round.
 _ONE = 0.1
 #: Fewer states that have both tell no deviations; more tell nothing new.
 _LEAST, _MOST = 20, 200
+#: Middles farther apart than so many times both radii are of no parts that touch.
+_FAR = 2.0
 #: Density of no difference between the log contrasts of two inclusions of the prior.
 _ALIKE = ((1.0 - SOFT) ** 2 + SOFT**2) / (4.0 * CONTRAST_SCALE)
 
@@ -66,20 +70,40 @@ def bodies_of(found: list[Found], area: float) -> list[Found]:
 
 
 def _odds(one: Found, other: Found, area: float) -> float:
-    """Return the odds that two inclusions are parts of one body."""
-    both, a, b = np.intersect1d(one.states, other.states, return_indices=True)
+    """Return the odds that two inclusions, of a part each, are parts of one body."""
+    radii = [float(np.median(each.members[:, LOG_RADIUS])) for each in (one, other)]
+    if np.hypot(*(one.places - other.places)[0]) > _FAR * np.exp(radii).sum():
+        return 0.0
+    both, a, b = np.intersect1d(one.states, other.states, True, return_indices=True)
     if both.size < _LEAST:
         return 0.0
     some = np.unique(np.linspace(0, both.size - 1, _MOST).astype(int))
-    rows, others = one.members[a[some]], other.members[b[some]]
-    apart = others[:, [X, Y]] - rows[:, [X, Y]]
-    distance = np.hypot(*apart.T)
-    towards = apart / distance[:, None]
-    gap = distance - radius_towards(rows, towards) - radius_towards(others, towards)
-    unlike = rows[:, LOG_CONTRAST] - others[:, LOG_CONTRAST]
+    gap, unlike, distance, hard = _compared(one.members[a[some]], other.members[b[some]]).T
     touch = _density_of_none(gap) * area / (2.0 * math.pi * float(distance.mean()))
-    hard = float((_hard(rows) * _hard(others)).mean()) / HARD**2
-    return _ONE * touch * hard * _density_of_none(unlike) / _ALIKE
+    hardness = float(hard.mean()) / HARD**2
+    return _ONE * touch * hardness * _density_of_none(unlike) / _ALIKE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _compared(rows, others):
+    """Return of each pair of inclusions gap, difference, distance, and P(both edges are hard).
+
+    The gap [mm] is along the way between their middles, negative where they overlap; the difference
+    is of the log contrasts.
+    """
+    out = np.empty((len(rows), 4))
+    for i in range(len(rows)):
+        across, up = others[i, X] - rows[i, X], others[i, Y] - rows[i, Y]
+        distance = math.hypot(across, up)
+        gap, hard = distance, 1.0
+        for row in (rows[i], others[i]):
+            a, b, c = metric(row)
+            squared = a * across**2 + 2.0 * b * across * up + c * up**2
+            gap -= distance / math.sqrt(squared)
+            exponent = row[LOG_EXPONENT]
+            hard *= math.exp(log_prior_of_hard(exponent) - log_prior_of_exponent(exponent))
+        out[i] = gap, rows[i, LOG_CONTRAST] - others[i, LOG_CONTRAST], distance, hard
+    return out
 
 
 def _density_of_none(values: FloatArray) -> float:
@@ -90,9 +114,3 @@ def _density_of_none(values: FloatArray) -> float:
     return math.exp(-0.5 * (float(values.mean()) / spread) ** 2) / (
         spread * math.sqrt(2.0 * math.pi)
     )
-
-
-def _hard(rows: FloatArray) -> FloatArray:
-    """Return how probably the edge of each inclusion is of the hard kind."""
-    exponents = rows[:, LOG_EXPONENT]
-    return np.array([math.exp(log_prior_of_hard(e) - log_prior_of_exponent(e)) for e in exponents])

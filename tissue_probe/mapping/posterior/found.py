@@ -60,23 +60,29 @@ class Found:
         )
 
     @cached_property
+    def _each(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The states, where each begins among the members, and how many parts it has there."""
+        first = np.flatnonzero(np.diff(self.states, prepend=-1))
+        return self.states[first], first, np.diff(first, append=self.states.size)
+
+    @cached_property
     def by_chain(self) -> FloatArray:
         """Share of the states of each chain that have it."""
         chains, each = self.count
-        return np.bincount(np.unique(self.states) // each, minlength=chains) / each
+        return np.bincount(self._each[0] // each, minlength=chains) / each
 
     @cached_property
     def probability(self) -> float:
         """Share of the states that have it."""
-        return np.unique(self.states).size / math.prod(self.count)
+        return self._each[0].size / math.prod(self.count)
 
     @cached_property
     def middles(self) -> FloatArray:
         """Its middle in each state that has it [mm], shape (states, 2): of parts by their areas."""
-        _, of = np.unique(self.states, return_inverse=True)
-        area = np.exp(2.0 * self.members[:, LOG_RADIUS])
-        middles = [np.bincount(of, area * self.members[:, axis]) for axis in (X, Y)]
-        return np.column_stack(middles) / np.bincount(of, area)[:, None]
+        first = self._each[1]
+        area = np.exp(2.0 * self.members[:, LOG_RADIUS])[:, None]
+        total = np.add.reduceat(area * self.members[:, [X, Y]], first)
+        return np.asarray(total / np.add.reduceat(area, first))
 
     def some(self, most: int) -> tuple[FloatArray, IntArray, IntArray]:
         """Return its parts in at most so many states, their number, and the states.
@@ -84,7 +90,7 @@ class Found:
         Shapes (states, parts, PARAMETERS), (states,) and (states,); rows beyond the number are
         meaningless.
         """
-        states, first, count = np.unique(self.states, return_index=True, return_counts=True)
+        states, first, count = self._each
         chosen = np.unique(np.linspace(0, states.size - 1, most).astype(int))
         last = len(self.members) - 1
         each = np.minimum(first[chosen, None] + np.arange(count.max()), last)
@@ -118,7 +124,7 @@ def found_in(states: States) -> list[Found]:
     while free.sum() >= LEAST_PROBABILITY * count.size:
         near = _around_densest(inclusions[:, [X, Y]], free)
         members = _one_a_state(state, near)
-        free[near < LINK] &= ~np.isin(np.flatnonzero(near < LINK), members)
+        free[members] = False
         if members.size < LEAST_PROBABILITY * count.size:
             free[near < _BLUR] = False
             continue

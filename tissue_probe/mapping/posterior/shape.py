@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 from tissue_probe.mapping.posterior.prior import (
@@ -19,7 +18,6 @@ from tissue_probe.mapping.posterior.prior import (
     X,
     Y,
 )
-from tissue_probe.signals import FloatArray
 
 _LOG_2 = math.log(2.0)
 #: Where less than exp(-9) = 0.01 % is felt, nothing is.
@@ -60,18 +58,3 @@ def felt(row, x, y, out):
             out[i] = math.exp(-_LOG_2 * squared**half)
         else:
             out[i] = 0.0
-
-
-def radius_towards(rows: FloatArray, towards: FloatArray) -> FloatArray:
-    """Return how far the boundary of each inclusion is from its middle [mm], in a direction each.
-
-    Parameters
-    ----------
-    rows : array, shape (n, PARAMETERS)
-        The inclusions.
-    towards : array, shape (n, 2)
-        Directions, of length 1.
-    """
-    a, b, c = np.array([metric(row) for row in rows]).T
-    across, up = towards.T
-    return 1.0 / np.sqrt(a * across**2 + 2.0 * b * across * up + c * up**2)
