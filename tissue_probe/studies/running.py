@@ -82,7 +82,7 @@ def study(
     ]
     rows = [done[path] for path in recordings]
     write_tables(plan.output, rows)
-    return StudyResult(tuple(rows), len(wanted), (*notes, *_alike(rows)))
+    return StudyResult(tuple(rows), len(wanted), (*notes, *_alike(rows)), plan.question)
 
 
 def _held(
