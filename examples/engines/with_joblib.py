@@ -10,6 +10,7 @@ import tissue_probe as tp
 
 pattern, output = sys.argv[1:]
 rows = Parallel(n_jobs=2)(
-    delayed(tp.row)(path, "estimate", force_polarity="compression") for path in sorted(glob(pattern))
+    delayed(tp.row)(path, "estimate", force_polarity="compression")
+    for path in sorted(glob(pattern))
 )
 pd.DataFrame(rows).to_csv(output, index=False)
