@@ -47,6 +47,7 @@ def test_the_table_is_filtered_and_a_click_opens_the_recording(study, open_page)
 
 def test_a_recording_that_is_none_says_why_and_is_asked_about(study, open_page):
     page = open_page(study.address)
+    page.keyboard.press("1")
     page.fill(".study input[type=search]", "kidney")
     rows(page).locator("button").click()
     page.wait_for_selector("article .problem", timeout=PATIENCE)
@@ -54,5 +55,6 @@ def test_a_recording_that_is_none_says_why_and_is_asked_about(study, open_page):
 
 def test_no_path_of_the_machine_is_told(study, open_page):
     page = open_page(study.address)
+    page.keyboard.press("1")
     rows(page).first.wait_for()
     assert str(study.folder.parent) not in page.content()
