@@ -16,7 +16,7 @@ PACKAGES := package.xml setup.py setup.cfg tissue_probe/__init__.py $(wildcard c
 # two runs, since their folders' conftest.py have one name.
 LIVE := test/nodes test/launch test/benchmarks
 # Tests in a browser, which take minutes: `make test-page` runs them.
-PAGE := test/workbench/test_workbench_page.py test/workbench/test_one_answer.py
+PAGE := test/workbench/test_workbench_page.py test/workbench/test_one_answer.py test/workbench/test_study_page.py
 # Tests of the site of documents, which `make docs` builds.
 SITE := test/site
 # Tests of many seeds or many cases of a kind, of which `make test` runs some: `make test-slow` runs them.

@@ -47,6 +47,7 @@ def test_a_second_run_computes_what_has_changed_alone(laboratory):
     (laboratory / "b_1.csv").touch()  # another date, the same bytes
     found = tp.study(plan, workers=1)
     assert found.computed == 1
+    assert "a_1.csv has changed since its row was computed: it was computed again" in found.text
     (changed,) = (row for row in found.rows if row["path"].endswith("a_1.csv"))
     assert changed["stiffness"] == pytest.approx(350.0, rel=0.01)
     assert len(stored(laboratory)) == 6

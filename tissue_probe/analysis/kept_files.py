@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import datetime
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from shlex import quote
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -19,7 +18,7 @@ from matplotlib.figure import Figure
 
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis import verdict_in_words as words
-from tissue_probe.analysis.asked import NAMED
+from tissue_probe.analysis.as_options import as_options
 from tissue_probe.analysis.diagnosing import DiagnosisResult
 from tissue_probe.analysis.measurements import ReadRecording
 from tissue_probe.analysis.symbols import latex, letter
@@ -54,8 +53,6 @@ PAIRS = 6
 #: Signals that stand in equations, and their units.
 SIGNALS = {"position": "m", "position_rate": "m/s", "position_acceleration": "m/s^2", "force": "N",
            "tip_position": "m", "tip_velocity": "m/s", "indentation": "m", "time": "s"}  # fmt: skip
-#: Parameters of a file that are options of another name.
-TOPIC = {"samples_topic": "topic"}
 UNSETTLED = " The fit did not settle."
 
 
@@ -269,32 +266,9 @@ def command(result: DiagnosisResult) -> str:
     stated = {**result.asked.stated, "add": result.found.ladder.asked and result.effects}
     words = ["tissue_probe improve", *(quote(part.name) for part in result.fitted.parts)]
     layouts = {pair: None for part in result.fitted.parts for pair in part.layout}
-    words += [_option(TOPIC.get(name, name), str(value)) for name, value in layouts]
-    words += [_option(name, each) for name, each in _said(stated)]
-    words += [_option("validate", part.name) for part in result.validated.parts]
+    words += [option for name, value in layouts for option in as_options({name: value})]
+    words += as_options({**stated, "validate": [part.name for part in result.validated.parts]})
     return " ".join(words)
-
-
-def _option(name: str, value: str) -> str:
-    """Write a parameter as the option that states it."""
-    called = (NAMED[name].option or name) if name in NAMED else name
-    option = f"--{called.replace('_', '-')}"
-    return f"{option} {quote(value)}" if value else option
-
-
-def _said(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield parameters with their values, as the command line takes them, each as often."""
-    for name, value in stated.items():
-        if isinstance(value, Mapping):
-            for key, given in value.items():
-                numbers = given if isinstance(given, tuple) else (given,)
-                yield name, f"{key}={'+-'.join(f'{n:g}' for n in numbers)}"
-        elif isinstance(value, (list, tuple)):
-            yield from ((name, str(each)) for each in value)
-        elif value is True:
-            yield name, ""
-        elif value is not None and value is not False:
-            yield name, str(value)
 
 
 def _rung(fit: Fit, before: Fit | None) -> str:

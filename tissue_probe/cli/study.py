@@ -35,6 +35,9 @@ Workers = Annotated[
         show_default="as many as there are cores",
     ),
 ]
+Value = Annotated[str, typer.Option(metavar="COLUMN", help="Of the table, such as damping.")]
+Specimen = Annotated[str, typer.Option(metavar="FACTOR", help="Which specimen a recording is of.")]
+By = Annotated[str | None, typer.Option(metavar="FACTOR", help="Compare its groups.")]
 
 
 @study.command()
@@ -51,13 +54,9 @@ def run(plan: Plan, workers: Workers = None) -> None:
 @study.command()
 def summary(
     plan: Plan,
-    value: Annotated[
-        str, typer.Option(metavar="COLUMN", help="Of the table, such as damping.")
-    ] = "stiffness",
-    specimen: Annotated[
-        str, typer.Option(metavar="FACTOR", help="Which specimen a recording is of.")
-    ] = "specimen",
-    by: Annotated[str | None, typer.Option(metavar="FACTOR", help="Compare its groups.")] = None,
+    value: Value = "stiffness",
+    specimen: Specimen = "specimen",
+    by: By = None,
     agree: Annotated[
         str | None,
         typer.Option(metavar="FACTOR", help="Say how its two values (instruments, ...) agree."),
@@ -68,7 +67,7 @@ def summary(
 
     Recordings that are not done yet are computed first.
     """
-    found = _computed(plan, workers)
+    found, _ = _computed(plan, workers)
     print(f"\n{value} [SI]: {found.spread(value, specimen=specimen, by=by)}")
     if agree is not None:
         print(f"\n{agree}: {found.agreement(value, of=agree, specimen=specimen)}")
@@ -78,7 +77,27 @@ def summary(
             print(f"{name}: {share}")
 
 
-def _computed(plan: Path, workers: int | None) -> StudyResult:
+@study.command()
+def report(
+    plan: Plan,
+    value: Value = "stiffness",
+    specimen: Specimen = "specimen",
+    by: By = None,
+    workers: Workers = None,
+) -> None:
+    """Write the study as one HTML page, report.html in its folder, which works off line.
+
+    It tells the work done, the recordings left out and why, values with their intervals, factors,
+    and effects that are missing; it links to table.csv, table.parquet and the recordings' own
+    reports. Recordings that are not done yet are computed first.
+    """
+    found, folder = _computed(plan, workers)
+    path = folder / "report.html"
+    found.report(path, value=value, specimen=specimen, by=by)
+    print(f"The report is {path}.")
+
+
+def _computed(plan: Path, workers: int | None) -> tuple[StudyResult, Path]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
@@ -96,4 +115,4 @@ def _computed(plan: Path, workers: int | None) -> StudyResult:
         found = compute(asked, workers=workers, progress=advance)
     print(found.text)
     print(f"The table is in {asked.output / 'table.csv'}.")
-    return found
+    return found, asked.output

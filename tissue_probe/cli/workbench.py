@@ -37,6 +37,15 @@ def workbench(
             "--allow-commands", help="Let the page start and stop the driver, excite and scan."
         ),
     ] = False,
+    study: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="STUDY.yaml",
+            exists=True,
+            dir_okay=False,
+            help="Show the table of a study that was run; a click opens a recording of it.",
+        ),
+    ] = None,
     browser: Annotated[
         bool, typer.Option(help="Open the page in the browser; its address is printed in any case.")
     ] = True,
@@ -64,5 +73,12 @@ def workbench(
         ) from None
     paths = [path.resolve() for path in files or []]
     serve(
-        paths, dict(signals.layout().stated), asked.keywords(), port, browser, live, allow_commands
+        paths,
+        dict(signals.layout().stated),
+        asked.keywords(),
+        port,
+        browser,
+        live,
+        allow_commands,
+        study,
     )

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tissue_probe import arguments as take
 from tissue_probe.alike import Alike
-from tissue_probe.errors import ParameterError
+from tissue_probe.errors import FileError, ParameterError
+from tissue_probe.one_line import sentence
 from tissue_probe.studies.agreement import Agreement, agreement_of
+from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.shares import shares_missing
 from tissue_probe.studies.spread import Interval, Spread, spread_of
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def deviation_of(value: str) -> str:
+    """Return the column with the standard deviation of a value's error."""
+    return f"{value}.sd" if value.startswith("value.") else f"{value}_sd"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,11 +39,14 @@ class StudyResult(Alike):
         How many of them were computed by this run.
     notes : tuple of str
         What was found on the way, in sentences.
+    question : mapping
+        What was asked of each.
     """
 
     rows: tuple[Mapping[str, Any], ...]
     computed: int
     notes: tuple[str, ...] = ()
+    question: Mapping[str, Any] = field(default_factory=dict)
 
     def to_frame(self) -> pd.DataFrame:
         """Return the rows as a pandas data frame."""
@@ -81,8 +92,7 @@ class StudyResult(Alike):
         ParameterError
             If there is no such column, or there are too few specimens or repeats.
         """
-        deviation = f"{value}.sd" if value.startswith("value.") else f"{value}_sd"
-        columns = (value, deviation, specimen, *([by] if by else []))
+        columns = (value, deviation_of(value), specimen, *([by] if by else []))
         y, sd, of, *groups = self._known(columns)
         return spread_of(
             np.array(y, dtype=float), np.array(sd, dtype=float), of, groups[0] if groups else None
@@ -133,12 +143,59 @@ class StudyResult(Alike):
         """
         return shares_missing(self.rows)
 
-    def _known(self, columns: Sequence[str]) -> list[list[Any]]:
-        """Return columns of the recordings that are done, where they have all of them."""
-        done = [each for each in self.rows if each["status"] == "done"]
+    def taken(self, columns: Sequence[str]) -> list[Mapping[str, Any]]:
+        """Return the rows that statistics of some columns take: those that have all of them.
+
+        Raises
+        ------
+        ParameterError
+            If no row has one of the columns.
+        """
+        done = [each for each in self.rows if not left_out(each)]
         names = list(dict.fromkeys(name for each in done for name in each))
         for name in columns:
             if name not in names:
                 raise ParameterError(f"no recording has a {name}; there are {', '.join(names)}")
-        rows = [each for each in done if all(name in each for name in columns)]
+        return [each for each in done if all(name in each for name in columns)]
+
+    def _known(self, columns: Sequence[str]) -> list[list[Any]]:
+        rows = self.taken(columns)
         return [[each[name] for each in rows] for name in columns]
+
+    @take.checks(path=take.path, value=take.text, specimen=take.text, by=take.optional(take.text))
+    def report(
+        self,
+        path: str | Path,
+        *,
+        value: str = "stiffness",
+        specimen: str = "specimen",
+        by: str | None = None,
+    ) -> None:
+        """Write the study as one HTML page that needs nothing else.
+
+        It links to ``table.csv`` and ``table.parquet`` beside it, and to the recordings' own
+        reports where they are, in the folder ``reports``.
+
+        Parameters
+        ----------
+        path : path
+            The page, in the study's folder.
+        value, specimen, by
+            As in ``spread``.
+
+        Raises
+        ------
+        ParameterError
+            If no recording has such a value.
+        FileError
+            If it cannot be written.
+        """
+        from tissue_probe.report.study_page import render_study
+        from tissue_probe.studies.reporting import page_of
+
+        path = Path(path)
+        text = render_study(page_of(self, path.parent, value, specimen, by))
+        try:
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise FileError(f"the report cannot be written: {sentence(error)}") from error

@@ -23,6 +23,7 @@ from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.one_line import sentence
 from tissue_probe.recording.layout import Layout
 from tissue_probe.studies.key import key_of, key_of_question
+from tissue_probe.studies.moduli import moduli
 
 Task = Literal["estimate", "compare", "diagnose"]
 TASKS: tuple[Task, ...] = ("estimate", "compare", "diagnose")
@@ -32,6 +33,7 @@ ROW_HAS = (
     *("path", "task", "version", "question", "key", "size", "changed"),
     *("status", "sentence", "seconds", "samples", "duration", "notes"),
     *("stiffness", "stiffness_sd", "damping", "damping_sd", "quality"),
+    *("frequency", "storage", "storage_sd", "loss", "loss_sd"),
     *("noise", "error", "heldout_error", "over_noise", "verdict", "missing"),
 )
 
@@ -77,10 +79,11 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
         1970] of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the recording or
         the question is at fault) or ``failed`` (the program is), and its ``sentence``.
         Where it is done: ``samples``, ``duration`` [s], ``stiffness`` and ``stiffness_sd`` [N/m],
-        ``damping`` and ``damping_sd`` [N s/m], ``notes``; and by the task ``quality`` (the filter's
-        status), ``noise`` and ``error``, ``heldout_error`` [N, or m where the force is the input],
-        ``over_noise``, ``verdict``, ``missing`` (effects, with commas), ``probability.EFFECT``,
-        ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
+        ``damping`` and ``damping_sd`` [N s/m], ``notes``; where one frequency drives
+        ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by the task ``quality``
+        (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N, or m where the force
+        is the input], ``over_noise``, ``verdict``, ``missing`` (effects, with commas),
+        ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
 
     Raises
     ------
@@ -114,10 +117,13 @@ def _answer(path: Path, task: Task, question: dict[str, Any]) -> dict[str, Any]:
     measured = read_by(layout, [path])
     told = _samples(measured)
     if task == "estimate":
-        return told | _estimated(estimate(measured, **asked))
-    compared = compare(measured, workers=1, **asked)
-    told |= _compared(compared)
-    return told | _diagnosed(diagnosis_of(compared)) if task == "diagnose" else told
+        told |= _estimated(estimate(measured, **asked))
+    else:
+        compared = compare(measured, workers=1, **asked)
+        told |= _compared(compared)
+        told |= _diagnosed(diagnosis_of(compared)) if task == "diagnose" else {}
+    longest = max((each for part in measured.parts for each in part.recording.blocks), key=len)
+    return told | moduli(told, longest.position, longest.sample_period)
 
 
 def _samples(measured: Measurements) -> dict[str, Any]:

@@ -80,9 +80,14 @@ def study(
         f"{each} was damaged and is set aside: its recordings were computed again"
         for each in kept.damaged
     ]
+    notes += [
+        f"{path} has changed since its row was computed: it was computed again"
+        for path in wanted
+        if before.get(path, {}).get("question") == asked and "key" in before[path]
+    ]
     rows = [done[path] for path in recordings]
     write_tables(plan.output, rows)
-    return StudyResult(tuple(rows), len(wanted), (*notes, *_alike(rows)))
+    return StudyResult(tuple(rows), len(wanted), (*notes, *_alike(rows)), plan.question)
 
 
 def _held(

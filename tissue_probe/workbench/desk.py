@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.diagnosing import DiagnosisResult
     from tissue_probe.analysis.mapping import MapResult
     from tissue_probe.analysis.measurements import Measurements
+    from tissue_probe.workbench.studied import Studied
 
 
 @dataclass
@@ -120,6 +121,7 @@ class Desk:
         self.rungs: list[Rung] = []
         self.ranking: Ranking | None = None
         self.map: MapResult | None = None
+        self.study: Studied | None = None
         #: Why there is no first rung; None where there is one, or none was wanted.
         self.refusal: Refused | None = None
         #: Which recording the map is of, and the map's own number.
@@ -384,6 +386,23 @@ class Desk:
         self._read_already(self.file(self.mapped[0]))
         self.fitted, self.second = self.mapped[0], None
         await self.ask({"site": site})
+
+    async def open_recording(self, row: int) -> None:
+        """Compare the model with a recording of the study, read and asked about as the study does.
+
+        Raises
+        ------
+        Refused
+            If there is no study, or it has no such row.
+        """
+        if self.study is None:
+            raise Refused("there is no study: start the workbench with `study`")
+        path = self.study.path(row)
+        there = [each for each in self.files.values() if each.path == path]
+        opened = there[0] if there else await self.open(path, self.study.layout)
+        if opened.measured is not None:
+            self.asked = self.asked.changed(self.study.asked)
+            await self.use(opened.number, None)
 
     async def take_effects(self, path: Path) -> list[dict[str, Any]]:
         """Run a file of effects of the user's own, and take them among those that are tried."""

@@ -72,6 +72,12 @@ class Site(Request):
     site: int
 
 
+class OfRow(Request):
+    """A recording of the study, by its row."""
+
+    row: int
+
+
 class Effects(Request):
     """A program with effects, and the user's consent to run it."""
 
@@ -161,6 +167,7 @@ class Command(Request):
 REQUESTS: Mapping[str, type[Request]] = {
     **dict.fromkeys(("cancel", "compare", "undo", "rank", "raster", "next"), Request),
     **dict.fromkeys(("forget", "map"), OfFile),
+    "recording": OfRow,
     **dict.fromkeys(("spectrum", "brush", "where"), Look),
     "define": Define,
     "use": Use,

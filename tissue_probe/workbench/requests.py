@@ -74,6 +74,7 @@ class Requests:
             "rank": self._rank,
             "map": lambda a: desk.draw_map(a.file),
             "site": lambda a: desk.open_site(a.site),
+            "recording": lambda a: desk.open_recording(a.row),
             "effects": self._take_effects,
             "example": self._example,
         }
@@ -98,6 +99,8 @@ class Requests:
         """Tell a page that has just come everything."""
         page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
         page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
+        if (study := self.desk.study) is not None:
+            page.tell("study", lambda: as_json({"study": study.told()}))
         if self.live is not None and (found := self.live.map) is not None:
             page.tell("live_map", lambda: found)
 

@@ -24,6 +24,7 @@ from tissue_probe.workbench.guard import Guard
 from tissue_probe.workbench.kept import Kept
 from tissue_probe.workbench.requested import LONGEST
 from tissue_probe.workbench.requests import Requests
+from tissue_probe.workbench.studied import opened_study
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Workshop
 
@@ -49,6 +50,7 @@ def serve(
     browse: bool = True,
     live: bool = False,
     commands: bool = False,
+    study: Path | None = None,
 ) -> None:
     """Serve the workbench until Ctrl-C.
 
@@ -66,18 +68,22 @@ def serve(
         Whether to open the page in the user's browser.
     live, commands : bool
         Whether to listen to ROS, and whether pages may command the nodes.
+    study : path, optional
+        File of a study that was run, whose table the page shows.
 
     Raises
     ------
     ParameterError
         If the port is taken.
     """
+    studied = None if study is None else opened_study(study)
     listening = _listening(port)
     port = listening.getsockname()[1]
     kept = Kept(port)
     token = kept.token()
     desk = Desk(reading=Workshop(), fitting=Workshop())
     desk.asked = desk.asked.changed(asked)
+    desk.study = studied
     app = _made(desk, files, layout, kept, live, commands)
     address = f"http://127.0.0.1:{port}/?token={token}"
     config = uvicorn.Config(

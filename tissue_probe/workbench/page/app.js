@@ -5,8 +5,8 @@ import { Connection, Refused } from "./connection.js";
 import { h } from "./elements.js";
 
 /** Everything the server tells; `null` until it has.
- * @type {{desk: any, job: any, choices: any, there: boolean}} */
-export const told = { desk: null, job: null, choices: null, there: true };
+ * @type {{desk: any, job: any, choices: any, study: any, there: boolean}} */
+export const told = { desk: null, job: null, choices: null, study: null, there: true };
 
 /** What this page shows: two pages on one desk may show different parts.
  * @type {{stage: string, rung: number | null, beside: null | {kind: "rung" | "second", rung?: number},
@@ -43,7 +43,7 @@ export function tell(kind, value) {
 
 const connection = new Connection(
   (kind, value) => {
-    if (kind === "desk" || kind === "job" || kind === "choices") told[kind] = value;
+    if (kind === "desk" || kind === "job" || kind === "choices" || kind === "study") told[kind] = value;
     if (kind === "desk") told.job = value.job;
     tell(kind, value);
   },

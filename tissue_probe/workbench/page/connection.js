@@ -83,7 +83,7 @@ export class Connection {
     }
     if ("live" in head) this.hear("live", { ...head.live, arrays });
     if ("live_map" in head) this.hear("live_map", { ...head.live_map, arrays });
-    for (const kind of ["choices", "desk", "job"]) {
+    for (const kind of ["choices", "study", "desk", "job"]) {
       if (kind in head) this.hear(kind, head[kind]);
     }
   }

@@ -6,6 +6,7 @@ import { choice, entry, fill, h } from "./elements.js";
 import { short, span } from "./numbers.js";
 import { colour } from "./plot.js";
 import { question } from "./question.js";
+import { study } from "./study.js";
 
 /** @param {Element} stage */
 export function open(stage) {
@@ -22,7 +23,7 @@ export function open(stage) {
   const files = h("section", { class: "sheet-files", "aria-label": "Recordings" });
   const asked = h("section", { "aria-label": "The model to begin with" });
   const examples = h("section", {});
-  const element = h("div", { class: "sheet" }, drop, files, examples, asked);
+  const element = h("div", { class: "sheet" }, study(), drop, files, examples, asked);
   const draw = () => {
     drop.classList.toggle("small-drop", told.desk?.files.length > 0);
     fill(

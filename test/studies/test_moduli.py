@@ -1,0 +1,38 @@
+"""Storage and loss stand at the frequency that drives, and nowhere where several do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from laboratory import QUESTION
+
+import tissue_probe as tp
+from tissue_probe.studies.moduli import driving_frequency
+
+
+@pytest.mark.parametrize("frequency", [2.0, 7.3, 10.0, 61.7])
+def test_the_frequency_of_a_sine_is_found_between_the_bins(frequency):
+    t = 5e-4 * np.arange(4000)
+    assert driving_frequency(3.0 + np.sin(2 * np.pi * frequency * t + 0.4), 5e-4) == pytest.approx(
+        frequency, rel=2e-3
+    )
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        lambda t: sum(np.sin(2 * np.pi * f * t) for f in (3.0, 11.0, 27.0)),
+        lambda t: np.sin(2 * np.pi * (5.0 + 20.0 * t) * t),
+        lambda t: t,
+        np.zeros_like,
+    ],
+)
+def test_a_motion_of_several_frequencies_or_none_has_no_single_one(motion):
+    assert driving_frequency(motion(5e-4 * np.arange(4000)), 5e-4) is None
+
+
+def test_a_row_has_storage_and_loss(laboratory):
+    row = tp.row(laboratory / "a_1.csv", "compare", **QUESTION)
+    assert row["frequency"] == pytest.approx(5.0, rel=0.01)
+    assert row["storage"] == row["stiffness"]
+    assert row["loss"] == pytest.approx(2 * np.pi * 5.0 * 3.0, rel=0.05)

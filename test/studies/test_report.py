@@ -1,0 +1,71 @@
+"""The page of a study says what the rows say, links to what is there, and loads nothing."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from test_statistics import result
+
+import tissue_probe as tp
+from tissue_probe.studies.reporting import report_folder
+from tissue_probe.studies.result import StudyResult
+
+
+def told(found: StudyResult) -> StudyResult:
+    """Return the rows as a run leaves them."""
+    run = {"task": "estimate", "version": "1", "key": "0123456789", "seconds": 0.5, "duration": 2.0}
+    rows = tuple({**run, **each, "path": f"/data/{each['path']}.csv"} for each in found.rows)
+    return StudyResult(rows, 0, ("a note",), {"rig": "rigid_probe"})
+
+
+def page(found: StudyResult, folder, **asked) -> str:
+    found.report(folder / "report.html", **asked)
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_it_tells_the_work_the_exclusions_and_the_means(tmp_path):
+    found = told(result(damping=5.0, damping_sd=0.1))
+    text = page(found, tmp_path, by="group")
+    assert "24 done, 1 refused" in text
+    assert "a note" in text
+    assert re.search(r"bad.csv</td><td>refused</td><td[^>]*>no</td>", text)
+    contrast = found.spread(by="group").contrasts["a", "b"]
+    assert f"b less a: {contrast}" in text
+    assert text.count('class="range"') == 2 * (24 + 2)
+    assert "default-src 'none'" in text
+    assert "<script" not in text
+
+
+def test_a_recording_whose_report_is_there_has_a_link_and_others_the_command(tmp_path):
+    found = told(result())
+    own = tmp_path / report_folder(found.rows[3])
+    own.mkdir(parents=True)
+    (own / "report.html").write_text("its own")
+    text = page(found, tmp_path)
+    assert 'href="reports/3-01234567/report.html"' in text
+    assert "tissue_probe improve /data/0.csv --rig rigid_probe --output" in text
+
+
+def test_the_share_of_recordings_that_miss_an_effect_is_drawn(tmp_path):
+    text = page(told(result(verdict="missing", missing="force_lag", task="diagnose")), tmp_path)
+    assert "force_lag" in text
+    assert "100 % [86 % … 100 %]" in text
+
+
+def test_where_no_spread_is_told_the_page_says_why(tmp_path):
+    text = page(told(result(specimen="one")), tmp_path)
+    assert "1 specimens tell no spread between specimens" in text
+
+
+def test_a_value_that_no_recording_has_is_refused(tmp_path):
+    with pytest.raises(tp.TissueProbeError, match="no recording has a hardness"):
+        told(result()).report(tmp_path / "report.html", value="hardness")
+
+
+def test_a_filter_that_felt_nothing_is_left_out_and_said_so(tmp_path):
+    found = told(result())
+    rows = ({**found.rows[0], "quality": "no_contact", "stiffness": 1e9}, *found.rows[1:])
+    text = page(StudyResult(rows, 0), tmp_path)
+    assert "felt no tissue" in text
+    assert "23 of 25" in text

@@ -1,0 +1,187 @@
+"""A study as one HTML page that needs nothing else, as the report of an improvement does.
+
+Contents: what the page says, its forest plots, and filling its template.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from matplotlib.ticker import MaxNLocator
+
+from tissue_probe.report.numbers import interval
+from tissue_probe.report.page import templates
+
+#: Steps of an axis at most: more would run into each other on a telephone.
+STEPS = 4
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a forest plot: a value with its 95 % interval.
+
+    Parameters
+    ----------
+    label : str
+        What it is of.
+    value, low, high : float
+        In the forest's unit.
+    mean : bool
+        Whether it is a mean, which is drawn as a diamond.
+    beside : float
+        A second value, drawn hollow; NaN for none.
+    link : str
+        A page about it; empty for none.
+    """
+
+    label: str
+    value: float
+    low: float
+    high: float
+    mean: bool = False
+    beside: float = math.nan
+    link: str = ""
+
+
+@dataclass(frozen=True)
+class Forest:
+    """A forest plot: its lines on one axis.
+
+    Parameters
+    ----------
+    title, unit, note : str
+        What is drawn; ``unit`` in words, ``note`` in sentences.
+    lines : sequence of Line
+        From top to bottom; at least one.
+    """
+
+    title: str
+    unit: str
+    note: str
+    lines: Sequence[Line]
+
+    def span(self) -> tuple[float, float]:
+        """Return the ends of the axis: of all that is drawn, and a little room."""
+        every = [
+            each
+            for line in self.lines
+            for each in (line.value, line.low, line.high, line.beside)
+            if math.isfinite(each)
+        ]
+        low, high = min(every), max(every)
+        room = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
+        return low - room, high + room
+
+    def place(self, value: float) -> str:
+        """Return where a value stands, in per cent of the width."""
+        low, high = self.span()
+        return f"{100.0 * (value - low) / (high - low):.2f}%"
+
+    def steps(self) -> Iterator[tuple[str, str]]:
+        """Yield the places and texts of the axis' steps."""
+        low, high = self.span()
+        for each in MaxNLocator(STEPS).tick_values(low, high):
+            if low <= each <= high:
+                yield self.place(each), f"{each:g}".replace("-", "−")
+
+
+@dataclass(frozen=True)
+class Level:
+    """One value of a factor: how many recordings have it, and what is told of these."""
+
+    name: str
+    recordings: int
+    done: int
+    mean: str = ""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factor: its levels, and contrasts of these (or why there are none), in words."""
+
+    name: str
+    levels: Sequence[Level]
+    contrasts: Sequence[tuple[str, str]] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Told:
+    """A recording in a list: its name, a page about it (or none), and the cells of its row."""
+
+    name: str
+    link: str
+    cells: Sequence[str]
+
+
+@dataclass(frozen=True)
+class StudyPage:
+    """All that the page says.
+
+    Parameters
+    ----------
+    title : str
+        Heading of the page.
+    work : mapping of str to str
+        The work done: names and values.
+    notes : sequence of str
+        What was found on the way, in sentences.
+    excluded : sequence of Told
+        Recordings that no statistics take, each with the reason.
+    forests : sequence of Forest
+        Values.
+    spread : sequence of (str, str)
+        How the first value spreads: names and values with intervals.
+    spread_note : str
+        What the spread is of, or why it cannot be told.
+    factors : sequence of Factor
+        Specimens, days, operators.
+    verdicts : mapping of str to int
+        How many recordings have which.
+    effects : sequence of (str, float, float, float)
+        Share of recordings that miss each effect, with its interval.
+    columns : sequence of str
+        Names of the cells of ``recordings``.
+    recordings : sequence of Told
+        All, or the first of many.
+    left : str
+        Where the others are; empty where all are there.
+    command : str
+        The command that makes a recording's own report; empty where each has one.
+    files : sequence of str
+        Tables beside the page.
+    created : str
+        Date and version.
+    """
+
+    title: str
+    work: Mapping[str, str]
+    notes: Sequence[str] = ()
+    excluded: Sequence[Told] = ()
+    forests: Sequence[Forest] = ()
+    spread: Sequence[tuple[str, str]] = ()
+    spread_note: str = ""
+    factors: Sequence[Factor] = ()
+    verdicts: Mapping[str, int] = field(default_factory=dict)
+    effects: Sequence[tuple[str, float, float, float]] = ()
+    columns: Sequence[str] = ()
+    recordings: Sequence[Told] = ()
+    left: str = ""
+    command: str = ""
+    files: Sequence[str] = ()
+    created: str = ""
+
+
+def render_study(page: StudyPage) -> str:
+    """Return the page as HTML; its plots are drawings (SVG) within, and it loads nothing."""
+    environment = templates()
+    environment.filters["per_cent"] = lambda share: f"{100.0 * share:.0f} %"
+    environment.globals["told"] = _told
+    return environment.get_template("study.html.jinja").render(page=page)
+
+
+def _told(line: Line) -> str:
+    value, between = interval(line.value, line.low, line.high)
+    return f"{value} [{between}]" if between else value
