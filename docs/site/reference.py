@@ -22,6 +22,7 @@ CLASSES = (
     "analysis.comparing:ComparisonResult",
     "analysis.diagnosing:DiagnosisResult",
     "analysis.result_table:ResultTable",
+    "analysis.sensing:SensorResult",
     "physics.fitted_model:FittedModel",
 )
 #: The settings of each node, by the prefix of their parameters.
