@@ -44,6 +44,11 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="MCAP file to record, never overwritten; empty to record nothing",
             ),
+            DeclareLaunchArgument(
+                "sensor",
+                default_value="false",
+                description="true to start the node that takes load, bias and drift off the wrench",
+            ),
             # Before the shared declaration, which has another stock file: the first one counts.
             DeclareLaunchArgument(
                 "params_file",
@@ -59,6 +64,14 @@ def generate_launch_description() -> LaunchDescription:
                 name="adapter",
                 parameters=parameters,
                 ros_arguments=["--enclave", "/probe/adapter"],
+                **common,
+            ),
+            Node(
+                executable="sensor",
+                name="sensor",
+                parameters=parameters,
+                ros_arguments=["--enclave", "/probe/sensor"],
+                condition=IfCondition(LaunchConfiguration("sensor")),
                 **common,
             ),
             Node(

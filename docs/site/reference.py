@@ -43,6 +43,7 @@ NODES = {
     "scan": {"": "nodes.scan:ScanSettings"},
     "stage": {"": "nodes.stage:StageSettings"},
     "adapter": {"": "nodes.adapter:AdapterSettings"},
+    "sensor": {"": "nodes.sensor:SensorSettings"},
     "recorder": {"": "nodes.recorder:RecorderSettings"},
     "replay": {"": "nodes.replay:ReplaySettings"},
 }

@@ -42,7 +42,7 @@ def sensor(
     ] = None,
     json: Json = None,
 ) -> None:
-    """Identify a robot's force sensor in free air: load, bias, drift, delay, cable.
+    """Identify a robot's force sensor in free air.
 
     Tells mass, centre and inertia of the tool on the sensor, biases and their drift, gains of the
     axes against one another, delay, noise, and a cable's force, each with its standard deviation;
