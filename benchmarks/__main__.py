@@ -81,13 +81,14 @@ class Part(str, Enum):
     workbench = "workbench"
     golden = "golden"
     code = "code"
+    live_loop = "live_loop"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    *(Part.explore, Part.golden, Part.code, Part.instrument),
+    *(Part.explore, Part.golden, Part.code, Part.instrument, Part.live_loop),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -112,7 +113,9 @@ def main(
         typer.Option(min=1.0, help="Time of each measurement of `live`, `daq` and `readers` [s]."),
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
+    seeds: Annotated[
+        int, typer.Option(min=1, help="Seeds of each row of `estimators` and `live_loop`.")
+    ] = 20,
     sequences: Annotated[
         int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
     ] = 5000,
@@ -185,8 +188,8 @@ def main(
     felupe); `instrument` whether the instrument and the numerics are told as tissue; `map` how
     right the map of sites is, `explore` that of sites which are chosen one by one; `workbench` how
     soon its page answers in a browser; `golden` what the diagnosis says of a fixed set of records,
-    beside an earlier result; `code` how large and tangled the diagnosis' code is. `all` leaves
-    these fourteen out.
+    beside an earlier result; `code` how large and tangled the diagnosis' code is; `live_loop` how
+    right a robot's force sensor is identified on an arm in MuJoCo. `all` leaves these fifteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     RESULTS.mkdir(exist_ok=True)
@@ -266,6 +269,13 @@ def main(
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}
             Console(width=150).print(code.table(sizes))
+        if part == Part.live_loop:
+            # MuJoCo, which nothing else needs.
+            from benchmarks.live_loop import free_air
+
+            marked_air = free_air.measure(seeds)
+            results["live_loop"] = free_air.kept(marked_air)
+            Console(width=190).print(free_air.table(marked_air))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):
