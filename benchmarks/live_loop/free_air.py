@@ -125,7 +125,7 @@ def _runs(measured: Measured, joints: bool):
 def _off(
     found: Identified, measured: Measured, joints: bool
 ) -> tuple[tuple[float, float], float, tuple[bool, ...]]:
-    """Return errors of the wrench foreseen, which share lies within, and whether the middle does."""
+    """Return errors of the wrench foreseen, the share within, and whether the middle is."""
     time, made, deviation = found.wrench(_runs(measured, joints)[0])
     true = np.stack([np.interp(time, measured.time, each) for each in measured.true.T], axis=1)
     off = made - true
