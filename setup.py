@@ -20,7 +20,17 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 ESTIMATORS = ["robust_ekf", "ekf", "ukf", "afekf", "afukf", "lock_in", "rls"]
-NODES = ["adapter", "driver", "estimators", "mapper", "recorder", "replay", "scan", "stage"]
+NODES = [
+    "adapter",
+    "driver",
+    "estimators",
+    "mapper",
+    "recorder",
+    "replay",
+    "scan",
+    "sensor",
+    "stage",
+]
 
 VERSION = re.search(r'__version__ = "(.+)"', Path("tissue_probe/__init__.py").read_text())[1]
 #: Commands by which pip makes a wheel, or tells its future content.

@@ -85,6 +85,7 @@ class Part(str, Enum):
     golden = "golden"
     code = "code"
     study = "study"
+    live_loop = "live_loop"
     all = "all"
 
 
@@ -92,6 +93,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
+    Part.live_loop,
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -116,7 +118,9 @@ def main(
         typer.Option(min=1.0, help="Time of each measurement of `live`, `daq` and `readers` [s]."),
     ] = 60.0,
     minutes: Annotated[float, typer.Option(min=0.1, help="Time of `soak` [min].")] = 10.0,
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each row of `estimators`.")] = 20,
+    seeds: Annotated[
+        int, typer.Option(min=1, help="Seeds of each row of `estimators` and `live_loop`.")
+    ] = 20,
     sequences: Annotated[
         int, typer.Option(min=1, help="`filters`: random sequences that each filter gets.")
     ] = 5000,
@@ -192,7 +196,8 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold. `all` leaves these sixteen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo. `all`
+    leaves these seventeen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -282,6 +287,13 @@ def main(
         if part == Part.study:
             results["study"] = studies.measure(count)
             Console().print(*studies.tables(results["study"]))
+        if part == Part.live_loop:
+            # MuJoCo, which nothing else needs.
+            from benchmarks.live_loop import free_air
+
+            marked_air = free_air.measure(seeds)
+            results["live_loop"] = free_air.kept(marked_air)
+            Console(width=190).print(free_air.table(marked_air))
         if part in (Part.live, Part.all):
             results["live"] = live.measure(RESULTS, seconds)
         if part in (Part.offline, Part.all):

@@ -14,6 +14,7 @@ from launch.actions import (
     IncludeLaunchDescription,
     SetEnvironmentVariable,
 )
+from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
@@ -36,6 +37,11 @@ def generate_launch_description() -> LaunchDescription:
                 "ROS_AUTOMATIC_DISCOVERY_RANGE",
                 EnvironmentVariable("ROS_AUTOMATIC_DISCOVERY_RANGE", default_value="LOCALHOST"),
             ),
+            DeclareLaunchArgument(
+                "sensor",
+                default_value="false",
+                description="true to start the node that takes load, bias and drift off the wrench",
+            ),
             # Before the shared declaration, which has another stock file: the first one counts.
             DeclareLaunchArgument(
                 "params_file",
@@ -51,6 +57,14 @@ def generate_launch_description() -> LaunchDescription:
                 name="adapter",
                 parameters=parameters,
                 ros_arguments=["--enclave", "/probe/adapter"],
+                **common,
+            ),
+            Node(
+                executable="sensor",
+                name="sensor",
+                parameters=parameters,
+                ros_arguments=["--enclave", "/probe/sensor"],
+                condition=IfCondition(LaunchConfiguration("sensor")),
                 **common,
             ),
         ]

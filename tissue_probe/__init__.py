@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.measurements import read as read
     from tissue_probe.analysis.previewing import preview as preview
     from tissue_probe.analysis.promising import promises as promises
+    from tissue_probe.analysis.sensing import identify_sensor as identify_sensor
     from tissue_probe.analysis.simulating import simulate as simulate
     from tissue_probe.errors import TissueProbeError as TissueProbeError
     from tissue_probe.physics.model_file import load as load_model
@@ -42,6 +43,7 @@ _PLACES = {
     "effects": "tissue_probe.analysis.catalogue:effects",
     "estimate": "tissue_probe.analysis.estimating:estimate",
     "estimators": "tissue_probe.analysis.catalogue:estimators",
+    "identify_sensor": "tissue_probe.analysis.sensing:identify_sensor",
     "improve": "tissue_probe.analysis.diagnosing:improve",
     "load_model": "tissue_probe.physics.model_file:load",
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
@@ -63,6 +65,7 @@ __all__ = [
     "effects",
     "estimate",
     "estimators",
+    "identify_sensor",
     "improve",
     "load_model",
     "make_challenge",

@@ -1,1 +1,1 @@
-"""A robot's arm that does what is told of, in MuJoCo, and how well it is told: `live_loop`."""
+"""A robot's arm in MuJoCo, and how well its force sensor is identified: `live_loop`."""

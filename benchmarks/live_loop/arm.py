@@ -1,6 +1,6 @@
 """An arm of six joints in MuJoCo with a hidden tool on its force sensor, and a cable to the tool.
 
-Contents: the model, its motion in free air, what its pose and its wrench are measured as.
+Contents: the model, its motion in free air, pose and wrench as measured.
 
 The joints follow a given motion exactly: MuJoCo's inverse dynamics at each instant gives the load
 on the sensor (`force` and `torque` at a site), so no step of time and no controller has an error.
@@ -8,7 +8,7 @@ The cable is a spring between a point of the forearm and one of the tool; its fo
 the tool's body (`xfrc_applied`), as MuJoCo's force sensors leave tendons out. Where it sags its end
 at the forearm is lower by that.
 
-Shares no code with what is tested.
+Shares no code with the package.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ XML = """
 
 @dataclass(frozen=True)
 class Tool:
-    """What hangs on the sensor: mass [kg], centre [m], inertia about it [kg m2], shape (3, 3)."""
+    """The load of the sensor: mass [kg], centre [m], inertia about it [kg m2], shape (3, 3)."""
 
     mass: float
     centre: Array
@@ -92,7 +92,7 @@ class Measured:
     """A stretch of free air: times [s], pose and wrench as measured, and the wrench without noise.
 
     ``position`` has shape (n, 3), ``orientation`` (n, 4) as x, y, z, w, ``joints`` (n, 3) those of
-    the wrist, ``wrench`` and ``true`` (n, 6): what the load pulls at the sensor with, in its axes.
+    the wrist, ``wrench`` and ``true`` (n, 6): the pull of the load at the sensor, in its axes.
     """
 
     time: Array
@@ -111,7 +111,7 @@ class World:
     seed : int
         Of tool, bias, and everything measured.
     cable : Cable or None
-        What hangs on the tool.
+        The cable to the tool.
     fade : float
         Time constant with which the drift settles [s]; infinite for a linear one.
     """
@@ -175,7 +175,7 @@ class World:
             place[row] = data.site_xpos[site]
             mujoco.mju_mat2Quat(matrix, data.site_xmat[site])
             turn[row] = matrix[[1, 2, 3, 0]]
-            # MuJoCo tells what the child feels of its parent; the sensor feels the opposite.
+            # MuJoCo tells the parent's force on the child; the sensor feels the opposite.
             load[row] = -data.sensordata
         return place, turn, load
 

@@ -22,6 +22,7 @@ CLASSES = (
     "analysis.comparing:ComparisonResult",
     "analysis.diagnosing:DiagnosisResult",
     "analysis.result_table:ResultTable",
+    "analysis.sensing:SensorResult",
     "physics.fitted_model:FittedModel",
 )
 #: The settings of each node, by the prefix of their parameters.
@@ -42,6 +43,7 @@ NODES = {
     "scan": {"": "nodes.scan:ScanSettings"},
     "stage": {"": "nodes.stage:StageSettings"},
     "adapter": {"": "nodes.adapter:AdapterSettings"},
+    "sensor": {"": "nodes.sensor:SensorSettings"},
     "recorder": {"": "nodes.recorder:RecorderSettings"},
     "replay": {"": "nodes.replay:ReplaySettings"},
 }

@@ -17,6 +17,7 @@ from tissue_probe.nodes.mapper import MapperSettings
 from tissue_probe.nodes.recorder import RecorderSettings
 from tissue_probe.nodes.replay import ReplaySettings
 from tissue_probe.nodes.scan import ScanSettings
+from tissue_probe.nodes.sensor import SensorSettings
 from tissue_probe.nodes.stage import StageSettings
 
 ROOT = Path(__file__).parents[2]
@@ -35,6 +36,7 @@ SETTINGS: dict[str, list[tuple[str, type[BaseModel]]]] = {
     "recorder": [("", RecorderSettings)],
     "replay": [("", ReplaySettings)],
     "scan": [("", ScanSettings)],
+    "sensor": [("", SensorSettings)],
     "stage": [("", StageSettings)],
     **{name: [("", EstimatorNodeSettings), ("", EstimatorSettings)] for name in ESTIMATORS},
 }

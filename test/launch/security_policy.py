@@ -29,6 +29,7 @@ from tissue_probe.nodes.mapper import Mapper
 from tissue_probe.nodes.recorder import Recorder
 from tissue_probe.nodes.replay import Replay
 from tissue_probe.nodes.scan import Scan
+from tissue_probe.nodes.sensor import Sensor
 from tissue_probe.nodes.stage import Stage
 from tissue_probe.recording.bags.definitions import message_definition
 from tissue_probe.recording.writing.writer import McapWriter
@@ -55,7 +56,7 @@ def make_nodes() -> list[Node]:
     """Make every node of the suite; the driver is configured, since it opens the rest then."""
     made = [Driver()]
     made[0].trigger_configure()  # before there is a replay, beside which it would be refused
-    made += [Stage(), Scan(), Mapper(), Recorder(), Replay(), AdapterNode()]
+    made += [Stage(), Scan(), Mapper(), Recorder(), Replay(), AdapterNode(), Sensor()]
     made += [node for name in ESTIMATORS for node in estimator.make(name)]
     made += estimators.make()
     return made

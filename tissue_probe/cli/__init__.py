@@ -25,6 +25,7 @@ from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
 from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
+from tissue_probe.cli.sensor import sensor
 from tissue_probe.cli.study import study
 from tissue_probe.cli.workbench import workbench
 from tissue_probe.one_line import sentence
@@ -49,6 +50,7 @@ app.command()(reproduce)
 app.command()(compare)
 app.command()(diagnose)
 app.command()(improve)
+app.command()(sensor)
 app.command()(workbench)
 app.add_typer(challenge, name="challenge")
 app.add_typer(calibrate, name="calibrate")

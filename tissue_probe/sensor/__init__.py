@@ -1,4 +1,4 @@
-"""What a robot's force sensor says where nothing is touched: its load, bias, drift, delay, cable.
+"""A robot's force sensor where nothing is touched: its load, bias, drift, delay, cable.
 
-Contents: a fit on arrays of poses and wrenches, and what is left of a wrench without these.
+Contents: a fit on arrays of poses and wrenches, and the wrench that is left without these.
 """

@@ -1,4 +1,4 @@
-"""What is believed of a sensor, with its errors: it ages, and what is measured is added to it."""
+"""The belief about a sensor, with its errors: it ages, and measurements are added to it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Belief:
     unrest : array, shape (6,)
         How fast the rates of the drift change: variance that they gain in a second.
     unexplained : array, shape (6,)
-        Variance of what the model left of the wrench beyond noise: new poses have it, too.
+        Variance of the wrench that the model left beyond noise: new poses have it, too.
     """
 
     point: Point
@@ -64,7 +64,7 @@ class Belief:
         return np.sqrt(np.maximum(variance, 0.0) + forgotten + self.unexplained)
 
     def with_zero(self, run: Smoothed) -> Belief:
-        """Return what is believed after a stretch of free air: the bias anew, rates by how it went.
+        """Return the belief after a stretch of free air: the bias anew, rates by how it went.
 
         How fast rates change is judged first, by how far the bias is from where they led.
         """
@@ -97,7 +97,7 @@ def first_unrest(
     left: Sequence[FloatArray],
     colours: Sequence[Colour],
 ) -> FloatArray:
-    """Return how fast rates change, by how bent in time is what straight drifts leave.
+    """Return how fast rates change, by how bent in time the rest beside straight drifts is.
 
     Before that is looked at they change by their own size in ``BELIEVED``.
     """
@@ -124,7 +124,7 @@ def likely_unrest(
     missed, variance : array, shape (k, 6)
         By how much something is off, and the variance that it has with steady rates.
     gained : array, shape (k,)
-        What it gains by an unrest of 1.
+        The variance that it gains by an unrest of 1.
     """
     judged = np.empty(6)
     for axes in (slice(0, 3), slice(3, 6)):
@@ -166,7 +166,7 @@ def normal_equations(
 
 
 def _forgotten(moved: FloatArray, unrest: FloatArray, passed: float) -> FloatArray:
-    """Return what a random walk of the rates adds to the covariance."""
+    """Return the covariance that a random walk of the rates adds."""
     added, t = np.zeros_like(moved), abs(passed)
     bias, rate = np.arange(BIAS.start, BIAS.stop), np.arange(RATE.start, RATE.stop)
     added[bias, bias] = unrest * t**3 / 3.0

@@ -1,4 +1,4 @@
-"""What a cable adds to the wrench: a smooth function of where its ends are to one another.
+"""The wrench of a cable: a smooth function of where its ends are to one another.
 
 A cable from the forearm to the tool pulls by how the joints between them stand: products of 1,
 cosine and sine of the angles of up to three joints. Where these are not told, the orientation's

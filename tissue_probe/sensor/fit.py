@@ -2,7 +2,8 @@
 
 Gauss and Newton's steps from the best of a row of delays, after each of which the noise is whitened
 anew. The weights of a cable's functions are 0 within a size of their own, which is taken where the
-data are most probable (MacKay, Neural Computation 4, 1992): what the data do not ask for vanishes.
+data are most probable (MacKay, Neural Computation 4, 1992): weights that the data do not ask for
+vanish.
 """
 
 from __future__ import annotations
@@ -33,18 +34,18 @@ FLOOR = 1e-5
 
 @dataclass(frozen=True)
 class Fit:
-    """What was found.
+    """The numbers, and the rest of the wrench.
 
     Attributes
     ----------
     belief : Belief
         Told for the middle of all stretches.
     left : list of arrays, each of shape (n, 6)
-        What the numbers leave of each stretch's wrench, smoothed.
+        The rest of each stretch's wrench, smoothed.
     evidence : float
         Logarithm of how probable the data are.
     expected : array, shape (6,)
-        Variance of what the noise of wrench and poses leaves.
+        Variance of the rest that the noise of wrench and poses makes.
     """
 
     belief: Belief
@@ -158,14 +159,14 @@ def _expected(runs: Sequence[Smoothed], point: Point) -> FloatArray:
 
 
 def _unexplained(left: Sequence[FloatArray], expected: FloatArray) -> FloatArray:
-    """Return the variance of what is left beyond that, shape (6,); 0 where it may be chance."""
+    """Return the variance of the rest beyond that, shape (6,); 0 where it may be chance."""
     total = np.mean(np.concatenate(left) ** 2, axis=0)
     certain = 1.0 + CERTAIN * np.sqrt(2.0 / sum(map(len, left)))
     return np.where(total > certain * expected, total - expected, 0.0)
 
 
 def _inverse(information: FloatArray) -> FloatArray:
-    """Invert what has numbers of very different sizes."""
+    """Invert a matrix of numbers of very different sizes."""
     scale = 1.0 / np.sqrt(np.diagonal(information))
     return np.linalg.inv(information * scale[:, None] * scale) * scale[:, None] * scale
 

@@ -1,4 +1,4 @@
-"""What a force sensor says in free air: the fit, its verdict, and the wrench that is left."""
+"""A force sensor in free air: the fit, its verdict, and the wrench that is left."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LEAST = 8.0
 ASKED_FOR = 10.0
 """A cable is taken where data are more probable with it by this (of the logarithm): e^10 to 1."""
 HALVED = 0.5
-"""And where it takes away so much of what was left: a touch, or a bias that wanders, it cannot."""
+"""And where it takes away so much of the rest: a touch, or a bias that wanders, it cannot."""
 
 ALWAYS_ONE = (
     "the common gain of the forces and the mass are one function: a sensor that reads 1 % too much "
@@ -36,15 +36,15 @@ ALWAYS_ONE = (
     "the common gain of the torques and centre and inertia are one function, likewise",
 )
 ONE_WITH_CABLE = (
-    "the weight of the cable, what of its force turns with gravity, and the mass are one function "
-    "of the pose, and so are the biases and the cable's mean force: the wrench that is left is as "
-    "stated, mass and centre are not. Take the cable off to tell them",
+    "the weight of the cable, the part of its force that turns with gravity, and the mass are one "
+    "function of the pose, and so are the biases and the cable's mean force: the wrench that is "
+    "left is as stated, mass and centre are not. Take the cable off to tell them",
 )
 
 
 @dataclass(frozen=True)
 class Identified:
-    """What was found of a sensor, and how well.
+    """The numbers of a sensor, with their errors.
 
     Attributes
     ----------
@@ -56,7 +56,8 @@ class Identified:
     noise : array, shape (6,)
         Standard deviation of a sample's noise [N], [N m].
     missing_effects, missing_poses, one_function : list of str
-        What else is in the wrench; what to do for the rest; what cannot be told apart at all.
+        Further effects in the wrench; moves that would tell the rest; numbers that nothing in
+        free air tells apart.
     cable : CableFunctions or None
         Where the data ask for a cable.
     fit : Fit

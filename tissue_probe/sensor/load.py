@@ -1,4 +1,4 @@
-"""The wrench of what hangs rigidly on a sensor.
+"""The wrench of a load that hangs rigidly on a sensor.
 
 With mass m, centre c and inertia I about the sensor's origin, all in the sensor's axes, s gravity
 less the origin's acceleration, w and a the angular velocity and acceleration:
@@ -22,7 +22,7 @@ _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def load_columns(motion: Motion) -> FloatArray:
-    """Return what a unit of each of the ten numbers adds to the wrench, shape (n, 6, 10)."""
+    """Return the wrench that a unit of each of the ten numbers adds, shape (n, 6, 10)."""
     s, w, a = motion.pull, motion.rate, motion.turning
     columns = np.zeros((len(s), 6, NUMBERS))
     columns[:, :3, 0] = s

@@ -1,6 +1,6 @@
 """Poses and wrenches as they were measured, each at times of its own, brought to one even grid.
 
-Contents: what is wrong with them, told in a sentence; stretches without a hole.
+Contents: their faults, told in a sentence; stretches without a hole.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tissue_probe.sensor.free_air import AXES, FreeAir
 from tissue_probe.sensor.smoothed import LONGEST_DELAY, SHORTEST
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, FloatArray, IntArray
 
-#: What moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
+#: A pose that moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
 FASTEST, FASTEST_TURN = 5.0, 30.0
 #: A quaternion's length is 1 within this: that of written digits.
 ROUNDING = 1e-2
@@ -57,7 +57,7 @@ def stretches(
     Raises
     ------
     MeasurementError
-        If something is wrong with them; says what, where, and what to do.
+        If something is wrong with them; says the fault, where, and the remedy.
     """
     begin = min(poses.stamps[0], wrenches.stamps[0]) if len(poses.stamps) else 0
     tracks = {"the pose": poses, "the wrench": wrenches}
@@ -92,7 +92,7 @@ def _check_track(name: str, track: Track, begin: int) -> None:
     if wrong.any():
         raise MeasurementError(
             f"{name} is not finite {_at(track, wrong, begin)}: leave such samples out, or mend "
-            "what publishes them"
+            "the node that publishes them"
         )
     steps = np.diff(track.stamps)
     if (steps <= 0).any():

@@ -1,7 +1,7 @@
-"""The colour of what a fit leaves, so that errors are stated as they are.
+"""The colour of the rest that a fit leaves, so that errors are stated as they are.
 
 A filter colours noise, sensors have 1/f noise of their own, and the poses' noise comes twice
-differentiated: none is white. What is left of each axis is taken for an autoregressive process,
+differentiated: none is white. The rest of each axis is taken for an autoregressive process,
 r_n = a_1 r_(n-1) + ... + e_n, and everything is fitted after the filter that makes it white.
 """
 
@@ -20,7 +20,7 @@ ORDER = 6
 
 @dataclass(frozen=True)
 class Colour:
-    """An autoregressive process: what makes it white, shape (p + 1,), begins with 1."""
+    """An autoregressive process: the filter that makes it white, shape (p + 1,), begins with 1."""
 
     whitener: FloatArray
     deviation: float
@@ -42,14 +42,14 @@ def white_noise(deviation: float) -> Colour:
 
 
 def colour_of(stretches: list[FloatArray], floor: float) -> Colour:
-    """Return the process of what is left in each stretch (Yule and Walker).
+    """Return the process of the rest in each stretch (Yule and Walker).
 
     Parameters
     ----------
     stretches : list of arrays, each of shape (n,)
-        What is left.
+        The rest.
     floor : float
-        Deviation that noise has at least: what is exact by chance, or by rounding, weighs no more.
+        Deviation that noise has at least: an axis that is exact by rounding weighs no more.
     """
     total = sum(map(len, stretches))
     moments = np.array(

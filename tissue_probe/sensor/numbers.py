@@ -79,7 +79,7 @@ class Point:
 
 
 def gain_columns() -> FloatArray:
-    """Return what the four numbers of the gains are in the six axes, shape (6, 4)."""
+    """Return how the four numbers of the gains act on the six axes, shape (6, 4)."""
     columns = np.zeros((6, 4))
     columns[:3, :2] = columns[3:, 2:] = CONTRASTS
     return columns

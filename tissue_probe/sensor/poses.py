@@ -1,4 +1,4 @@
-"""Which poses would tell what these do not: turns and swings, by the information that they add."""
+"""Poses that would tell the rest: turns and swings, by the information that they add."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WORTH = 0.7
 def missing_poses(
     point: Point, covariance: FloatArray, noise: FloatArray, orientation: FloatArray
 ) -> list[str]:
-    """Return in words what to do so that all numbers are told; the most telling first.
+    """Return in words the moves after which all numbers are told; the most telling first.
 
     Parameters
     ----------

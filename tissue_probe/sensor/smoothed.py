@@ -32,13 +32,13 @@ class Smoothed:
     Attributes
     ----------
     time : array, shape (n,)
-        Of the coarse rows [s], as dense as what passed the filter needs.
+        Of the coarse rows [s], as dense as the filter's cutoff needs.
     wrench : array, shape (n, 6)
         Smoothed.
     noise : array, shape (6,)
         Standard deviation of the wrench's white noise, before the filter.
     in_band : array, shape (6,)
-        Variance of what of that passes.
+        Variance of the part of it that passes.
     """
 
     def __init__(self, run: FreeAir, cable: CableFunctions | None = None) -> None:

@@ -1,7 +1,7 @@
 """The one filter that motion and wrench pass.
 
 A load's columns are made of the poses as they come; they and the wrench then pass the same filter,
-which is linear: what the load adds to the wrench stays the sum of its columns, to the last digit.
+which is linear: the load's part of the wrench stays the sum of its columns, to the last digit.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Smoother:
     half : int
         So many samples are lost at either end.
     passed, left, passed_twice_differentiated : float
-        Which part of white noise' variance passes; is in what is left; passes of the second
+        Which part of white noise' variance passes; is in the rest; passes of the second
         differences of white noise.
     """
 

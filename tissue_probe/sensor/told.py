@@ -1,4 +1,4 @@
-"""What a fit tells, number by number, and which of them it cannot tell.
+"""The numbers that a fit tells, and those that it cannot tell.
 
 A number is told where its error makes less of a wrench than the sensor's own noise, in usual
 motion: turned over in gravity, turning at 2 rad/s and 5 rad/s2, half a minute after.
@@ -18,7 +18,7 @@ from tissue_probe.signals import FloatArray
 #: after [s].
 TURNED_OVER, TURNS, SPINS_UP, AFTER = 9.8, 2.0, 5.0, 30.0
 
-#: What a cable's smooth function of the pose can do, too.
+#: Numbers whose part a cable's smooth function of the pose can play, too.
 ONE_WITH_CABLE = ("mass", "centre", "gain", "bias")
 
 
@@ -27,7 +27,7 @@ class Number:
     """One number: name, unit, value, and the standard deviation of its error.
 
     ``error_of_wrench`` is how much of a wrench this error makes in usual motion, over the noise;
-    ``one_function`` whether the cable can do what it does, so that it is not told by itself.
+    ``one_function`` whether the cable can play its part, so that it is not told by itself.
     """
 
     name: str
@@ -51,13 +51,13 @@ def numbers(
     Parameters
     ----------
     point : Point
-        What was fitted; a negative mass is that of a sensor that tells the reaction.
+        The fitted one; a negative mass is that of a sensor that tells the reaction.
     covariance : array, shape (p, p)
         Of its errors; of p the first ``CORE`` count.
     noise : array, shape (6,)
         Standard deviation of the wrench's noise.
     cabled : bool
-        Whether a cable is part of what was fitted.
+        Whether a cable is part of the fit.
     """
     values, covariance = point.values[:CORE], covariance[:CORE, :CORE]
     force, torque = noise[:3].max(), noise[3:].max()

@@ -1,4 +1,4 @@
-"""Whether a fit explains its wrench, and if not, what the rest goes with."""
+"""Whether a fit explains its wrench, and if not, with which course the rest goes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tissue_probe.signals import FloatArray
 SIZE = 0.1
 """Less beyond noise than this part of a sample's noise is nobody's concern."""
 MOST = 0.5
-"""What explains less than this part of the rest is not named."""
+"""A cause that explains less than this part of the rest is not named."""
 BRIEF = 0.05
 """A touch: in this part of the time lies ``MOST`` of the rest."""
 WAVES = 8
@@ -26,7 +26,7 @@ WAVES = 8
 def missing_effects(
     found: Fit, runs: Sequence[FreeAir], smoothed: Sequence[Smoothed], cabled: bool
 ) -> list[str]:
-    """Return in sentences what the wrench has beyond the fit and noise; none where nothing is.
+    """Return in sentences the effects in the wrench beyond the fit and noise, if any.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def _resampled(run: FreeAir, smoothed: Smoothed) -> FloatArray:
 
 
 def _explained(columns: FloatArray, rest: FloatArray) -> float:
-    """Return how much of the power columns explain, beyond what they would by chance."""
+    """Return how much of the power columns explain, beyond the part by chance."""
     columns = columns - columns.mean(axis=0)
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
     left = left[:, sizes > 1e-6 * sizes[0]]

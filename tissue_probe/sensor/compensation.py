@@ -1,0 +1,273 @@
+"""The model as a node uses it: the wrench without contact at one pose, and its file.
+
+Contents: the numbers of the file; load and cable at a moment; the drift, which is forgotten.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from tissue_probe.bounded_yaml import YamlError
+from tissue_probe.bounded_yaml import parse as parse_yaml
+from tissue_probe.errors import FileError, MeasurementError, check_file
+from tissue_probe.sensor.belief import likely_unrest
+from tissue_probe.sensor.cable import CableFunctions
+from tissue_probe.sensor.free_air import FreeAir
+from tissue_probe.sensor.identify import Identified
+from tissue_probe.sensor.kinematics import Motion
+from tissue_probe.sensor.load import load_columns
+from tissue_probe.sensor.numbers import BIAS, DELAY, LOAD, RATE
+from tissue_probe.sensor.smoothed import Smoothed
+from tissue_probe.signals import NANOSECONDS, FloatArray
+
+FORMAT = "tissue_probe sensor 1"
+#: Digits of a number in the file: those that the errors of any robot need.
+DIGITS = 9
+
+
+@dataclass(frozen=True)
+class Compensation:
+    """The wrench of a sensor without contact.
+
+    Attributes
+    ----------
+    load : array, shape (10,)
+        Mass [kg], mass times centre [kg m], inertia about the sensor's origin [kg m2], with the
+        sensor's sign.
+    gains : array, shape (6,)
+        Of the axes.
+    delay, delay_deviation : float
+        Of the wrench after the pose [s].
+    bias, rate : array, shape (6,)
+        At the stamp [N], [N m], and in a second.
+    drift_covariance : array, shape (6, 2, 2)
+        Of the errors of each axis' bias and rate.
+    unrest : array, shape (6,)
+        Variance that rates gain in a second.
+    deviation : array, shape (6,)
+        Standard deviation of load and cable, as poses of the identification had it.
+    noise, noise_of_zero : array, shape (6,)
+        Standard deviation of a sample, and of the mean of a second, whose noise is not white.
+    range : array, shape (3,)
+        Up to which acceleration [m/s2], angular velocity [rad/s], acceleration [rad/s2] it holds.
+    stamp : int
+        When bias and rate held [ns].
+    cable : CableFunctions or None
+        Functions of the cable.
+    weights : array, shape (6, count)
+        Of these.
+    """
+
+    load: FloatArray
+    gains: FloatArray
+    delay: float
+    delay_deviation: float
+    bias: FloatArray
+    rate: FloatArray
+    drift_covariance: FloatArray
+    unrest: FloatArray
+    deviation: FloatArray
+    noise: FloatArray
+    noise_of_zero: FloatArray
+    range: FloatArray
+    stamp: int
+    cable: CableFunctions | None
+    weights: FloatArray
+
+    def pulled(self, moved: Motion, run: FreeAir) -> FloatArray:
+        """Return the wrench of load and cable, shape (n, 6), of motions and the poses of a run."""
+        wrench = self.gains * (load_columns(moved) @ self.load)
+        if self.cable is not None:
+            wrench += self.cable.columns(run) @ self.weights.T
+        return wrench
+
+    def drifted(self, stamp: int) -> tuple[FloatArray, FloatArray]:
+        """Return the bias at a stamp [ns], and the standard deviation of all that is predicted."""
+        passed = (stamp - self.stamp) / NANOSECONDS
+        step = np.array([1.0, passed])
+        variance = np.einsum("j,ajk,k->a", step, self.drift_covariance, step)
+        variance += self.unrest * abs(passed) ** 3 / 3.0 + self.deviation**2
+        return self.bias + passed * self.rate, np.sqrt(variance)
+
+    def with_zero(self, left: FloatArray, seconds: float, stamp: int) -> Compensation:
+        """Return the same after a zero taken anew.
+
+        Parameters
+        ----------
+        left : array, shape (6,)
+            Mean of the wrench less load and cable, over some seconds of free air.
+        seconds : float
+            How long these were.
+        stamp : int
+            Their middle [ns].
+        """
+        passed = (stamp - self.stamp) / NANOSECONDS
+        moved = np.array([[1.0, passed], [0.0, 1.0]])
+        calm = moved @ self.drift_covariance @ moved.T
+        missed = left - self.bias - passed * self.rate
+        noise = self.noise_of_zero**2 / seconds + self.deviation**2
+        gained = np.array([abs(passed) ** 3 / 3.0])
+        unrest = likely_unrest(self.unrest, missed[None], (calm[:, 0, 0] + noise)[None], gained)
+        walk = np.array([[abs(passed) ** 3 / 3.0, passed * abs(passed) / 2.0], [0.0, abs(passed)]])
+        walk[1, 0] = walk[0, 1]
+        prior = calm + unrest[:, None, None] * walk
+        gain = prior[:, :, 0] / (prior[:, 0, 0] + noise)[:, None]
+        state = np.stack([self.bias + passed * self.rate, self.rate], axis=1)
+        state = state + gain * missed[:, None]
+        covariance = prior - gain[:, :, None] * prior[:, None, 0]
+        return replace(
+            self,
+            bias=state[:, 0],
+            rate=state[:, 1],
+            drift_covariance=covariance,
+            unrest=unrest,
+            stamp=stamp,
+        )
+
+    def text(self) -> str:
+        """Return the file's text."""
+        plain: dict[str, Any] = {"format": FORMAT}
+        for name, value in asdict(self).items():
+            plain[name] = _plain(value)
+        return yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
+
+
+def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compensation:
+    """Return the part of the answer that a node needs.
+
+    Parameters
+    ----------
+    found : Identified
+        Of the stretches.
+    runs : list of FreeAir
+        The stretches.
+    origin : int
+        The stamp from which their times count [ns].
+    """
+    end = runs[-1].begin + runs[-1].seconds
+    belief = found.fit.belief
+    later = belief.at(end)
+    point = later.point
+    # Errors of load and cable alone: the bias, which is anew known at each zero, takes the mean.
+    variance = []
+    for run in runs:
+        _, slopes = point.wrench(Smoothed(run, found.cable))
+        slopes[:, :, BIAS], slopes[:, :, RATE] = 0.0, 0.0
+        slopes -= slopes.mean(axis=0)
+        variance.append(np.einsum("naj,jk,nak->na", slopes, belief.covariance, slopes))
+    places = [(BIAS.start + axis, RATE.start + axis) for axis in range(6)]
+    values = point.values
+    return Compensation(
+        load=values[LOAD],
+        gains=point.gains,
+        delay=float(values[DELAY]),
+        delay_deviation=float(np.sqrt(later.covariance[DELAY, DELAY])),
+        bias=values[BIAS],
+        rate=values[RATE],
+        drift_covariance=np.array([later.covariance[np.ix_(pair, pair)] for pair in places]),
+        unrest=later.unrest,
+        deviation=np.sqrt(np.concatenate(variance).mean(axis=0) + belief.unexplained),
+        noise=found.noise,
+        noise_of_zero=_of_a_second(found, runs),
+        range=found.range,
+        stamp=origin + round(end * NANOSECONDS),
+        cable=found.cable,
+        weights=point.weights if found.cable else np.empty((6, 0)),
+    )
+
+
+def _of_a_second(found: Identified, runs: list[FreeAir]) -> FloatArray:
+    """Return the standard deviation of the mean wrench of a second."""
+    times = Smoothed(runs[0]).time
+    rate = 1.0 / float(np.median(np.diff(times)))
+    return np.array([np.sqrt(colour.of_mean(1) / rate) for colour in found.fit.belief.colours])
+
+
+def load_file(path: str | Path) -> Compensation:
+    """Read the file that ``Compensation.text`` is the text of.
+
+    Raises
+    ------
+    MeasurementError
+        If it is none.
+    OSError
+        If it cannot be read.
+    """
+    check_file(Path(path))
+    try:
+        return parse(Path(path).read_text(encoding="utf-8"))
+    except (MeasurementError, UnicodeDecodeError) as error:
+        raise MeasurementError(f"{path}: {error}") from None
+
+
+def parse(text: str) -> Compensation:
+    """Return the model of a text.
+
+    Raises
+    ------
+    MeasurementError
+        If it is none; says why.
+    """
+    try:
+        content = parse_yaml(text)
+    except YamlError as error:
+        raise MeasurementError(f"it {error}") from None
+    if not isinstance(content, dict) or content.pop("format", None) != FORMAT:
+        raise MeasurementError(
+            "it is no model of a sensor: give a file that `tissue_probe sensor` wrote"
+        )
+    try:
+        return _of_plain(content)
+    except (KeyError, TypeError, ValueError) as error:
+        raise MeasurementError(f"the model of the sensor is damaged: {error}") from None
+
+
+def _of_plain(content: dict[str, Any]) -> Compensation:
+    functions = content.pop("cable")
+    cable = None
+    if functions is not None:
+        arrays = {name: np.array(functions[name], dtype=float) for name in ("frame", "place")}
+        cable = CableFunctions(int(functions["joints"]), reach=float(functions["reach"]), **arrays)
+    scalars = {name: float(content.pop(name)) for name in ("delay", "delay_deviation")}
+    stamp = int(content.pop("stamp"))
+    arrays = {name: np.array(value, dtype=float) for name, value in content.items()}
+    arrays["weights"] = arrays["weights"].reshape(6, -1)
+    model = Compensation(**scalars, **arrays, stamp=stamp, cable=cable)
+    shapes = {"load": (10,), "range": (3,), "drift_covariance": (6, 2, 2)}
+    shapes |= dict.fromkeys(("gains", "bias", "rate", "unrest", "deviation", "noise"), (6,))
+    shapes |= {"noise_of_zero": (6,), "weights": (6, cable.count if cable else 0)}
+    for name, shape in shapes.items():
+        if getattr(model, name).shape != shape or not np.isfinite(getattr(model, name)).all():
+            raise ValueError(f"{name} has not the shape {shape} of finite numbers")
+    return model
+
+
+def save(path: str | Path, model: Compensation) -> None:
+    """Write a model's file.
+
+    Raises
+    ------
+    FileError
+        If it cannot be written.
+    """
+    try:
+        Path(path).write_text(model.text(), encoding="utf-8")
+    except OSError as error:
+        raise FileError(error.errno, error.strerror, str(path)) from None
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(each) for name, each in value.items()}
+    if isinstance(value, np.ndarray):
+        return [_plain(each) for each in value] if value.ndim > 1 else [_digits(v) for v in value]
+    return _digits(value) if isinstance(value, float) else value
+
+
+def _digits(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
