@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.mapping import map_sites as map
     from tissue_probe.analysis.measurements import Measurements as Measurements
     from tissue_probe.analysis.measurements import read as read
+    from tissue_probe.analysis.modulus import modulus as modulus
     from tissue_probe.analysis.previewing import preview as preview
     from tissue_probe.analysis.promising import promises as promises
     from tissue_probe.analysis.sensing import identify_sensor as identify_sensor
@@ -48,6 +49,7 @@ _PLACES = {
     "load_model": "tissue_probe.physics.model_file:load",
     "make_challenge": "tissue_probe.analysis.challenges:make_challenge",
     "map": "tissue_probe.analysis.mapping:map_sites",
+    "modulus": "tissue_probe.analysis.modulus:modulus",
     "preview": "tissue_probe.analysis.previewing:preview",
     "promises": "tissue_probe.analysis.promising:promises",
     "read": "tissue_probe.analysis.measurements:read",
@@ -70,6 +72,7 @@ __all__ = [
     "load_model",
     "make_challenge",
     "map",
+    "modulus",
     "preview",
     "promises",
     "read",

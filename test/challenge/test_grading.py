@@ -158,7 +158,7 @@ def test_of_what_kelvin_voigt_absorbs_adequate_is_right():
         (hidden("mains_hum"), Kind.one),
         (hidden("force_gain", absorbed=["force_gain"]), Kind.absorbed),
         (hidden("force_gain", "mains_hum"), Kind.two),
-        (hidden("quadratic_drag"), Kind.outside),
+        (hidden("rate_stiffening"), Kind.outside),
         (hidden("stuck_samples"), Kind.spoilt),
     ],
 )

@@ -16,7 +16,7 @@ from tissue_probe.physics.response import course, respond
 FILES = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__", "effect"}
 FAMILIES = {
     "relaxation", "stiffening", "contact", "friction", "lost motion", "inertia", "scale", "offset",
-    "body motion", "mains hum", "second input", "timing", "encoder", "time-varying",
+    "body motion", "mains hum", "second input", "damping", "timing", "encoder", "time-varying",
 }  # fmt: skip
 EXTENT = Extent(
     duration=2.0, indentation=1e-3, depth=2e-3, speed=0.06, force=0.3, pull=0.2, step=1e-6

@@ -94,6 +94,28 @@ def _hunt_crossley(strength: float, at: Situation, random: Random) -> Change:
     return Change({"depth_damping": growth, "depth_exponent": exponent})
 
 
+def _bilinear_spring(strength: float, at: Situation, random: Random) -> Change:
+    """Turn stiffer, or, as often, softer, at the surface or within the travel (Shaw, 1983)."""
+    low, high = at.preload - at.amplitude, at.preload + at.amplitude
+    knee = low + random.uniform(0.3, 0.7) * (high - low)
+    surface = random.random() < 0.5
+    change = strength if random.random() < 0.5 else -strength / (1.0 + strength)
+    return Change({"knee_stiffness": change, "knee": 0.0 if surface and low < 0.0 else knee})
+
+
+def _nonlinear_damping(strength: float, at: Situation, random: Random) -> Change:
+    """Quadratic, a power (Cross, 1965), by the direction, or of the recent speed (Barnes, 1997)."""
+    beta, law = at.specimen.damping, random.integers(4)
+    exponent, time = random.choice((0.5, 2.5)), log_uniform(random, 0.05, 0.3)
+    if law == 0:
+        return Change({"drag": strength * beta / at.speed})
+    if law == 1:
+        return Change({"power_damping": strength * beta, "power_exponent": exponent})
+    if law == 2:
+        return Change({"one_way_damping": strength * beta})
+    return Change({"agile_damping": strength * beta / at.speed, "agile_time": time})
+
+
 def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
     """Press the tip in lightly: the more so, the longer it is in the air."""
     return Change({"unilateral": 1.0}, preload=(1.0 - strength) * _holding(at, 0.0))
@@ -204,7 +226,12 @@ def _stiffness_step(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _stiffness_ramp(strength: float, at: Situation, random: Random) -> Change:
-    return Change({"ramp": sign(random) * strength / at.duration})
+    """Change in proportion to time, or, as often, towards a value by one time constant."""
+    change, begin, rise = sign(random) * strength, *random.uniform((0.1, 0.02), (0.6, 0.15))
+    if random.random() < 0.5:
+        return Change({"ramp": change / at.duration})
+    times = {"step_time": begin * at.duration, "rise_time": rise * at.duration}
+    return Change({"step": change, **times})
 
 
 MECHANICAL: dict[str, Effect] = {
@@ -222,6 +249,8 @@ MECHANICAL: dict[str, Effect] = {
     "exponential_stiffening": Effect("stiffening", _exponential_stiffening, 1e-3, 0.5, 3.0),
     "hertz_contact": Effect("stiffening", _hertz_contact, 0.1, 0.5, 1.5, sets_preload=True),
     "saturating_spring": Effect("stiffening", _saturating_spring, 0.03, 0.7, 6.0),
+    "bilinear_spring": Effect("stiffening", _bilinear_spring, 1e-3, 0.5, 10.0),
+    "nonlinear_damping": Effect("damping", _nonlinear_damping, 1e-3, 0.3, 30.0),
     "hunt_crossley": Effect("stiffening", _hunt_crossley, 3e-3, 1.0, 30.0),
     "contact_loss": Effect("contact", _contact_loss, 0.01, 0.5, 1.0, sets_preload=True),
     "adhesion": Effect("contact", _adhesion, 0.1, 0.5, 1.0, sets_preload=True),

@@ -33,10 +33,6 @@ def _amplitude_softening(strength: float, at: Situation, random: Random) -> Chan
     return Change({"softening": strength / at.depth, "softening_time": time})
 
 
-def _quadratic_drag(strength: float, at: Situation, random: Random) -> Change:
-    return Change({"drag": strength * at.specimen.damping / at.speed})
-
-
 def _interference_bursts(strength: float, at: Situation, random: Random) -> Change:
     return Change(
         instrument={
@@ -58,7 +54,6 @@ OUTSIDE: dict[str, Effect] = {
     "zero_jump": Effect("outside", _zero_jump, 2e-3, 0.05, 1.0),
     "rate_stiffening": Effect("outside", _rate_stiffening, 5e-4, 0.3, 5.0),
     "amplitude_softening": Effect("outside", _amplitude_softening, 1e-3, 1.2, 10.0),
-    "quadratic_drag": Effect("outside", _quadratic_drag, 1e-3, 0.3, 10.0),
     "interference_bursts": Effect("outside", _interference_bursts, 2e-3, 0.03, 0.5),
     "parametric_damping": Effect("outside", _parametric_damping, 1e-3, 0.3, 0.95),
 }

@@ -36,6 +36,8 @@ class Specimen(NamedTuple):
     depth_exponent: float = 1.0
     saturation_depth: float = 0.0  # [m]; 0: no saturation
     hyperbola_depth: float = 0.0  # [m]; 0: no hyperbola
+    knee_stiffness: float = 0.0  # share of k that is added beyond the knee
+    knee: float = 0.0  # [m]
     # relaxation: springs [N/m] in series with dampers, and the dampers' rates k/c [1/s]
     branch_stiffness: tuple[float, ...] = ()
     branch_rate: tuple[float, ...] = ()
@@ -63,12 +65,18 @@ class Specimen(NamedTuple):
     surface_phase: float = 0.0
     step: float = 0.0  # share of k
     step_time: float = 0.0  # [s]
+    rise_time: float = 0.0  # time constant of the step [s]; 0: at once
     ramp: float = 0.0  # share of k a second
     damping_wave: float = 0.0  # share of beta
     damping_wave_frequency: float = 5.0  # [Hz]
     # in speed and amplitude
     rate_stiffening: float = 0.0  # [s/m]
     drag: float = 0.0  # [N s^2/m^2]
+    one_way_damping: float = 0.0  # [N s/m]
+    power_damping: float = 0.0  # [N s/m] at 1 cm/s
+    power_exponent: float = 1.5
+    agile_damping: float = 0.0  # [N s^2/m^2] of recent speed
+    agile_time: float = 0.1  # [s]
     softening: float = 0.0  # [1/m]
     softening_time: float = 0.05  # [s]
 

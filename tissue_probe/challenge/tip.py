@@ -4,7 +4,7 @@ Contents: the rates of all states while contact, friction and play keep their mo
 that say that one has ended.
 
 States: tip position, velocity, Bouc-Wen's z [-], mode's position and velocity, recent strain
-amplitude [m], then the force of each relaxation branch [N].
+amplitude [m], recent speed [m/s], then the force of each relaxation branch [N].
 Modes: touching (0, 1), sliding (-1, 0 sticks, 1), engaged (-1, 0 in the gap, 1).
 """
 
@@ -16,7 +16,7 @@ from numba import njit
 
 from tissue_probe.challenge.tissue import elastic, steepness, stiffness, surface, viscous
 
-POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, BRANCHES = range(7)
+POSITION, VELOCITY, BOUC, MODE, MODE_VELOCITY, STRAIN, AGILITY, BRANCHES = range(8)
 TOUCHING, SLIDING, ENGAGED = range(3)
 
 
@@ -26,7 +26,7 @@ def tissue_force(p, time, state):
     d, d_rate = surface(p, time)
     depth, rate = state[POSITION] - d, state[VELOCITY] - d_rate
     force = elastic(p, stiffness(p, time, rate, state[STRAIN]), depth)
-    force += viscous(p, time, depth, rate)
+    force += viscous(p, time, depth, rate, state[AGILITY])
     for branch in range(p.branches):
         force += state[BRANCHES + branch]
     return force
@@ -76,7 +76,7 @@ def rates(p, time, u, u_rate, state, modes, result):
     else:
         result[POSITION] = v
         result[VELOCITY] = (force - modes[SLIDING] * friction(p, abs(v))) / p.tip_mass
-    result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = 0.0
+    result[BOUC] = result[MODE] = result[MODE_VELOCITY] = result[STRAIN] = result[AGILITY] = 0.0
     if p.bouc_force != 0.0:
         # Bouc (1967), Wen (1976) with A = 1, n = 1.
         z = state[BOUC]
@@ -90,6 +90,8 @@ def rates(p, time, u, u_rate, state, modes, result):
     d, d_rate = surface(p, time)
     if p.softening != 0.0:
         result[STRAIN] = (abs(state[POSITION] - d) - state[STRAIN]) / p.softening_time
+    if p.agile_damping != 0.0:
+        result[AGILITY] = (abs(v - d_rate) - state[AGILITY]) / p.agile_time
     rate = v - d_rate if modes[TOUCHING] else 0.0
     if p.branch_curved != 0.0:
         rate *= steepness(p, state[POSITION] - d)

@@ -29,7 +29,10 @@ def stiffness(p, time, rate, strain):
     """
     k = p.stiffness * (1.0 + p.ramp * max(time, 0.0))
     if time >= p.step_time:
-        k += p.stiffness * p.step
+        done = 1.0
+        if p.rise_time != 0.0:
+            done = -math.expm1(-(time - p.step_time) / p.rise_time)
+        k += p.stiffness * p.step * done
     return k * (1.0 + p.rate_stiffening * abs(rate)) / (1.0 + p.softening * strain)
 
 
@@ -38,8 +41,8 @@ def elastic(p, k, depth):
     """Return the spring's force.
 
     Fung (1993), section 7.5: (k/a)(exp(a e) - 1). Hertz-like: K e^n, none for e < 0, with K so that
-    it is k e at ``hertz_depth``. Saturating: k L tanh(e / L), or k e / (1 + |e| / L). Else
-    k e + k3 e^3.
+    it is k e at ``hertz_depth``. Saturating: k L tanh(e / L), or k e / (1 + |e| / L). With a knee
+    (Shaw and Holmes, 1983) another slope beyond it. Else k e + k3 e^3.
     """
     if p.fung != 0.0:
         return k / p.fung * math.expm1(p.fung * depth)
@@ -49,6 +52,8 @@ def elastic(p, k, depth):
         return k * p.saturation_depth * math.tanh(depth / p.saturation_depth)
     if p.hyperbola_depth != 0.0:
         return k * depth / (1.0 + abs(depth) / p.hyperbola_depth)
+    if p.knee_stiffness != 0.0 and depth > p.knee:
+        return k * depth + k * p.knee_stiffness * (depth - p.knee)
     return k * depth + p.cubic * depth**3
 
 
@@ -64,14 +69,17 @@ def steepness(p, depth):
         return 1.0 / math.cosh(depth / p.saturation_depth) ** 2
     if p.hyperbola_depth != 0.0:
         return 1.0 / (1.0 + abs(depth) / p.hyperbola_depth) ** 2
+    if p.knee_stiffness != 0.0:
+        return 1.0 + (p.knee_stiffness if depth > p.knee else 0.0)
     return 1.0 + 3.0 * p.cubic * depth**2 / p.stiffness
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def viscous(p, time, depth, rate):
-    """Return the damper's force: (beta + lambda e^n) e' + c |e'| e'.
+def viscous(p, time, depth, rate, agility):
+    """Return the damper's force: (beta + lambda e^n) e' + c |e'| e' + further ones of the speed.
 
-    The second term is of Hunt and Crossley (1975), and is none for e < 0.
+    The second term is of Hunt and Crossley (1975), and is none for e < 0. Further ones: a power of
+    the speed, |e'| by its direction, and e' times the recent speed (``agility``; Barnes, 1997).
     """
     beta = p.damping
     if p.damping_wave != 0.0:
@@ -79,4 +87,8 @@ def viscous(p, time, depth, rate):
         beta *= 1.0 + p.damping_wave * math.sin(angle)
     if p.depth_damping != 0.0 and depth > 0.0:
         beta += p.depth_damping * depth**p.depth_exponent
-    return (beta + p.drag * abs(rate)) * rate
+    if p.power_damping != 0.0:
+        force = p.power_damping * 0.01 * (abs(rate) / 0.01) ** p.power_exponent
+        return beta * rate + math.copysign(force, rate)
+    beta += p.drag * abs(rate) + p.agile_damping * agility
+    return beta * rate + p.one_way_damping * abs(rate)

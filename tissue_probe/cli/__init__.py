@@ -23,6 +23,7 @@ from tissue_probe.cli.export import export
 from tissue_probe.cli.improve import improve
 from tissue_probe.cli.info import info
 from tissue_probe.cli.map import map_command
+from tissue_probe.cli.modulus import modulus
 from tissue_probe.cli.options_named import with_options
 from tissue_probe.cli.reproduce import reproduce
 from tissue_probe.cli.sensor import sensor
@@ -51,6 +52,7 @@ app.command()(compare)
 app.command()(diagnose)
 app.command()(improve)
 app.command()(sensor)
+app.command()(modulus)
 app.command()(workbench)
 app.add_typer(challenge, name="challenge")
 app.add_typer(calibrate, name="calibrate")

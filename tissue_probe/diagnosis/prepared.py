@@ -14,6 +14,7 @@ from tissue_probe.diagnosis.input_course import COURSE, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.ranking.waves import fastest_shown, slowest_wave
 from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -125,6 +126,7 @@ def _admitted(
         if composition.rig.admits(each)
         and (parts or not each.of_part)
         and (heard or not each.hears_input2)
+        and not (each.absolute and slowest_wave(each) > fastest_shown(measurements))
         and not (instrument.free_touch and [p.name for p in each.parameters] == [each.zero])
     }
 

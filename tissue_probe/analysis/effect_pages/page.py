@@ -22,17 +22,16 @@ from tissue_probe.analysis.effect_pages.simulated import (
     SAMPLE_RATE,
     Motion,
     force,
+    recorded,
     rig_for,
     typical,
 )
-from tissue_probe.analysis.simulating import simulate
 from tissue_probe.analysis.symbols import letter
 from tissue_probe.diagnosis.advice.separation import CALIBRATIONS, LED
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.figures.effect_shown import ShownEffect, draw_effect
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect, Parameter
-from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.library import effects
 from tissue_probe.physics.rigs import OWN
 from tissue_probe.quantities import engineering
@@ -145,10 +144,7 @@ def _how_it_shows(effect: Effect, told: Outcome) -> Iterator[str]:
         return
     rig, motion = rig_for(effect), told.motion
     model = Composition(rig).plus(effect.plain)
-    measured = simulate(
-        FittedModel(model, typical(model), {}), motion.position, sample_rate=SAMPLE_RATE,
-        noise=NOISE,
-    )  # fmt: skip
+    measured = recorded(model, typical(model), motion, NOISE)
     yield f"In a simulated recording ({motion}; white noise of {engineering(NOISE, 'N')})"
     try:
         fit = compare(measured, rig=rig, starts="at-rest", workers=1).fit
@@ -228,7 +224,10 @@ def _row(told: Outcome) -> str:
 def _python(effect: Effect) -> Iterator[str]:
     yield "\n## In Python\n"
     yield "```python\nimport tissue_probe as tp\n"
-    yield 'measured = tp.read("examples/sweep.csv", force_polarity="compression")'
+    if effect.hears_input2:
+        yield 'measured = tp.read("data.csv", force_polarity="compression", input2="pressure")'
+    else:
+        yield 'measured = tp.read("examples/sweep.csv", force_polarity="compression")'
     own = "" if effect.name in effects() else ', effects=["my_effect.py"]'
     yield f'plain = tp.compare(measured, rig="{OWN.name}", starts="at-rest"{own})'
     yield f'print(plain.plus("{effect.name}"))\n```'

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissue_probe.analysis.measurements import Measurements
 from tissue_probe.analysis.simulating import simulate
 from tissue_probe.diagnosis.advice.separation import AMPLITUDE
 from tissue_probe.excitation import parse_excitation
@@ -84,6 +85,13 @@ def typical(composition: Composition) -> dict[str, float]:
 
 def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
     """Return the force of a model at each sample of a motion [N]."""
+    return recorded(composition, values, motion).force
+
+
+def recorded(
+    composition: Composition, values: Mapping[str, float], motion: Motion, noise: float = 0.0
+) -> Measurements:
+    """Return a simulated recording of a motion; a second input, where one is heard, is a sine."""
     model = FittedModel(composition, dict(values), {})
     heard = np.sin(2.0 * np.pi * SECOND * motion.times) if composition.kernel.hears_input2 else None
-    return simulate(model, motion.position, sample_rate=SAMPLE_RATE, input2=heard).force
+    return simulate(model, motion.position, sample_rate=SAMPLE_RATE, noise=noise, input2=heard)

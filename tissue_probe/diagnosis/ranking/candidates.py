@@ -37,6 +37,7 @@ from tissue_probe.diagnosis.ranking.starts import (
     pressed_in,
     start_values,
 )
+from tissue_probe.diagnosis.ranking.waves import is_no_fold
 from tissue_probe.diagnosis.sharing import in_turns, mapped
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
@@ -192,7 +193,8 @@ def fit_candidates(
     fits += _searched([(each, each.fits(alone, enough)) for each in again], alone, enough)
     behind = _behind(candidates, fits, bar.cost)
     fits += _searched([(each, each.fits_from(other, bar)) for each, other in behind], bar, enough)
-    told = sorted((fit for fit in fits if np.isfinite(fit.bic)), key=lambda fit: fit.bic)
+    possible = (fit for fit in fits if np.isfinite(fit.bic) and is_no_fold(fit, added(fit)))
+    told = sorted(possible, key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
 
 

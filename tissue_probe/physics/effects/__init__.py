@@ -3,6 +3,7 @@
 from tissue_probe.physics.effects.added_mass import ADDED_MASS
 from tissue_probe.physics.effects.adhesion import ADHESION
 from tissue_probe.physics.effects.backlash import BACKLASH
+from tissue_probe.physics.effects.bilinear_spring import BILINEAR_SPRING
 from tissue_probe.physics.effects.bouc_wen_hysteresis import BOUC_WEN_HYSTERESIS
 from tissue_probe.physics.effects.channel_delay import CHANNEL_DELAY
 from tissue_probe.physics.effects.contact_loss import CONTACT_LOSS
@@ -21,6 +22,7 @@ from tissue_probe.physics.effects.hertz_contact import HERTZ_CONTACT
 from tissue_probe.physics.effects.hunt_crossley import HUNT_CROSSLEY
 from tissue_probe.physics.effects.load_cell_stiffness_error import LOAD_CELL_STIFFNESS_ERROR
 from tissue_probe.physics.effects.mains_hum import MAINS_HUM
+from tissue_probe.physics.effects.nonlinear_damping import NONLINEAR_DAMPING
 from tissue_probe.physics.effects.quasi_linear_relaxation import QUASI_LINEAR_RELAXATION
 from tissue_probe.physics.effects.saturating_spring import SATURATING_SPRING
 from tissue_probe.physics.effects.second_input import SECOND_INPUT
@@ -46,7 +48,9 @@ EFFECTS = {
         EXPONENTIAL_STIFFENING,
         HERTZ_CONTACT,
         SATURATING_SPRING,
+        BILINEAR_SPRING,
         HUNT_CROSSLEY,
+        NONLINEAR_DAMPING,
         CONTACT_LOSS,
         ADHESION,
         COULOMB_FRICTION,

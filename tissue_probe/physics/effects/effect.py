@@ -185,8 +185,9 @@ class Effect:
     zero : str
         The parameter that is added to the force, the same at all times; empty where none is.
     absolute : bool
-        Whether it is of the world about, as the mains' frequency is: it is not sought in a record
-        that is far slower or faster than usual, whose times are in other units.
+        Whether it is a wave of the world about, as of the mains: it is not sought in a record that
+        is far slower or faster than usual, whose times are in other units, nor where the samples
+        are too few a period to show it. Its strengths are a sine's and a cosine's.
     scale, origin
         Of a copy for a record of another size, see ``resized``: which, and the effect that it is
         a copy of.

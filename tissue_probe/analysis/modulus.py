@@ -1,0 +1,178 @@
+"""The modulus of tissue in pascals: a fitted stiffness, and the shape of the tip that felt it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from tissue_probe import arguments as take
+from tissue_probe.analysis.question import either_model
+from tissue_probe.errors import ParameterError
+from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.physics.indenters import EXPONENTS, THINNEST, Indenter, Shape
+from tissue_probe.physics.model_file import load
+from tissue_probe.quantities import engineering
+
+#: The law whose force grows as a power of the depth, and that power by name.
+HERTZ, POWER = "hertz_contact", "contact_exponent"
+#: Depth to which that law refers, at the usual size [m].
+REFERENCE_DEPTH = 1e-3
+#: A fitted power and that of a shape are one if they differ by no more.
+ALIKE = 0.1
+#: Poisson's ratio of what keeps its volume: the largest.
+INCOMPRESSIBLE = 0.5
+#: Half width of an interval that holds the truth in 95 % of all cases [deviations].
+CERTAIN = 1.96
+
+
+@dataclass(frozen=True)
+class Modulus:
+    """Young's modulus of a tissue.
+
+    Attributes
+    ----------
+    value, deviation : float
+        [Pa], and the standard deviation by that of the fitted values alone: tip and Poisson's ratio
+        are taken as given.
+    depth : float
+        At which it holds [m]; NaN where it is the same at all depths.
+    notes : tuple of str
+        Facts of it that a reader needs, in sentences.
+    """
+
+    value: float
+    deviation: float
+    depth: float
+    notes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        kilo = (1e-3 * self.value, 1e-3 * CERTAIN * self.deviation)
+        at = "" if math.isnan(self.depth) else f" at a depth of {engineering(self.depth, 'm')}"
+        return "\n".join([f"Modulus{at}: {kilo[0]:.4g} +- {kilo[1]:.2g} kPa.", *self.notes])
+
+
+@take.checks(
+    model=either_model,
+    indenter=take.choice(*EXPONENTS),
+    radius=take.optional(take.number(above=0.0, unit="m")),
+    half_angle=take.optional(take.number(above=0.0, below=90.0, unit="degrees")),
+    poisson=take.number(least=0.0),
+    layer=take.optional(take.number(above=0.0, unit="m")),
+    depth=take.optional(take.number(above=0.0, unit="m")),
+)
+def modulus(
+    model: str | Path | FittedModel,
+    indenter: Shape,
+    *,
+    radius: float | None = None,
+    half_angle: float | None = None,
+    poisson: float = 0.5,
+    layer: float | None = None,
+    depth: float | None = None,
+) -> Modulus:
+    """Return the modulus that a model's stiffness means under a tip of known shape.
+
+    A model with ``hertz_contact`` gives it by the force at the depth; a straight one by its
+    stiffness, which is the slope of the force there. The stiffness is that after all relaxation.
+
+    Parameters
+    ----------
+    model : path or FittedModel
+        A model with values, such as ``diagnose(...).model``.
+    indenter : {"flat", "sphere", "cone"}
+        Shape of the tip: a flat punch, a sphere or a cone.
+    radius : float, optional
+        Of punch or sphere [m].
+    half_angle : float, optional
+        Of a cone, from its axis [degrees].
+    poisson : float
+        Poisson's ratio of the tissue, 0 to 0.5 (incompressible).
+    layer : float, optional
+        Height of a layer that is bonded to a hard base, under a sphere, for ``poisson`` 0.5 [m].
+    depth : float, optional
+        Depth from the touch [m]: of a straight model that at which the tip moved.
+
+    Raises
+    ------
+    ParameterError
+        If a number is out of its range, one that the shape needs is missing, or the model has no
+        stiffness.
+    """
+    found = model if isinstance(model, FittedModel) else load(model)
+    if not found.values.get("stiffness", 0.0) > 0.0:
+        raise ParameterError("`model` has no stiffness above 0: fit it first")
+    if poisson > INCOMPRESSIBLE:
+        raise ParameterError(f"`poisson` is {poisson:g}; give Poisson's ratio, from 0 to 0.5")
+    tip = Indenter(indenter, _size(indenter, radius, half_angle), poisson, layer or math.inf)
+    if layer and indenter != "sphere":
+        raise ParameterError("`layer`: its law is known under a sphere only; leave `layer` out")
+    if layer and poisson != INCOMPRESSIBLE:
+        raise ParameterError("`layer`: its law is known for a `poisson` of 0.5; leave `layer` out")
+    return _powered(found, tip, depth) if _is_powered(found) else _straight(found, tip, depth)
+
+
+def _size(shape: Shape, radius: float | None, half_angle: float | None) -> float:
+    """Return the number that tells the size of a tip [m, rad]."""
+    name, given = ("half_angle", half_angle) if shape == "cone" else ("radius", radius)
+    if given is None:
+        raise ParameterError(f"`indenter` {shape} needs `{name}`: give it")
+    return math.radians(given) if shape == "cone" else given
+
+
+def _is_powered(found: FittedModel) -> bool:
+    return HERTZ in found.composition.names
+
+
+def _powered(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
+    """Return the modulus by the force of a power law at a depth, from the touch on."""
+    n, k = found.values[POWER], found.values["stiffness"]
+    reference = REFERENCE_DEPTH * found.composition.scale.length
+    own = EXPONENTS[tip.shape]
+    same = abs(n - own) <= ALIKE and math.isinf(tip.layer)
+    if depth is None and not same:
+        raise ParameterError(
+            f"`depth`: the force grows as depth^{n:.2f}, and not as under this tip, so that the "
+            "modulus differs with the depth: give one"
+        )
+    at = reference if depth is None else depth
+    force = k * reference * (at / reference) ** n
+    relative = math.hypot(
+        found.deviations.get("stiffness", 0.0) / k,
+        found.deviations.get(POWER, 0.0) * math.log(at / reference),
+    )
+    notes = _notes(tip, at)
+    if abs(n - own) > ALIKE:
+        notes += (
+            f"The force grows as depth^{n:.2f}, under a {tip.shape} on a half space as "
+            f"depth^{own:g}: the modulus holds at this depth only.",
+        )
+    value = force / tip.force(at)
+    told = math.nan if depth is None else at
+    return Modulus(value, value * relative, told, notes)
+
+
+def _straight(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
+    """Return the modulus by the slope of the force, which is the stiffness."""
+    if depth is None and tip.shape != "flat":
+        raise ParameterError(
+            f"`depth`: the stiffness under a {tip.shape} grows with the depth, and the model is "
+            "straight: give the depth from the touch at which the tip moved"
+        )
+    at = REFERENCE_DEPTH if depth is None else depth
+    slope = tip.slope(at)
+    told = math.nan if tip.shape == "flat" else at
+    k, deviation = found.values["stiffness"], found.deviations.get("stiffness", 0.0)
+    return Modulus(k / slope, deviation / slope, told, _notes(tip, at))
+
+
+def _notes(tip: Indenter, depth: float) -> tuple[str, ...]:
+    """Say where the laws of a half space or a layer are stretched."""
+    if tip.chi(depth) > THINNEST:
+        return (
+            f"The contact is {tip.chi(depth):.2g} times as wide as the layer is high: the law of a "
+            "thin layer is known up to 1.",
+        )
+    if tip.shape == "sphere" and depth > 0.4 * tip.size:
+        return ("The tip is deeper than 0.4 of its radius: Hertz's law is for less.",)
+    return ()
