@@ -135,6 +135,12 @@ class DiagnosisResult(Alike):
         return tables.values(self.found)
 
     @property
+    def shape(self) -> ResultTable | None:
+        """The share of the missing force that each variable explains, where the verdict is
+        ``unexplained``."""
+        return tables.shape(self.found)
+
+    @property
     def exhaustion(self) -> str:
         """What it means that values are at their limit; empty where none is."""
         ladder = self.found.ladder
