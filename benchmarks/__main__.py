@@ -36,6 +36,7 @@ from benchmarks import (
     workbench,
 )
 from benchmarks.code import measure as code
+from benchmarks.free_form import measure as free_form
 from benchmarks.golden import tables as golden_tables
 from benchmarks.golden import told as golden
 from benchmarks.instrument import groups as instrument_groups
@@ -81,13 +82,14 @@ class Part(str, Enum):
     workbench = "workbench"
     golden = "golden"
     code = "code"
+    free_form = "free_form"
     all = "all"
 
 
 #: Parts that print tables of their own, and parts that record nothing.
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
-    *(Part.explore, Part.golden, Part.code, Part.instrument),
+    *(Part.explore, Part.golden, Part.code, Part.instrument, Part.free_form),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -133,7 +135,8 @@ def main(
         int,
         typer.Option(
             min=diagnosis.FIRST_SEED,
-            help="Of the challenges of `diagnosis`, of `protocols`, and of `instrument`.",
+            help="Of the challenges of `diagnosis`, of `protocols`, of `instrument`, of "
+            "`free_form`.",
         ),
     ] = diagnosis.FIRST_SEED,
     rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
@@ -262,6 +265,8 @@ def main(
             Console(width=150).print(*golden_tables.tables(found))
             if earlier is not None:
                 Console(width=150).print(*golden_tables.differences(earlier, found))
+        if part == Part.free_form:
+            results["free_form"] = free_form.measure(first_seed)
         if part == Part.code:
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}

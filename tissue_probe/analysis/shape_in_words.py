@@ -36,8 +36,7 @@ NOTHING = 0.01
 
 
 def told(found: FoundShape | None) -> list[str]:
-    """Say on which variables the missing force depends, and how sure that is; nothing where nobody
-    asked."""
+    """Name the variables of the missing force, and other sets; nothing where none was learnt."""
     if found is None or not found.variables:
         return []
     said = f"{100 * found.share:.0f} % of the missing force is a function of "

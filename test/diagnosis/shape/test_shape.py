@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 
 from tissue_probe.diagnosis.diagnosis import plainly
+from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
+from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.shape.effect_file import NAME, effect_text
 from tissue_probe.diagnosis.shape.found import FoundShape, found_shape
+from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.library import effects
 
 RATE, NOISE = 1000.0, 5e-3
 KNOWN = Instrument("rigid_probe", {"tip_mass": (0.0, 0.0), "contact_position": (0.0, 0.0)})
@@ -28,11 +33,14 @@ def steady(seconds=3.0):
     return t, 1e-3 * np.sin(w * t + 0.3), 1e-3 * w * np.cos(w * t + 0.3)
 
 
-def learnt(motion, law) -> FoundShape:
+def measured(motion, law, seed=1):
     t, x, v = motion
-    noise = NOISE * np.random.default_rng(1).standard_normal(t.size)
-    measured = Measurement(x, 400.0 * x + 4.0 * v + law(x, v) + noise, 1.0 / RATE)
-    base = plainly(Composition("rigid_probe"), [measured], KNOWN)
+    noise = NOISE * np.random.default_rng(seed).standard_normal(t.size)
+    return Measurement(x, 400.0 * x + 4.0 * v + law(x, v) + noise, 1.0 / RATE)
+
+
+def learnt(motion, law) -> FoundShape:
+    base = plainly(Composition("rigid_probe"), [measured(motion, law)], KNOWN)
     return found_shape([base], KNOWN)
 
 
@@ -106,3 +114,23 @@ def test_what_no_function_explains_is_not_claimed():
     random = np.random.default_rng(5)
     found = learnt(moved(), lambda x, v: 0.03 * random.standard_normal(x.size).cumsum() / 20.0)
     assert not (found.accepted and found.variables[:1] != ("clock",))
+
+
+@pytest.mark.parametrize("variables", [("indentation",), ("velocity",), ("past",)], ids="+".join)
+def test_the_file_of_a_shape_is_an_effect_that_carries_over(variables, tmp_path):
+    first, law = moved(), LAWS[variables]
+    found = learnt(first, law)
+    path = tmp_path / "my_effect.py"
+    path.write_text(effect_text(found), encoding="utf-8")
+    effect = effects([path])[NAME]
+    with_it = climb_by(found.fit.composition, found.fit.measurements, KNOWN, [effect]).final
+    assert with_it.ratio < 1.05
+    t, x, v = moved(seed=3)
+    other = measured((t, 0.5 * x, 0.5 * v), law, seed=4)
+    on = carried(with_it.composition, with_it.named(), [other], KNOWN)
+    assert on.rmse < 1.1 * NOISE
+
+
+def test_no_effect_is_made_of_a_shape_that_is_not_claimed():
+    with pytest.raises(MeasurementError, match="no shape of the missing force is claimed"):
+        effect_text(learnt(moved(), lambda x, v: 0.0 * x))

@@ -70,10 +70,22 @@ class Form:
 
 
 _BOTH = ("indentation", "velocity")
+
+
+def _powers(signal: str, usual: float) -> tuple[Form, Form]:
+    """Return powers of a signal over a usual value of it, so that c is a force of usual size."""
+    share = f"abs(s / {usual:g})**a"
+    return (
+        Form("power, odd", f"c * sign(s) * {share}",
+             lambda s, a: np.sign(s) * np.abs(s / usual) ** a, (signal,), 0.2, 5.0, "number"),
+        Form("power, even", f"c * {share}",
+             lambda s, a: np.abs(s / usual) ** a, (signal,), 0.5, 6.0, "number"),
+    )  # fmt: skip
+
+
 FORMS = (
-    Form("power, odd", "c * sign(s) * abs(s)**a", lambda s, a: np.sign(s) * np.abs(s) ** a,
-         _BOTH, 0.2, 5.0, "number"),
-    Form("power, even", "c * abs(s)**a", lambda s, a: np.abs(s) ** a, _BOTH, 0.5, 6.0, "number"),
+    *_powers("indentation", 1e-3),
+    *_powers("velocity", 0.1),
     Form("exponential", "c * (exp(a * s) - 1)", lambda s, a: np.expm1(a * s),
          _BOTH, 0.1, 10.0, "inverse"),
     Form("rational", "c * s / (1 + abs(s) / a)", lambda s, a: s / (1.0 + np.abs(s) / a),
@@ -123,7 +135,8 @@ class Formula:
     @property
     def form(self) -> Form:
         """The form of that name."""
-        return next(form for form in FORMS if form.name == self.name)
+        own = (form for form in FORMS if self.signal in form.signals)
+        return next(form for form in own if form.name == self.name)
 
     @property
     def text(self) -> str:
@@ -231,19 +244,16 @@ def _constants(tried: _Tried, signal: str) -> tuple[Constant, ...]:
     low = (tried.weights - 1.96 * tried.deviations)[near].min()
     high = (tried.weights + 1.96 * tried.deviations)[near].max()
     at, form = tried.at, tried.form
-    # c has the unit that makes a force of it: of a power that is no simple one.
-    unit = {"power, odd": "N / s^a", "power, even": "N / s^a", "rational": "N / s",
-            "beyond a depth": "N / s"}.get(form.name, "N")  # fmt: skip
-    unit = unit.replace("s^a", f"({_unit(signal)})^a").replace("/ s", f"/ ({_unit(signal)})")
-    strength = Constant("c", unit, float(tried.weights[best]), float(low), float(high))
+    slope = {"indentation": "N/m", "velocity": "N s/m"}[signal]
+    unit = slope if form.name in ("rational", "beyond a depth") else "N"
     if not form.of:
-        return (strength,)
-    value, low, high = _refined(at, tried.costs)
-    return strength, Constant("a", form.unit(signal), value, low, high)
-
-
-def _unit(signal: str) -> str:
-    return {"indentation": "m", "velocity": "m/s"}[signal]
+        return (Constant("c", unit, float(tried.weights[best]), float(low), float(high)),)
+    value, lower, upper = _refined(at, tried.costs)
+    strength = float(np.interp(np.log(value), np.log(at), tried.weights))
+    return (
+        Constant("c", unit, strength, min(float(low), strength), max(float(high), strength)),
+        Constant("a", form.unit(signal), value, lower, upper),
+    )
 
 
 def _refined(at: FloatArray, costs: FloatArray) -> tuple[float, float, float]:

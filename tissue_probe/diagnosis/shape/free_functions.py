@@ -1,5 +1,4 @@
-"""Free functions of the variables that a missing force may depend on: columns that are linear in
-their weights.
+"""Free functions of all that a missing force may depend on: columns linear in their weights.
 
 Contents: for each variable, and for pairs that act together, the functions that stand for any.
 """
