@@ -48,7 +48,7 @@ def test_the_shape_becomes_an_effect_that_explains_a_second_recording(tmp_path):
     again = tp.improve(record(0), validate=record(1, 0.6), output=tmp_path, free_form=True, **ASKED)
     assert again.effects == ("free_form",)
     assert again.found.carries_over
-    assert (tmp_path / "my_effect.py").exists()
+    assert (tmp_path / "shape.png").exists()
     model = tp.compare(
         record(2, 0.6), model=tmp_path / "model.yaml", effects=[tmp_path / "my_effect.py"]
     )

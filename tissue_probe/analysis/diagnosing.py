@@ -387,7 +387,7 @@ def improve(
 
 
 def write_effect(result: DiagnosisResult, folder: Path) -> Path:
-    """Write the shape of the missing force as an effect into a folder; return its file.
+    """Write the shape of the missing force as an effect, and its picture; return the file.
 
     Raises
     ------
@@ -396,6 +396,7 @@ def write_effect(result: DiagnosisResult, folder: Path) -> Path:
     MeasurementError
         If no shape is claimed, or one that no effect can have.
     """
+    from tissue_probe.analysis.kept_files import write_shape
     from tissue_probe.diagnosis.shape.effect_file import effect_text
 
     if result.found.shape is None:
@@ -406,6 +407,7 @@ def write_effect(result: DiagnosisResult, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "my_effect.py"
     path.write_text(text, encoding="utf-8")
+    write_shape(result, folder)
     return path
 
 

@@ -6,45 +6,17 @@ Contents: curves of one variable and surfaces of two, beyond a straight line.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from tissue_probe.diagnosis.shape.free_functions import VARIABLES, Group
+from tissue_probe.diagnosis.shape.learnt_curve import Curve
 from tissue_probe.diagnosis.shape.paths import Path
 from tissue_probe.diagnosis.shape.shape import Shape
-from tissue_probe.signals import BoolArray, FloatArray
+from tissue_probe.signals import FloatArray
 
 #: Points of a curve, and of either side of a surface.
 POINTS, POINTS_OF_TWO = 41, 15
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """A learnt function, and how sure it is.
-
-    Attributes
-    ----------
-    variables : tuple of str
-        One for a curve, two for a surface. Of ``past`` it is the time since a step of the
-        indentation, of ``path`` the way since the last reversal.
-    grid : tuple of array
-        Of each variable [SI units], over the range that the record visited.
-    value, sd : array, shape (n,) or (n, m)
-        Force [N] beyond a straight line of each variable, and its standard deviation; of ``past``
-        the stiffness [N/m] that is left.
-    visited : array of bool, as ``value``
-        Where the record has samples; elsewhere the function is extrapolated.
-    unit : str
-        Of the values.
-    """
-
-    variables: tuple[str, ...]
-    grid: tuple[FloatArray, ...]
-    value: FloatArray
-    sd: FloatArray
-    visited: BoolArray
-    unit: str = "N"
 
 
 def curve(found: Shape) -> Curve | None:

@@ -14,9 +14,10 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.shape.choice import Choice
-from tissue_probe.diagnosis.shape.curve import Curve, curve
+from tissue_probe.diagnosis.shape.curve import curve
 from tissue_probe.diagnosis.shape.formula import Formula, formula
 from tissue_probe.diagnosis.shape.free_functions import VARIABLES
+from tissue_probe.diagnosis.shape.learnt_curve import Curve
 from tissue_probe.diagnosis.shape.shape import Shape, first_explained
 
 #: Share of a motion's power within a line from which on it is one sine.
