@@ -36,6 +36,7 @@ from benchmarks import (
     workbench,
 )
 from benchmarks.code import measure as code
+from benchmarks.free_form import measure as free_form
 from benchmarks.golden import tables as golden_tables
 from benchmarks.golden import told as golden
 from benchmarks.instrument import groups as instrument_groups
@@ -86,6 +87,7 @@ class Part(str, Enum):
     code = "code"
     study = "study"
     live_loop = "live_loop"
+    free_form = "free_form"
     all = "all"
 
 
@@ -93,7 +95,7 @@ class Part(str, Enum):
 WITHOUT_BAG = (
     *(Part.reading, Part.start, Part.protocols, Part.third_party, Part.map, Part.workbench),
     *(Part.explore, Part.blocks, Part.golden, Part.code, Part.instrument, Part.study),
-    Part.live_loop,
+    *(Part.live_loop, Part.free_form),
 )
 OWN_TABLES = (Part.daq, Part.soak, Part.readers, *WITHOUT_BAG)
 
@@ -142,7 +144,8 @@ def main(
         int,
         typer.Option(
             min=diagnosis.FIRST_SEED,
-            help="Of the challenges of `diagnosis`, of `protocols`, and of `instrument`.",
+            help="Of the challenges of `diagnosis`, of `protocols`, of `instrument`, of "
+            "`free_form`.",
         ),
     ] = diagnosis.FIRST_SEED,
     rig: Annotated[list[Rig] | None, typer.Option(help="Of `diagnosis`; both by default.")] = None,
@@ -196,8 +199,8 @@ def main(
     finite elements; `workbench` how soon its page answers in a browser; `golden` what the diagnosis
     says of a fixed set of records, beside an earlier result; `code` how large and tangled the
     diagnosis' code is; `study` how fast many recordings are answered, and whether their statistics
-    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo. `all`
-    leaves these seventeen out.
+    hold; `live_loop` how right a robot's force sensor is identified on an arm in MuJoCo;
+    `free_form` learnt shapes on second records. `all` leaves these eighteen out.
     """
     os.environ.setdefault("ROS_DOMAIN_ID", DOMAIN)
     count = count or (STUDIED if part == Part.study else diagnosis.COUNT)
@@ -280,6 +283,8 @@ def main(
             Console(width=150).print(*golden_tables.tables(found))
             if earlier is not None:
                 Console(width=150).print(*golden_tables.differences(earlier, found))
+        if part == Part.free_form:
+            results["free_form"] = free_form.measure(first_seed)
         if part == Part.code:
             sizes = code.measure()
             results["code"] = {name: asdict(size) for name, size in sizes.items()}

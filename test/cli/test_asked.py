@@ -85,3 +85,12 @@ def test_rig_and_all_that_was_said_stand_at_the_head():
         "prior relaxation=10."
     )
     assert question().head == "Asked: rig compliant_probe, tissue kelvin_voigt."
+
+
+def test_an_effect_that_is_left_out_is_not_tried():
+    assert "springpot" in question().library
+    left = question(without=["springpot"])
+    assert "springpot" not in left.library
+    assert "without springpot" in left.head
+    with pytest.raises(ParameterError, match="`without` springpod: there is no such effect"):
+        question(without="springpod")

@@ -13,8 +13,8 @@ from tissue_probe.analysis.choices import COURSES, RIG_NAMES, STARTS, TISSUE_NAM
 from tissue_probe.physics.rigs import OWN, named
 from tissue_probe.quantities import FORCE
 
-Kind = Literal["choice", "constants", "file", "files", "flag", "number", "odds", "whole"]
-"""A name of some, values by name, paths, yes or no, and numbers."""
+Kind = Literal["choice", "constants", "file", "files", "flag", "names", "number", "odds", "whole"]
+"""A name of some, values by name, paths, yes or no, any names, and numbers."""
 
 
 class Item(NamedTuple):
@@ -113,6 +113,11 @@ ITEMS = (
     Item(
         "effects", "files",
         "Python file with effects of your own; it is run. May be given several times.", (),
+    ),
+    Item(
+        "without", "names",
+        "Leave this effect out of those that are tried; may be given several times.", (),
+        metavar="EFFECT",
     ),
 )  # fmt: skip
 

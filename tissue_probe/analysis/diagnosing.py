@@ -49,6 +49,9 @@ TOGETHER = Finding(
     "contact are the same in all recordings.",
 )
 
+#: Name of the effect of a learnt shape.
+FREE_FORM = "free_form"
+
 Found = Callable[[str, "Fit"], None]
 """Told an effect, and the model that is asked about with it."""
 
@@ -133,6 +136,11 @@ class DiagnosisResult(Alike):
     def values(self) -> ResultTable:
         """Values of each model of the ladder."""
         return tables.values(self.found)
+
+    @property
+    def shape(self) -> ResultTable | None:
+        """Each variable's share of the missing force, where the verdict is ``unexplained``."""
+        return tables.shape(self.found)
 
     @property
     def exhaustion(self) -> str:
@@ -327,13 +335,14 @@ def diagnosis_of(compared: ComparisonResult) -> DiagnosisResult:
 
 
 @asks
-@take.checks(output=take.optional(take.path), workers=take.whole(1))
+@take.checks(output=take.optional(take.path), free_form=take.flag, workers=take.whole(1))
 def improve(
     measured: Source | Sequence[Source],
     *,
     validate: Source | Sequence[Source] | None = None,
     add: Sequence[str] = (),
     output: str | Path | None = None,
+    free_form: bool = False,
     progress: Callable[[str], None] = lambda doing: None,
     workers: int = WORKERS,
     **asked: Unpack[Asked],
@@ -346,15 +355,60 @@ def improve(
         As ``diagnose`` has them.
     output : path, optional
         Folder into which all is written.
+    free_form : bool
+        Where no law explains the record, write ``my_effect.py`` there, an effect of the shape that
+        was learnt, and add that.
     **asked
         See ``Asked``.
+
+    Raises
+    ------
+    TissueProbeError
+        As ``diagnose``; and if a ``free_form`` is asked for and no shape is claimed.
     """
-    result = diagnose(
-        measured, validate=validate, add=add, progress=progress, workers=workers, **asked
-    )
+    if free_form and output is None:
+        raise ParameterError("`free_form` writes an effect: say into which folder, by `output`")
+
+    def again(add: Sequence[str], asked: Asked) -> DiagnosisResult:
+        return diagnose(
+            measured, validate=validate, add=add, progress=progress, workers=workers, **asked
+        )
+
+    result = again(add, asked)
+    if free_form and output is not None:
+        path = write_effect(result, Path(output))
+        asked["effects"] = (*asked.get("effects", ()), path)
+        beside = result.found.shape.fit.composition.effects if result.found.shape else ()
+        own = {each.name for each in result.asked.composition.effects}
+        result = again([*(e.name for e in beside if e.name not in own), FREE_FORM], asked)
     if output is not None:
         result.save(output)
     return result
+
+
+def write_effect(result: DiagnosisResult, folder: Path) -> Path:
+    """Write the shape of the missing force as an effect, and its picture; return the file.
+
+    Raises
+    ------
+    ParameterError
+        If the diagnosis found what is missing, or nothing, so that there is no shape.
+    MeasurementError
+        If no shape is claimed, or one that no effect can have.
+    """
+    from tissue_probe.analysis.kept_files import write_shape
+    from tissue_probe.diagnosis.shape.effect_file import effect_text
+
+    if result.found.shape is None:
+        raise ParameterError(
+            f"`free_form`: the verdict is {result.verdict}: no shape was learnt; leave it out"
+        )
+    text = effect_text(result.found.shape)
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "my_effect.py"
+    path.write_text(text, encoding="utf-8")
+    write_shape(result, folder)
+    return path
 
 
 def _check_validation(fitted: Measurements, validated: Measurements) -> None:

@@ -28,6 +28,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.ranking.rules import added
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
+from tissue_probe.figures.shape import draw_shape
 from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
@@ -66,6 +67,14 @@ def write(result: DiagnosisResult, folder: Path) -> None:
     drawn = fit_shown.picture(ladder.base, ladder.base.worst, result.sources)
     drawn.savefig(folder / "compare.png", dpi=100)
     write_report(result, folder / "report.html")
+    write_shape(result, folder)
+
+
+def write_shape(result: DiagnosisResult, folder: Path) -> None:
+    """Write shape.png, the curve or surface of a missing force, if one is claimed."""
+    found = result.found.shape
+    if found is not None and found.curve is not None:
+        draw_shape(found.curve).savefig(folder / "shape.png", dpi=100)
 
 
 def kept_model(result: DiagnosisResult) -> FittedModel:

@@ -55,6 +55,7 @@ class Asked(TypedDict, total=False):
     constants: Constants | None
     prior: Mapping[str, float] | None
     effects: Sequence[str | Path]
+    without: Sequence[str]
 
 
 PRIOR = "`prior`: {} counts as {:g} times as likely as any other effect before the measurement."
@@ -78,6 +79,8 @@ class Question:
         See ``segments``.
     prior : mapping of str to float
         Odds of effects, or of those of a family, by name.
+    without : tuple of str
+        Names of effects that are not tried.
     stated : mapping
         All given values, by keyword, but for those equal to the default.
     """
@@ -91,6 +94,7 @@ class Question:
     starts: Starts = "auto"
     course: Course = "auto"
     prior: Mapping[str, float] = field(default_factory=dict)
+    without: tuple[str, ...] = ()
     stated: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -135,7 +139,7 @@ class Question:
         EffectError
             If a file of effects cannot be used.
         ParameterError
-            If the prior names something else.
+            If the prior, or ``without``, names something else.
         """
         from tissue_probe.physics import library
 
@@ -148,7 +152,12 @@ class Question:
                     f"`prior` {name}: there is no such effect or family; families are {known}"
                 )
             found |= {each.name: each.with_odds(odds) for each in meant}
-        return found
+        for name in self.without:
+            if name not in found:
+                raise ParameterError(
+                    f"`without` {name}: there is no such effect; known are {', '.join(found)}"
+                )
+        return {name: each for name, each in found.items() if name not in self.without}
 
     @property
     def composition(self) -> Composition:
@@ -189,9 +198,10 @@ def question(**asked: Unpack[Asked]) -> Question:
         said.get("starts", "auto"),
         said.get("course", "auto"),
         odds,
+        said.get("without", ()),
         {name: value for name, value in said.items() if _is_said(NAMED[name], value)},
     )
-    if begun.effect_files or found.prior:
+    if begun.effect_files or found.prior or found.without:
         _ = found.library  # a file that cannot be used is told before anything is fitted
     return found
 
@@ -210,6 +220,7 @@ def _kind(item: Item) -> take.Kind:
         "file": either_model,
         "files": take.several(take.path, "paths"),
         "flag": take.flag,
+        "names": take.several(take.text, "names of effects"),
         "number": take.number(),
         "odds": take.by_name(take.number(above=0.0), "numbers"),
         "whole": take.whole(),

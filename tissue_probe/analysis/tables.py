@@ -67,6 +67,21 @@ def ladder(diagnosis: Diagnosis) -> ResultTable:
     return ResultTable(f"The ladder; the noise is {output.tell(noise)}", columns, tuple(rows))
 
 
+def shape(diagnosis: Diagnosis) -> ResultTable | None:
+    """Return each variable's share of the missing force; None where that was not learnt."""
+    if diagnosis.shape is None:
+        return None
+    columns = (
+        Column("variable", "a function of"),
+        Column("alone", "alone [%]", _percent, right=True),
+        Column("beyond", "beyond the others [%]", _percent, right=True),
+    )
+    rows = tuple((name, each.alone, each.beyond) for name, each in diagnosis.shape.shares.items())
+    beside = fit_shown.title(diagnosis.shape.fit)
+    title = f"Shares of the force that {beside} misses, on held-out parts"
+    return ResultTable(title, columns, rows)
+
+
 def values(diagnosis: Diagnosis) -> ResultTable:
     """Return the values that each model of the ladder was fitted with, a column a model."""
     steps = (diagnosis.ladder.base, *diagnosis.ladder.steps)
@@ -83,3 +98,7 @@ def values(diagnosis: Diagnosis) -> ResultTable:
         Column("unit", "unit"),
     )
     return ResultTable("Values at each step, +- 95 % intervals", columns, tuple(rows))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f}"

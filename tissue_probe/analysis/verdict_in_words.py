@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.analysis import fit_shown
+from tissue_probe.analysis import fit_shown, shape_in_words
 from tissue_probe.analysis.result_table import probability
 from tissue_probe.diagnosis.answer import SIDE, correlations, says
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
@@ -307,7 +307,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
                 f" The probability that no model of the library is right is {unknown}; those of "
                 "the effects say which of them help most, and not that one is right."
             )
-    return [said.strip()]
+    return [said.strip(), *shape_in_words.told(diagnosis.shape)]
 
 
 def _of_zero(final: Fit) -> str:

@@ -100,6 +100,7 @@ _TYPES: dict[str, tuple[Any, Any]] = {
     "file": (Path | None, None),
     "files": (list[Path] | None, None),
     "flag": (bool, False),
+    "names": (list[str] | None, None),
     "number": (float | None, None),
     "odds": (list[str] | None, None),
     "whole": (int | None, None),

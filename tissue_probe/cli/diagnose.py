@@ -80,6 +80,8 @@ def diagnose(
     gave_up = [row[0] for row in result.ranking.rows if not row[-1]]
     if gave_up or not result.converged:
         print(UNSETTLED.format(len(gave_up)))
+    if result.shape is not None:
+        print(result.shape)
     print(with_options(result.text))
     if json:
         write_json(json, result.to_dict())

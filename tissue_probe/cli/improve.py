@@ -40,6 +40,14 @@ def improve(
             help="Where model.yaml, pictures and report go.",
         ),
     ] = Path("improved"),
+    free_form: Annotated[
+        bool,
+        typer.Option(
+            "--free-form",
+            help="Where no law explains the record, write my_effect.py, an effect of the shape "
+            "that was learnt, and add that.",
+        ),
+    ] = False,
 ) -> None:
     """Add the missing effects, one by one, while the error falls.
 
@@ -56,13 +64,15 @@ def improve(
     # Only now: fits take longer to import than a file takes to be refused.
     from rich.console import Console
 
-    from tissue_probe.analysis.diagnosing import diagnose
+    from tissue_probe.analysis.diagnosing import improve as add_missing
 
     with measured.under_way() as progress:
-        result = diagnose(
+        result = add_missing(
             fitted,
             validate=tried,
             add=add or [],
+            output=output if free_form else None,
+            free_form=free_form,
             **keywords,
             progress=progress,
         )

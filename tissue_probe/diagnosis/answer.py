@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
@@ -18,6 +18,10 @@ from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import added
+
+if TYPE_CHECKING:
+    from tissue_probe.diagnosis.shape.formula import Formula
+    from tissue_probe.diagnosis.shape.found import FoundShape
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
 #: A number, or null where there is none (JSON knows neither NaN nor infinity).
@@ -167,6 +171,76 @@ class InstrumentValue(_Entry):
     )
 
 
+class VariableShare(_Entry):
+    """The share of the residual beyond the noise that a free function explains, held out."""
+
+    alone: Number = Field(description="share from 0 to 1")
+    beyond: Number = Field(description="how much it adds to the others of the first choice")
+
+
+class ShapeCurve(_Entry):
+    """A learnt function of one variable; SI units."""
+
+    variable: str = Field(
+        description="indentation [m], velocity [m/s], force [N]; past: time since a step [s]; "
+        "path: way since a reversal [m]"
+    )
+    grid: list[float]
+    value: list[float] = Field(
+        description="force [N] beyond a straight line; of past the stiffness that is left [N/m]"
+    )
+    sd: list[float] = Field(description="standard deviation of its error")
+
+
+class ShapeSurface(_Entry):
+    """A learnt function of two variables; SI units."""
+
+    variables: list[str]
+    grid: list[list[float]] = Field(description="of each variable")
+    value: list[list[float]] = Field(
+        description="force [N] beyond a plane; a row for each of the first variable"
+    )
+    sd: list[list[float]]
+    visited: list[list[bool]] = Field(description="false: extrapolated, the record was never there")
+
+
+class FormulaConstant(_Entry):
+    """A constant of a formula."""
+
+    name: str
+    unit: str
+    value: Number
+    low: Number = Field(description="lower end of its 95 % interval")
+    high: Number
+
+
+class ShapeFormula(_Entry):
+    """A simple formula for the learnt function."""
+
+    formula: str = Field(description="of indentation [m] or velocity [m/s], in newtons")
+    constants: list[FormulaConstant]
+    probability: Number = Field(description="among the simple formulas that were tried")
+    rivals: list[str] = Field(description="other formulas within the noise")
+
+
+class Shape(_Entry):
+    """The variables of the force that no law of the library explains, and the function."""
+
+    variables: list[str] = Field(
+        description="the first choice: indentation, velocity, past, path, force, clock"
+    )
+    share: Number = Field(description="of the residual, held out, that they explain together")
+    shares: dict[str, VariableShare]
+    told: bool = Field(description="false: one steady sine cannot tell them from `alternatives`")
+    alternatives: list[list[str]] = Field(description="other variables that explain as much")
+    beside: list[str] = Field(description="effects of the model that the shape is learnt beside")
+    over_noise: Number = Field(description="residual over the noise, rms")
+    heldout_over_noise: Number = Field(description="the same of held-out parts")
+    curve: ShapeCurve | None = None
+    surface: ShapeSurface | None = None
+    formula: ShapeFormula | None = None
+
+
 class Answer(_Entry):
     """What ``compare``, ``diagnose`` and ``improve`` say."""
 
@@ -238,6 +312,11 @@ class Answer(_Entry):
         {}, description="what the values of each effect of the likely models mean, in few words"
     )
     errors: Errors | None = None
+    shape: Shape | None = Field(
+        None,
+        description="the missing force as a free function; null where none leaves noise only, in "
+        "held-out parts, too, and where the verdict is not unexplained",
+    )
     seconds: float = Field(description="time that the analysis took")
     compared: Step | None = Field(
         None,
@@ -282,6 +361,7 @@ def answer(diagnosis: Diagnosis, compared: Fit | None = None) -> Answer:
         correlations=correlations(final),
         says=says(ladder),
         errors=errors(diagnosis),
+        shape=shape(diagnosis.shape),
         seconds=diagnosis.seconds,
         compared=compared and step(compared, compared.heldout_rmse),
     )
@@ -342,6 +422,57 @@ def errors(diagnosis: Diagnosis) -> Errors:
         noise=final.noise,
         second_noise=diagnosis.validation_noise,
         over_noise=of_second if diagnosis.validated else final.rmse / final.noise,
+    )
+
+
+def shape(found: FoundShape | None) -> Shape | None:
+    """Put the shape of a missing force into the layout for programs; None where none is claimed."""
+    if found is None or not found.accepted:
+        return None
+    drawn = found.curve
+    one = drawn is not None and len(drawn.variables) == 1
+    return Shape(
+        variables=list(found.variables),
+        share=found.share,
+        shares={
+            name: VariableShare(alone=each.alone, beyond=each.beyond)
+            for name, each in found.shares.items()
+        },
+        told=found.told,
+        alternatives=[list(each) for each in found.rivals],
+        beside=list(found.fit.composition.names),
+        over_noise=found.ratio,
+        heldout_over_noise=found.heldout,
+        curve=ShapeCurve(
+            variable=drawn.variables[0],
+            grid=drawn.grid[0].tolist(),
+            value=drawn.value.tolist(),
+            sd=drawn.sd.tolist(),
+        )
+        if one
+        else None,
+        surface=ShapeSurface(
+            variables=list(drawn.variables),
+            grid=[each.tolist() for each in drawn.grid],
+            value=drawn.value.tolist(),
+            sd=drawn.sd.tolist(),
+            visited=drawn.visited.tolist(),
+        )
+        if drawn is not None and not one
+        else None,
+        formula=_formula(found.formula),
+    )
+
+
+def _formula(found: Formula | None) -> ShapeFormula | None:
+    return found and ShapeFormula(
+        formula=found.text,
+        constants=[
+            FormulaConstant(name=c.name, unit=c.unit, value=c.value, low=c.low, high=c.high)
+            for c in found.constants
+        ],
+        probability=found.probability,
+        rivals=list(found.rivals),
     )
 
 

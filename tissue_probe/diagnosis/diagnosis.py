@@ -39,6 +39,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.rigs import OWN
 
 if TYPE_CHECKING:
+    from tissue_probe.diagnosis.shape.found import FoundShape
     from tissue_probe.physics.effects import Effect
 
 #: Where the search for a further effect came to its limit, and something is left unexplained.
@@ -96,6 +97,8 @@ class Diagnosis:
         recordings; 0 without.
     instrument : tuple of InstrumentValue
         Values of the last model that belong to the instrument, not to the tissue.
+    shape : FoundShape or None
+        The shape of the missing force; None but where something is left unexplained.
     """
 
     verdict: Verdict
@@ -111,6 +114,7 @@ class Diagnosis:
     command: DriverCommand | None = None
     uncertainty: float = 0.0
     instrument: tuple[InstrumentValue, ...] = ()
+    shape: FoundShape | None = None
 
     @property
     def carries_over(self) -> bool:
@@ -222,8 +226,21 @@ def diagnose(
         _command(suggestion, asked), second.uncertainty(ladder.final), own,
     )  # fmt: skip
     # A model that explains one recording of a specimen, and not another, does not explain it.
-    fails = found.verdict in ("adequate", "missing") and not found.carries_over
-    return replace(found, verdict="unexplained") if fails else found
+    if found.verdict in ("adequate", "missing") and not found.carries_over:
+        return replace(found, verdict="unexplained")
+    if found.verdict != "unexplained" or wanted:
+        return found
+    progress("the shape of the missing force is learnt")
+    shape = _shape(ladder, instrument)
+    return replace(found, shape=shape, seconds=time.perf_counter() - begun)
+
+
+def _shape(ladder: Ladder, instrument: Instrument) -> FoundShape:
+    """Learn the shape beside the base, or beside the effects that come nearest."""
+    # Only now: most diagnoses do without.
+    from tissue_probe.diagnosis.shape.found import found_shape
+
+    return found_shape((ladder.base, *ladder.steps), instrument)
 
 
 def _climbed(

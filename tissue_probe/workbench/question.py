@@ -77,4 +77,5 @@ _READ: dict[str, Any] = {
     "number": stated.number,
     "constants": stated.constants,
     "odds": stated.odds,
+    "names": stated.names,
 }

@@ -76,6 +76,19 @@ def text(name: str, value: Any) -> str | None:
     return value
 
 
+def names(name: str, value: Any) -> tuple[str, ...]:
+    """Return texts.
+
+    Raises
+    ------
+    Refused
+        If it is no list of texts.
+    """
+    if not isinstance(value, (list, tuple)) or not all(isinstance(each, str) for each in value):
+        raise Refused(f"`{name}` is {shown(value)}; give a list of names")
+    return tuple(value)
+
+
 def constants(name: str, value: Any) -> dict[str, tuple[float, float]]:
     """Return values with their standard deviations, by name.
 

@@ -1,0 +1,60 @@
+"""Where no law explains a record, its shape is told, and becomes an effect of the user's own."""
+
+import numpy as np
+import pytest
+
+import tissue_probe as tp
+from tissue_probe.errors import ParameterError
+from tissue_probe.physics.effects import EFFECTS
+
+RATE = 1000.0
+ASKED = {
+    "rig": "rigid_probe",
+    "constants": {"tip_mass": 0.0},
+    "starts": "moving",
+    "without": [name for name in EFFECTS if name not in ("cubic_stiffening", "force_drift")],
+}
+
+
+def record(seed, size=1.0, drag=40.0):
+    """Return a record of a spring, a damper and drag that grows with the square of the speed."""
+    random = np.random.default_rng(seed)
+    t = np.arange(2000) / RATE
+    w = 2.0 * np.pi * np.linspace(1.0, 23.0, 12)
+    angle = np.multiply.outer(t, w) + random.uniform(0.0, 2.0 * np.pi, w.size)
+    x, v = 3e-4 * size * np.sin(angle).sum(axis=1), 3e-4 * size * (w * np.cos(angle)).sum(axis=1)
+    force = 400.0 * x + 4.0 * v + drag * v * np.abs(v) + 5e-3 * random.standard_normal(t.size)
+    return {"time": t, "position": x, "force": force}
+
+
+@pytest.fixture(scope="module")
+def unexplained():
+    return tp.diagnose(record(0), **ASKED)
+
+
+def test_the_variables_of_an_unexplained_force_are_told(unexplained):
+    assert unexplained.verdict == "unexplained"
+    assert "% of the missing force is a function of the velocity; " in unexplained.text
+    rows = {row["variable"]: row for row in unexplained.shape}
+    assert rows["velocity"]["alone"] > 0.98
+    assert rows["indentation"]["beyond"] < 0.02
+    shape = unexplained.to_dict()["shape"]
+    assert shape["variables"] == ["velocity"]
+    assert shape["formula"]["formula"] == "c * sign(velocity) * abs(velocity / 0.1)**a"
+    assert len(shape["curve"]["grid"]) == len(shape["curve"]["value"]) == len(shape["curve"]["sd"])
+
+
+def test_the_shape_becomes_an_effect_that_explains_a_second_recording(tmp_path):
+    again = tp.improve(record(0), validate=record(1, 0.6), output=tmp_path, free_form=True, **ASKED)
+    assert again.effects == ("free_form",)
+    assert again.found.carries_over
+    assert (tmp_path / "shape.png").exists()
+    model = tp.compare(
+        record(2, 0.6), model=tmp_path / "model.yaml", effects=[tmp_path / "my_effect.py"]
+    )
+    assert model.fit.rmse < 1.1 * 5e-3
+
+
+def test_where_nothing_is_missing_there_is_no_free_form(tmp_path):
+    with pytest.raises(ParameterError, match="the verdict is adequate: no shape was learnt"):
+        tp.improve(record(0, drag=0.0), output=tmp_path, free_form=True, **ASKED)

@@ -1,0 +1,268 @@
+"""A simple formula for a learnt function, if there is one: a catalogue of forms, each refitted.
+
+Contents: the forms; the one that explains the record best, its constants, and its rivals.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.diagnosis.shape.choice import ALIKE, FITS
+from tissue_probe.diagnosis.shape.free_functions import Group
+from tissue_probe.diagnosis.shape.gram import Gram
+from tissue_probe.diagnosis.shape.paths import Path
+from tissue_probe.diagnosis.shape.shape import Shape
+from tissue_probe.diagnosis.shape.tip_response import tip_response
+from tissue_probe.signals import FloatArray
+
+#: Values of a form's second constant that are tried, over its whole range.
+STEPS = 25
+#: By how much the cost may rise within a 95 % interval.
+INTERVAL = 3.84
+Law = Callable[[FloatArray, float], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A law c f(s; a) of one signal s, which may have a second constant a.
+
+    Attributes
+    ----------
+    name : str
+        Of the form.
+    text : str
+        In Python's words: of ``s``, ``c`` and ``a``, with ``abs``, ``sign``, ``exp``, ``tanh``.
+    law : callable
+        f of the signal and a.
+    signals : tuple of str
+        Which signals it is tried for.
+    least, most : float
+        Range of a: a number, or a share of the largest signal, or over the largest signal.
+    of : str
+        The kind of a: "" (none), "number", "length" (as the signal), "inverse".
+    """
+
+    name: str
+    text: str
+    law: Law
+    signals: tuple[str, ...] = ("indentation", "velocity")
+    least: float = 0.0
+    most: float = 0.0
+    of: str = ""
+
+    def values(self, largest: float) -> FloatArray:
+        """Return the values of a that are tried for a signal that is at most so large."""
+        if not self.of:
+            return np.zeros(1)
+        scale = {"number": 1.0, "length": largest, "inverse": 1.0 / largest}[self.of]
+        return np.geomspace(self.least, self.most, STEPS) * scale
+
+    def unit(self, signal: str) -> str:
+        """Return the unit of a."""
+        own = {"indentation": "m", "velocity": "m/s"}[signal]
+        inverse = {"indentation": "1/m", "velocity": "s/m"}[signal]
+        return {"number": "1", "length": own, "inverse": inverse, "": ""}[self.of]
+
+
+_BOTH = ("indentation", "velocity")
+
+
+def _powers(signal: str, usual: float) -> tuple[Form, Form]:
+    """Return powers of a signal over a usual value of it, so that c is a force of usual size."""
+    share = f"abs(s / {usual:g})**a"
+    return (
+        Form("power, odd", f"c * sign(s) * {share}",
+             lambda s, a: np.sign(s) * np.abs(s / usual) ** a, (signal,), 0.2, 5.0, "number"),
+        Form("power, even", f"c * {share}",
+             lambda s, a: np.abs(s / usual) ** a, (signal,), 0.5, 6.0, "number"),
+    )  # fmt: skip
+
+
+FORMS = (
+    *_powers("indentation", 1e-3),
+    *_powers("velocity", 0.1),
+    Form("exponential", "c * (exp(a * s) - 1)", lambda s, a: np.expm1(a * s),
+         _BOTH, 0.1, 10.0, "inverse"),
+    Form("rational", "c * s / (1 + abs(s) / a)", lambda s, a: s / (1.0 + np.abs(s) / a),
+         _BOTH, 0.05, 20.0, "length"),
+    Form("saturating", "c * tanh(s / a)", lambda s, a: np.tanh(s / a), _BOTH, 0.01, 5.0, "length"),
+    Form("beyond a depth", "c * max(s - a, 0)", lambda s, a: np.maximum(s - a, 0.0),
+         ("indentation",), 0.05, 0.95, "length"),
+    Form("direction", "c * sign(s)", lambda s, a: np.sign(s), ("velocity",)),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant of a formula, with its 95 % interval."""
+
+    name: str
+    unit: str
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """A formula that explains a record as well as a free function.
+
+    Attributes
+    ----------
+    name : str
+        Of its form.
+    signal : str
+        The signal that it is a function of.
+    constants : tuple of Constant
+        c, then a where the form has it.
+    probability : float
+        Among the forms of the catalogue that explain the record.
+    rivals : tuple of str
+        Names of other forms within the noise.
+    """
+
+    name: str
+    signal: str
+    constants: tuple[Constant, ...]
+    probability: float
+    rivals: tuple[str, ...]
+
+    @property
+    def form(self) -> Form:
+        """The form of that name."""
+        own = (form for form in FORMS if self.signal in form.signals)
+        return next(form for form in own if form.name == self.name)
+
+    @property
+    def text(self) -> str:
+        """The formula with its signal's name."""
+        return re.sub(r"\bs\b", self.signal, self.form.text)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    form: Form
+    at: FloatArray
+    costs: FloatArray
+    weights: FloatArray
+    deviations: FloatArray
+
+    @property
+    def best(self) -> int:
+        return int(np.argmin(self.costs))
+
+    @property
+    def is_told(self) -> bool:
+        """Whether its second constant lies within the range: at an end it is another form."""
+        return not self.form.of or 0 < self.best < self.at.size - 1
+
+
+def formula(found: Shape, instrument: Instrument) -> Formula | None:
+    """Return the best simple formula; None where no one explains the record as well as the curve.
+
+    Each form is fitted in the place of the free function: its second constant by trial, all that is
+    linear with it, the model's own values among them.
+    """
+    if len(found.choice.chosen) != 1 or not found.choice.chosen <= set(_BOTH):
+        return None
+    (signal,) = found.choice.chosen
+    tried = [each for each in _tried(found, instrument, signal) if each.is_told]
+    samples = found.gram.samples
+    most = min(FITS, ALIKE * found.choice.best.ratio) ** 2 * samples
+    good = [each for each in tried if each.costs[each.best] <= most]
+    if not good:
+        return None
+    # Each constant costs as much as the Bayesian criterion asks; the noise is known.
+    scores = np.array([_criterion(each, samples) for each in good])
+    shares = np.exp(-0.5 * (scores - scores.min()))
+    shares /= shares.sum()
+    first = int(np.argmax(shares))
+    rivals = [each.form.name for n, each in enumerate(good) if n != first]
+    best = good[first]
+    return Formula(
+        best.form.name, signal, _constants(best, signal), float(shares[first]), tuple(rivals)
+    )
+
+
+def _criterion(tried: _Tried, samples: int) -> float:
+    constants = 1 + bool(tried.form.of)
+    return float(tried.costs[tried.best] + constants * np.log(samples))
+
+
+def _tried(found: Shape, instrument: Instrument, signal: str) -> Iterator[_Tried]:
+    largest = max(float(np.max(np.abs(getattr(path, signal)))) for path in found.paths)
+    forms = [form for form in FORMS if signal in form.signals]
+    groups = [g for g in found.groups if g.name in ("straight", "level")]
+    groups += [
+        Group(form.name, frozenset(), _columns(form, signal, form.values(largest)))
+        for form in forms
+    ]
+    gram = Gram.of(found.fit, instrument, found.paths, groups, tip_response(found.fit))
+    beside = [gram.places["straight"], *([gram.places["level"]] * (signal == "indentation"))]
+    for form in forms:
+        yield _fitted(gram, beside, form, form.values(largest), gram.places[form.name])
+
+
+def _columns(form: Form, signal: str, values: Sequence[float]) -> Callable[[Path], FloatArray]:
+    def columns(path: Path) -> FloatArray:
+        own = getattr(path, signal)
+        return np.stack([form.law(own, a) for a in values], axis=1)
+
+    return columns
+
+
+def _fitted(
+    gram: Gram, beside: Sequence[FloatArray], form: Form, at: FloatArray, places: FloatArray
+) -> _Tried:
+    """Fit a form at each value of its second constant, beside the model's own values."""
+    whole, right = gram.products.sum(axis=0), gram.towards.sum(axis=0)
+    square = float(gram.squares.sum() + gram.precision @ gram.departure**2)
+    own = np.concatenate([np.arange(gram.own), *beside]).astype(int)
+    right = right.copy()
+    right[: gram.own] += gram.precision * gram.departure
+    costs, weights, deviations = (np.empty(at.size) for _ in range(3))
+    for index, place in enumerate(places):
+        columns = np.append(own, place)
+        matrix = whole[np.ix_(columns, columns)].copy()
+        matrix[np.arange(gram.own), np.arange(gram.own)] += gram.precision
+        matrix.flat[:: columns.size + 1] += 1e-12
+        solution = np.linalg.solve(matrix, right[columns])
+        costs[index] = square - right[columns] @ solution
+        weights[index] = solution[-1] / gram.scale[place]
+        deviations[index] = np.sqrt(abs(np.linalg.inv(matrix)[-1, -1])) / gram.scale[place]
+    return _Tried(form, at, costs, weights, deviations)
+
+
+def _constants(tried: _Tried, signal: str) -> tuple[Constant, ...]:
+    best = tried.best
+    near = tried.costs <= tried.costs[best] + INTERVAL
+    low = (tried.weights - 1.96 * tried.deviations)[near].min()
+    high = (tried.weights + 1.96 * tried.deviations)[near].max()
+    at, form = tried.at, tried.form
+    slope = {"indentation": "N/m", "velocity": "N s/m"}[signal]
+    unit = slope if form.name in ("rational", "beyond a depth") else "N"
+    if not form.of:
+        return (Constant("c", unit, float(tried.weights[best]), float(low), float(high)),)
+    value, lower, upper = _refined(at, tried.costs)
+    strength = float(np.interp(np.log(value), np.log(at), tried.weights))
+    return (
+        Constant("c", unit, strength, min(float(low), strength), max(float(high), strength)),
+        Constant("a", form.unit(signal), value, lower, upper),
+    )
+
+
+def _refined(at: FloatArray, costs: FloatArray) -> tuple[float, float, float]:
+    """Return the least of a parabola through the best three values, and where it costs too much."""
+    best = int(np.argmin(costs))
+    if best in (0, at.size - 1):
+        return float(at[best]), float(at[max(best - 1, 0)]), float(at[min(best + 1, at.size - 1)])
+    logs = np.log(at[best - 1 : best + 2])
+    bend, slope, _ = np.polyfit(logs - logs[1], costs[best - 1 : best + 2], 2)
+    middle = logs[1] - slope / (2.0 * bend)
+    wide = float(np.sqrt(INTERVAL / bend))
+    return float(np.exp(middle)), float(np.exp(middle - wide)), float(np.exp(middle + wide))
