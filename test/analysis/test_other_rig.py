@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 import tissue_probe as tp
@@ -45,6 +46,7 @@ def test_the_rig_on_which_the_plain_model_explains_is_told():
     assert "the plain model of rigid_probe explains these measurements" in note
 
 
+@pytest.mark.battery
 def test_a_force_that_is_commanded_is_told():
     (note,) = rig_told(tp.diagnose(driven(), rig="rigid_probe"))
     assert "commanded and not measured; is the rig force_driven (`rig` force_driven)?" in note

@@ -43,6 +43,7 @@ def test_that_none_is_left_to_try_the_result_on_is_told(at_two_speeds, tmp_path)
     assert "all were fitted together" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.battery
 def test_a_specimen_of_another_stiffness_is_no_effect():
     other = triangles(1.0, 1, stiffness=880.0, friction=0.0)
     result = tp.diagnose(triangles(1.0, 0, friction=0.0), validate=other, **GIVEN)

@@ -194,6 +194,7 @@ def test_of_two_effects_one_is_hidden_where_no_two_would_show(monkeypatch):
         assert len(made.answer.effects) == 1
 
 
+@pytest.mark.battery
 def test_any_deals_every_excitation():
     made = list(make_series("none", 20, 1, "any", "exact"))
     kinds = [each.answer.excitation["kind"] for each in made]

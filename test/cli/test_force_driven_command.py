@@ -105,6 +105,7 @@ def test_improve_leaves_a_model_that_compare_takes_and_whose_rig_it_knows(run, r
     assert "m rms: the error that noise alone leaves" in outcome.out
 
 
+@pytest.mark.battery
 def test_a_model_found_beside_noise_of_the_force_is_compared_beside_it(run, tmp_path, table):
     noise = 5.0 * np.random.default_rng(1).standard_normal(len(table))
     noisy = table + np.outer(noise, [0.0, 0.0, 1.0])

@@ -85,7 +85,8 @@ def test_a_linear_model_has_no_error_of_steps(coarse):
     assert doubt(fit_base(RIG, [coarse], FREE), FREE).step == 0.0
 
 
-@pytest.mark.parametrize("rate", [8.0, pytest.param(20.0, marks=pytest.mark.battery)])
+@pytest.mark.battery
+@pytest.mark.parametrize("rate", [8.0, 20.0])
 def test_a_stiffening_resonance_is_named_and_its_values_hold(rate):
     first, second = measured(rate, 0.2, CUBE), measured(rate, 0.2, CUBE, seed=1)
     found = diagnose(RIG, [first], FREE, EFFECTS, [second])

@@ -411,6 +411,7 @@ def test_each_model_of_the_ranking_is_tried_on_the_second_recording():
     assert all(fit.composition.names in found.validated for fit in found.ladder.ranking)
 
 
+@pytest.mark.battery
 def test_an_effect_of_no_strength_has_the_plain_models_error_on_what_is_held_out():
     made = challenge(21, rig="tolerant", excitation="chirp60", preload=2e-3)
     found = diagnose(made, EFFECTS)

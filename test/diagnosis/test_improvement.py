@@ -128,6 +128,7 @@ def test_what_goes_with_either_of_two_effects_as_well_is_told():
     assert beside[1] == {"channel_delay", "added_mass"}
 
 
+@pytest.mark.battery
 def test_a_hum_at_a_multiple_of_the_sine_takes_no_place_of_another_first_effect():
     """It explains the most, being one line of what the other two make together."""
     hidden = ("coulomb_friction", "added_mass")
@@ -139,6 +140,7 @@ def test_a_hum_at_a_multiple_of_the_sine_takes_no_place_of_another_first_effect(
     assert (ladder.verdict, set(ladder.effects)) == ("missing", set(hidden))
 
 
+@pytest.mark.battery
 def test_what_an_effect_contains_is_searched_again_where_it_was_found_badly():
     """Beside relaxation contact is lost as it is alone; from contact no way led to relaxation."""
     hidden = ("generalized_maxwell", "contact_loss")
@@ -204,6 +206,7 @@ def test_an_effect_that_only_led_another_to_where_it_explains_all_alone_is_dropp
     assert alone.ratio > 5.0
 
 
+@pytest.mark.battery
 def test_where_one_of_three_is_dropped_the_others_may_give_way_again():
     """Beside a bias, which is none, lost contact was followed by a tissue that holds the tip."""
     made = challenge(18800025, "contact_loss", "bouc_wen_hysteresis", excitation="sine10ss")
@@ -257,6 +260,7 @@ def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it()
     assert set(told.steps[0].composition.names) < set(told.effects)
 
 
+@pytest.mark.battery
 def test_both_of_two_effects_give_way_each_to_another_of_its_family():
     """Beside a wrong stiffening a delay was as good as the lag, and stayed for the right one."""
     made = challenge(1500056, "force_lag", "exponential_stiffening", excitation="chirp60")
@@ -305,6 +309,7 @@ def test_an_effect_of_a_users_own_is_sought_beside_one_of_its_family(tmp_path):
     assert "stribeck_friction" not in addable(base, own)
 
 
+@pytest.mark.battery
 def test_the_parts_of_a_law_are_tried_in_other_forms():
     """Hertz's law leads, being lost contact and one stiffening: another one was hidden."""
     made = challenge(76000063, "cubic_stiffening", "contact_loss", rig="tolerant", preload=0.0)
@@ -315,6 +320,7 @@ def test_the_parts_of_a_law_are_tried_in_other_forms():
     )
 
 
+@pytest.mark.battery
 def test_kin_takes_its_place_beside_an_effect_that_was_extended_before():
     """A lag and a delay beside Hertz's law: which of them was hidden is told by fitting both."""
     timing = ("channel_delay", "force_lag")

@@ -65,6 +65,7 @@ def test_it_may_be_stated_too():
     assert stated.fit.named() == pytest.approx(told.fit.named())
 
 
+@pytest.mark.battery
 def test_half_a_sample_between_straight_lines_and_a_converter_is_no_delay():
     """The course is chosen by a model without relaxation, and chosen wrongly."""
     rate, stiffness = 12.0, 15.0

@@ -33,7 +33,7 @@ def even(count=3000, rate=500.0):
     return np.arange(count) / rate
 
 
-@pytest.mark.parametrize("off", [13e-3, -2e-3])
+@pytest.mark.parametrize("off", [13e-3, pytest.param(-2e-3, marks=pytest.mark.battery)])
 def test_where_the_positions_zero_is_changes_nothing_of_plain_tissue(off):
     time = even()
     found = tp.diagnose(

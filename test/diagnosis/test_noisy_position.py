@@ -47,7 +47,8 @@ def record(seed, position_noise, relaxes=True):
     }
 
 
-@pytest.mark.parametrize("position_noise", [2e-8, pytest.param(3e-7, marks=pytest.mark.battery)])
+@pytest.mark.battery
+@pytest.mark.parametrize("position_noise", [2e-8, 3e-7])
 def test_relaxation_alone_is_found_where_the_encoder_shakes_the_mass(position_noise):
     """The plain model has hardly a mass, so that only the right one tells of that noise."""
     first, second = (record(seed, position_noise) for seed in (11, 12))

@@ -70,7 +70,9 @@ def recorded(law):
     return tp.read({"t": TIMES, "u": noisy, "F": push(TIMES)}, force_polarity="compression")
 
 
-@pytest.mark.parametrize("effect", LAWS)
+@pytest.mark.parametrize(
+    "effect", [None, pytest.param("cubic_stiffening", marks=pytest.mark.battery), "hertz_contact"]
+)
 def test_its_tissue_and_the_hidden_effect_are_found(platform, effect):
     law, values = LAWS[effect]
     found = tp.diagnose(recorded(law), rig=platform, starts="at-rest")

@@ -41,7 +41,8 @@ def measured(seed, force_noise=0.0):
     return Measurement(position, force, PERIOD, output=POSITION)
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(2, marks=pytest.mark.battery)])
+@pytest.mark.battery
+@pytest.mark.parametrize("seed", [0, 2])
 def test_a_stiffening_resonance_that_begins_in_motion_carries_over(seed):
     found = diagnose(RIG, [measured(seed)], FREE, EFFECTS, [measured(seed + 1)])
     assert (found.verdict, found.effects) == ("missing", ("cubic_stiffening",))
@@ -51,7 +52,8 @@ def test_a_stiffening_resonance_that_begins_in_motion_carries_over(seed):
     assert found.validation_noise == pytest.approx(NOISE, rel=0.2)
 
 
-@pytest.mark.parametrize("seed", [4, pytest.param(6, marks=pytest.mark.battery)])
+@pytest.mark.battery
+@pytest.mark.parametrize("seed", [4, 6])
 def test_noise_of_the_force_is_counted_on_both_recordings(seed):
     first, second = measured(seed, 0.02), measured(seed + 1, 0.02)
     found = diagnose(RIG, [first], FREE, EFFECTS, [second])

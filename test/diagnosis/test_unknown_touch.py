@@ -66,7 +66,7 @@ def test_a_second_recording_with_another_zero_of_the_position_carries_over():
     assert found.answer.errors.second < 1.1 * NOISE
 
 
-@pytest.mark.parametrize("off", [-6e-3, 10e-3])
+@pytest.mark.parametrize("off", [-6e-3, pytest.param(10e-3, marks=pytest.mark.battery)])
 def test_a_zero_of_the_position_that_differs_between_parts_is_no_tissue(off):
     later = np.where(TIME > 8.0, TIME + 0.7, TIME)
     depth = pressed(1.3)
@@ -104,6 +104,7 @@ def test_a_ramp_that_begins_in_contact_is_not_taken_for_a_drift_in_the_air():
     assert value(found, "stiffness").value == pytest.approx(300.0, rel=0.01)
 
 
+@pytest.mark.battery
 def test_the_answer_stays_when_one_of_the_effects_that_it_names_is_added(tmp_path):
     """The place of touch stays as unknown as it was, though the model was fitted with it."""
     branch, depth, step, added = np.zeros(TIME.size), pressed(1.3), TIME[1], "standard_linear_solid"

@@ -31,6 +31,7 @@ def diagnosed(position_noise):
     ).to_dict()
 
 
+@pytest.mark.battery
 def test_friction_is_found_where_noise_hides_which_way_the_tip_moves():
     answer = diagnosed(position_noise=1.5e-6)
     assert (answer["verdict"], answer["effects"]) == ("missing", ["coulomb_friction"])
@@ -54,6 +55,7 @@ def test_a_force_that_jumps_as_friction_does_is_no_noise():
     assert answer["noise_floor"] == pytest.approx(1.5e-3, rel=0.1)
 
 
+@pytest.mark.battery
 @pytest.mark.parametrize("second", [False, True])
 def test_a_value_that_one_part_alone_tells_asks_for_a_second_record(second):
     """A ramp, and a long hold: only the ramp has a speed."""
@@ -76,7 +78,7 @@ def test_a_value_that_one_part_alone_tells_asks_for_a_second_record(second):
     assert all("damping" in each and "`validate`" in each for each in told)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.battery)])
 def test_squares_so_quick_that_their_jumps_pass_for_noise_of_the_force_are_none(seed):
     random, period = np.random.default_rng(seed), 1e-3
     force = 2.0 * np.where((np.arange(1800) // 9 + np.arange(1800) // 23) % 2, 1.0, -1.0)
