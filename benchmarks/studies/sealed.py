@@ -105,6 +105,6 @@ def _shrinkage() -> dict[str, float]:
     errors = [float(np.sqrt(np.mean(each**2))) for each in (alone, borrowed)]
     return {
         "k of 50 ms, error alone [N/m]": errors[0],
-        "k of 50 ms, error with what others tell [N/m]": errors[1],
+        "k of 50 ms, error with the others [N/m]": errors[1],
         "k of 50 ms, error less [%]": 100.0 * (1.0 - errors[1] / errors[0]),
     }

@@ -41,8 +41,6 @@ def workbench(
         Path | None,
         typer.Option(
             metavar="STUDY.yaml",
-            exists=True,
-            dir_okay=False,
             help="Show the table of a study that was run; a click opens a recording of it.",
         ),
     ] = None,

@@ -181,7 +181,7 @@ def _forest(
     ]
     note = "Bars: 95 % intervals of each recording alone."
     if spread:
-        note += " Rings: its value with what its specimen and group tell of it. Diamonds: means."
+        note += " Rings: its value where its specimen and group count, too. Diamonds: means."
     if len(lines) > DRAWN:
         note += f" The first {DRAWN} of {len(lines)} recordings are drawn."
     return Forest(NAMES.get(value, value), UNITS.get(value, "SI"), note, [*heads, *lines[:DRAWN]])
