@@ -74,7 +74,7 @@ class SensorSettings(BaseModel):
     late: float = setting(
         0.0,
         "s",
-        "the wrench is published so long after the pose that belongs to it; with 0.08 its inertia "
+        "the wrench is published so long after the pose that belongs to it; with 0.06 its inertia "
         "is most exact",
         ge=0.0,
         le=0.5 * WINDOW,

@@ -115,7 +115,9 @@ def first_unrest(
 def likely_unrest(
     unrest: FloatArray, missed: FloatArray, variance: FloatArray, gained: FloatArray
 ) -> FloatArray:
-    """Return the most likely of ``CHANGES`` times a former unrest, for forces and for torques.
+    """Return the mean of ``CHANGES``, as likely as they are, times a former unrest.
+
+    For forces and for torques, each alone.
 
     Parameters
     ----------
@@ -132,7 +134,8 @@ def likely_unrest(
         total = variance[:, axes] + added
         fit = -0.5 * np.sum(missed[:, axes] ** 2 / total + np.log(total), axis=(1, 2))
         likely = fit - 0.5 * (np.log(CHANGES) / DOUBT) ** 2
-        judged[axes] = CHANGES[np.argmax(likely)] * unrest[axes]
+        weight = np.exp(likely - likely.max())
+        judged[axes] = (weight @ CHANGES) / weight.sum() * unrest[axes]
     return judged
 
 
