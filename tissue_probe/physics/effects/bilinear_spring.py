@@ -37,6 +37,8 @@ def _form(
         parameters=parameters,
         force=CHANGE * sp.Max(depth, 0),
         forms=forms,
+        # A knee beyond the travel only shifts the force.
+        simpler=("force_bias",),
         excludes=(
             "cubic_stiffening",
             "exponential_stiffening",
