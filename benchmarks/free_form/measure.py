@@ -110,7 +110,10 @@ def _second(found: FoundShape, base: Fit, made: Record) -> float | None:
         path = Path(folder) / "my_effect.py"
         path.write_text(text, encoding="utf-8")
         effect = effects([path])[NAME]
-    final = climb_by(base.composition, base.measurements, KNOWN, [effect]).final
+    try:
+        final = climb_by(base.composition, base.measurements, KNOWN, [effect]).final
+    except MeasurementError:  # it diverges: the claim is worth nothing
+        return float("inf")
     other = Measurement(*made.second, 1.0 / SAMPLE_RATE, at_rest=True)
     moved = carried(final.composition, final.named(), [other], KNOWN)
     if moved is None:
