@@ -47,11 +47,9 @@ def told(found: FoundShape | None) -> list[str]:
         return sentences
     if found.rivals:
         others = "; or ".join(_together([NAMES[n] for n in each]) for each in found.rivals[:3])
-        cannot = "One steady sine cannot tell that from a function of"
         sentences.append(
-            f"{cannot} {others}: record another motion, such as a multisine."
-            if found.steady
-            else f"Nearly as much explains a function of {others}."
+            f"This motion cannot tell that from a function of {others}: record another, such as "
+            "a multisine."
         )
     if found.told:
         sentences.append(_formula(found))

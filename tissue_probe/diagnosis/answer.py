@@ -231,7 +231,7 @@ class Shape(_Entry):
     )
     share: Number = Field(description="of the residual, held out, that they explain together")
     shares: dict[str, VariableShare]
-    told: bool = Field(description="false: one steady sine cannot tell them from `alternatives`")
+    told: bool = Field(description="false: this motion cannot tell them from `alternatives`")
     alternatives: list[list[str]] = Field(description="other variables that explain as much")
     beside: list[str] = Field(description="effects of the model that the shape is learnt beside")
     over_noise: Number = Field(description="residual over the noise, rms")

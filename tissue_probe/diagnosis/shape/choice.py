@@ -21,7 +21,8 @@ Set = frozenset[str]
 FITS, HOLDS = 1.07, 1.15
 #: By how much the logarithm of the evidence must rise for each further variable: a thousandfold.
 EACH = 7.0
-#: Sets whose rests differ by less are not told apart.
+#: Sets are not told apart whose rests differ by less than this factor, and the forces that they
+#: explain by no more of their power: the free functions themselves are no more exact.
 ALIKE = 1.03
 #: Variables that go with no other: with the clock anything can be explained.
 ALONE = frozenset(["clock"])
@@ -54,12 +55,14 @@ class Choice:
 
     @property
     def rivals(self) -> list[Set]:
-        """Sets that do not contain the chosen one, and leave as little."""
-        most = ALIKE * self.best.ratio
+        """Sets that do not contain the chosen one, leave as little, and explain as much."""
+        left = self.best.ratio**2
+        explained = self.tried[frozenset()].ratio ** 2 - left
+        most = left + (ALIKE**2 - 1.0) * min(left, explained)
         return [
             each
             for each, fit in self.tried.items()
-            if each and not each >= self.chosen and fit.ratio <= most
+            if each and not each >= self.chosen and fit.ratio**2 <= most
         ]
 
     def share(self, variables: Set) -> float:

@@ -8,20 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.shape.choice import Choice
 from tissue_probe.diagnosis.shape.curve import curve
 from tissue_probe.diagnosis.shape.formula import Formula, formula
 from tissue_probe.diagnosis.shape.free_functions import VARIABLES
 from tissue_probe.diagnosis.shape.learnt_curve import Curve
 from tissue_probe.diagnosis.shape.shape import Shape, first_explained
-
-#: Share of a motion's power within a line from which on it is one sine.
-ONE_SINE = 0.995
 
 
 @dataclass(frozen=True)
@@ -52,8 +46,6 @@ class FoundShape:
         Whether they leave noise only, in parts that are held out, too.
     rivals : tuple of tuple of str
         Other sets that leave as little.
-    steady : bool
-        Whether the motion is one steady sine: a single loop of indentation and velocity.
     fit : Fit
         The model.
     ratio, heldout : float
@@ -69,7 +61,6 @@ class FoundShape:
     shares: Mapping[str, Share]
     accepted: bool
     rivals: tuple[tuple[str, ...], ...]
-    steady: bool
     fit: Fit
     ratio: float
     heldout: float
@@ -78,8 +69,8 @@ class FoundShape:
 
     @property
     def told(self) -> bool:
-        """Whether the motion tells the variables from others: a single loop may not."""
-        return not (self.steady and self.rivals)
+        """Whether the motion tells the variables from others: few loops often do not."""
+        return not self.rivals
 
     @property
     def curve(self) -> Curve | None:
@@ -97,7 +88,6 @@ def found_shape(models: Sequence[Fit], instrument: Instrument) -> FoundShape:
         shares={name: _share(choice, name) for name in VARIABLES},
         accepted=choice.accepted,
         rivals=tuple(sorted(map(in_order, choice.rivals), key=lambda each: (len(each), each))),
-        steady=all(map(one_sine, learnt.fit.measurements)),
         fit=learnt.fit,
         ratio=choice.best.ratio,
         heldout=choice.best.heldout,
@@ -115,13 +105,3 @@ def in_order(variables: frozenset[str]) -> tuple[str, ...]:
 
 def _share(choice: Choice, name: str) -> Share:
     return Share(choice.share(frozenset([name])), choice.beyond(name))
-
-
-def one_sine(measurement: Measurement) -> bool:
-    """Whether the input is one sine that had gone on before the first sample."""
-    if measurement.at_rest:
-        return False
-    driven = measurement.input_values - np.mean(measurement.input_values)
-    power = np.abs(np.fft.rfft(np.hanning(driven.size) * driven)) ** 2
-    peak = int(np.argmax(power))
-    return bool(power[max(peak - 3, 0) : peak + 4].sum() > ONE_SINE * power.sum())
