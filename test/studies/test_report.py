@@ -69,3 +69,10 @@ def test_a_filter_that_felt_nothing_is_left_out_and_said_so(tmp_path):
     text = page(StudyResult(rows, 0), tmp_path)
     assert "felt no tissue" in text
     assert "23 of 25" in text
+
+
+def test_constants_given_as_lists_stand_in_the_command(tmp_path):
+    found = told(result())
+    asked = {"constants": {"tip_mass": [0.04, 0.001], "stiffness": 0}}
+    text = page(StudyResult(found.rows, 0, (), asked), tmp_path)
+    assert "--constant tip_mass=0.04+-0.001 --constant stiffness=0" in text

@@ -1,4 +1,4 @@
-"""What a caller stated, as the options of the command line that state the same.
+"""A caller's statements, as the options of the command line that state the same.
 
 Contents: the words of a command.
 """
@@ -16,7 +16,7 @@ TOPIC = {"samples_topic": "topic"}
 
 
 def as_options(stated: Mapping[str, Any]) -> list[str]:
-    """Return options with their values, quoted for a shell; what states nothing is left out."""
+    """Return options with their values, quoted for a shell; a name without a value is left out."""
     return [_option(TOPIC.get(name, name), value) for name, value in _said(stated)]
 
 
@@ -31,7 +31,7 @@ def _said(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for name, value in stated.items():
         if isinstance(value, Mapping):
             for key, given in value.items():
-                numbers = given if isinstance(given, tuple) else (given,)
+                numbers = given if isinstance(given, (tuple, list)) else (given,)
                 yield name, f"{key}={'+-'.join(f'{n:g}' for n in numbers)}"
         elif isinstance(value, (list, tuple)):
             yield from ((name, str(each)) for each in value)
