@@ -7,6 +7,8 @@ import pytest
 from laboratory import QUESTION
 
 import tissue_probe as tp
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.studies.moduli import driving_frequency
 
 
@@ -36,3 +38,24 @@ def test_a_row_has_storage_and_loss(laboratory):
     assert row["frequency"] == pytest.approx(5.0, rel=0.01)
     assert row["storage"] == row["stiffness"]
     assert row["loss"] == pytest.approx(2 * np.pi * 5.0 * 3.0, rel=0.05)
+
+
+def test_other_tissue_has_no_storage_and_loss_of_a_spring_and_a_damper(laboratory):
+    row = tp.row(laboratory / "a_1.csv", "compare", **QUESTION, tissue="maxwell")
+    assert row["status"] == "done"
+    assert not {"frequency", "storage", "loss"} & set(row)
+
+
+@pytest.mark.parametrize(
+    ("effect", "same"),
+    [
+        ("force_bias", True),
+        ("added_mass", True),
+        ("springpot", False),
+        ("cubic_stiffening", False),
+        ("contact_loss", False),
+        ("stiffness_ramp", False),
+    ],
+)
+def test_an_effect_of_the_instrument_leaves_the_tissue_as_it_is(effect, same):
+    assert Composition(effects=(EFFECTS[effect],)).is_kelvin_voigt is same

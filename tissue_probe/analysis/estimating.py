@@ -53,11 +53,14 @@ class EstimateResult(Alike):
         The recording that the filter ran on.
     notes : tuple of str
         How the samples were read, and their faults, in sentences.
+    model : str
+        Model file whose effects the filter took; empty for Kelvin-Voigt tissue.
     """
 
     estimates: TissueEstimates
     measured: ReadRecording
     notes: tuple[str, ...]
+    model: str = ""
 
     @property
     def last(self) -> TissueEstimates:
@@ -224,7 +227,7 @@ def estimate(
     if restart_at_site is None:
         restart_at_site = restarts_at_sites(recording, estimator)
     found = run_estimator(recording, estimator, chosen, restart_at_site=restart_at_site)
-    result = EstimateResult(found, part, notes)
+    result = EstimateResult(found, part, notes, chosen.model)
     return replace(result, notes=(*notes, *_at_limits(result, chosen)))
 
 

@@ -130,6 +130,15 @@ class Composition:
         return bool(elastic_depth(self.all_effects) != INDENTATION)
 
     @cached_property
+    def is_kelvin_voigt(self) -> bool:
+        """Whether the tissue is a spring beside a damper, and no effect changes its force."""
+        if self.tissue != "kelvin_voigt" or not self.effects:
+            return self.tissue == "kelvin_voigt"
+        from tissue_probe.physics.effects.effect import TISSUE_FORCE
+
+        return all(each.force == 0 and each.contact == TISSUE_FORCE for each in self.effects)
+
+    @cached_property
     def model(self) -> Model:
         """The symbols."""
         from tissue_probe.physics.tissues import TISSUES

@@ -1,9 +1,9 @@
 """Storage and loss of a recording at the frequency that drives it.
 
-The tissue's model, k x + beta x', has at one frequency f the complex stiffness k + i 2 pi f beta:
-its parts are force over indentation [N/m], and become moduli [Pa] over a length of the contact,
-which no recording tells. The frequency is that of the measured position, by T. Grandke, IEEE Trans.
-Instrum. Meas. 32 (1983) 350.
+Kelvin-Voigt tissue, k x + beta x', has at one frequency f the complex stiffness k + i 2 pi f beta
+(any other tissue has another one, which is not told). Its parts are force over indentation [N/m],
+and become moduli [Pa] over a length of the contact, which no recording tells. The frequency is that
+of the measured position, by T. Grandke, IEEE Trans. Instrum. Meas. 32 (1983) 350.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from tissue_probe.signals import FloatArray
 
-#: Below this share of the motion's power one line is not what drives: a chirp, several sines.
+#: Below this share of the motion's power one line does not drive alone: a chirp, several sines.
 _ALONE = 0.5
 
 

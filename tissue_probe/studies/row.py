@@ -21,6 +21,7 @@ from tissue_probe.analysis.measurements import Measurements, read_by
 from tissue_probe.analysis.question import Asked
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.one_line import sentence
+from tissue_probe.physics.composition import Composition
 from tissue_probe.recording.layout import Layout
 from tissue_probe.studies.key import key_of, key_of_question
 from tissue_probe.studies.moduli import moduli
@@ -80,8 +81,8 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
         the question is at fault) or ``failed`` (the program is), and its ``sentence``.
         Where it is done: ``samples``, ``duration`` [s], ``stiffness`` and ``stiffness_sd`` [N/m],
         ``damping`` and ``damping_sd`` [N s/m], ``notes``; where one frequency drives
-        ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by the task ``quality``
-        (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N, or m where the force
+        Kelvin-Voigt tissue ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by
+        the task ``quality`` (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N, or m where the force
         is the input], ``over_noise``, ``verdict``, ``missing`` (effects, with commas),
         ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
 
@@ -117,13 +118,29 @@ def _answer(path: Path, task: Task, question: dict[str, Any]) -> dict[str, Any]:
     measured = read_by(layout, [path])
     told = _samples(measured)
     if task == "estimate":
-        told |= _estimated(estimate(measured, **asked))
+        filtered = estimate(measured, **asked)
+        told |= _estimated(filtered)
+        composition = _filtered_model(filtered, asked.get("effects", ()))
     else:
         compared = compare(measured, workers=1, **asked)
         told |= _compared(compared)
-        told |= _diagnosed(diagnosis_of(compared)) if task == "diagnose" else {}
+        composition = compared.fit.composition
+        if task == "diagnose":
+            diagnosed = diagnosis_of(compared)
+            told |= _diagnosed(diagnosed)
+            composition = diagnosed.found.ladder.final.composition
+    if not composition.is_kelvin_voigt:
+        return told
     longest = max((each for part in measured.parts for each in part.recording.blocks), key=len)
     return told | moduli(told, longest.position, longest.sample_period)
+
+
+def _filtered_model(found: EstimateResult, effects: Any) -> Composition:
+    if not found.model:
+        return Composition()
+    from tissue_probe.physics.model_file import load
+
+    return load(found.model, take.several(take.path, "paths")("effects", effects)).composition
 
 
 def _samples(measured: Measurements) -> dict[str, Any]:
