@@ -12,10 +12,17 @@ from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.indenters import Indenter
 
 MODULUS = 20e3
+FLAT = {"indenter": "flat", "radius": 3e-3}
 
 
 def straight(stiffness):
     return FittedModel(Composition(), {"stiffness": stiffness}, {"stiffness": 0.01 * stiffness})
+
+
+def having(*names, tissue="kelvin_voigt", stiffness=300.0):
+    composition = Composition(tissue=tissue, effects=tuple(EFFECTS[name] for name in names))
+    values = {"stiffness": stiffness, "contact_exponent": 1.5}
+    return FittedModel(composition, values, {"stiffness": 0.01 * stiffness})
 
 
 def powered(stiffness, exponent):
@@ -76,9 +83,49 @@ def test_a_thin_layer_stiffens_as_published(chi, times):
         ),
         (powered(300.0, 2.2), {"indenter": "sphere", "radius": 3e-3}, "differs with the depth"),
         (straight(0.0), {"indenter": "flat", "radius": 3e-3}, "no stiffness above 0"),
+        (
+            straight(300.0),
+            {"indenter": "sphere", "radius": 3e-3, "half_angle": 30.0},
+            "sphere has no `half_angle`",
+        ),
+        (
+            straight(300.0),
+            {"indenter": "cone", "radius": 3e-3, "half_angle": 30.0},
+            "cone has no `radius`",
+        ),
+        (having(tissue="maxwell"), FLAT, "maxwell tissue, which flows"),
+        (having("cubic_stiffening"), FLAT, "curved .*: cubic_stiffening;"),
+        (having("bilinear_spring"), FLAT, "curved .*: bilinear_spring;"),
+        (having("saturating_spring"), FLAT, "curved .*: saturating_spring;"),
+        (having("exponential_stiffening"), FLAT, "curved .*: exponential_stiffening;"),
+        (having("hertz_contact", "bilinear_spring"), FLAT, "curved .*: bilinear_spring;"),
     ],
 )
 def test_a_number_that_is_missing_or_wrong_is_refused_in_one_sentence(model, stated, sentence):
     with pytest.raises(TissueProbeError, match=sentence) as raised:
         tp.modulus(model, **stated)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("effect", ["standard_linear_solid", "hunt_crossley", "force_bias"])
+def test_an_effect_beside_a_straight_spring_leaves_its_slope(effect):
+    whole = tp.modulus(having(effect), **FLAT)
+    assert whole.value == pytest.approx(tp.modulus(straight(300.0), **FLAT).value)
+
+
+def test_without_a_deviation_no_interval_is_told():
+    found = tp.modulus(FittedModel(Composition(), {"stiffness": 300.0}, {}), **FLAT)
+    assert math.isnan(found.deviation)
+    assert "+-" not in str(found)
+    assert "no standard deviation of its stiffness" in str(found)
+
+
+def test_errors_that_are_taken_as_independent_are_said_to_be():
+    model = powered(300.0, 1.5)
+    known = FittedModel(
+        model.composition, model.values, {"stiffness": 6.0, "contact_exponent": 0.1}
+    )
+    found = tp.modulus(known, "sphere", radius=3e-3, depth=2e-3)
+    assert found.deviation / found.value == pytest.approx(math.hypot(0.02, 0.1 * math.log(2.0)))
+    assert "taken as independent" in str(found)
+    assert "independent" not in str(tp.modulus(known, "sphere", radius=3e-3))

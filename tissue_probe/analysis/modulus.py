@@ -9,6 +9,8 @@ from pathlib import Path
 from tissue_probe import arguments as take
 from tissue_probe.analysis.question import either_model
 from tissue_probe.errors import ParameterError
+from tissue_probe.physics.composition import Composition
+from tissue_probe.physics.effects.hertz_contact import REFERENCE_DEPTH
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.indenters import EXPONENTS, THINNEST, Indenter, Shape
 from tissue_probe.physics.model_file import load
@@ -16,8 +18,6 @@ from tissue_probe.quantities import engineering
 
 #: The law whose force grows as a power of the depth, and that power by name.
 HERTZ, POWER = "hertz_contact", "contact_exponent"
-#: Depth to which that law refers, at the usual size [m].
-REFERENCE_DEPTH = 1e-3
 #: A fitted power and that of a shape are one if they differ by no more.
 ALIKE = 0.1
 #: Poisson's ratio of what keeps its volume: the largest.
@@ -34,11 +34,11 @@ class Modulus:
     ----------
     value, deviation : float
         [Pa], and the standard deviation by that of the fitted values alone: tip and Poisson's ratio
-        are taken as given.
+        are taken as given. NaN where the model has no deviation of its stiffness.
     depth : float
         At which it holds [m]; NaN where it is the same at all depths.
     notes : tuple of str
-        Facts of it that a reader needs, in sentences.
+        Facts that a reader needs, in sentences.
     """
 
     value: float
@@ -47,9 +47,10 @@ class Modulus:
     notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        kilo = (1e-3 * self.value, 1e-3 * CERTAIN * self.deviation)
         at = "" if math.isnan(self.depth) else f" at a depth of {engineering(self.depth, 'm')}"
-        return "\n".join([f"Modulus{at}: {kilo[0]:.4g} +- {kilo[1]:.2g} kPa.", *self.notes])
+        certain = 1e-3 * CERTAIN * self.deviation
+        half = "" if math.isnan(certain) else f" +- {certain:.2g}"
+        return "\n".join([f"Modulus{at}: {1e-3 * self.value:.4g}{half} kPa.", *self.notes])
 
 
 @take.checks(
@@ -96,10 +97,11 @@ def modulus(
     Raises
     ------
     ParameterError
-        If a number is out of its range, one that the shape needs is missing, or the model has no
-        stiffness.
+        If a number is out of its range, one that the shape needs is missing, one is given that it
+        has not, or the model has no stiffness that is a modulus.
     """
     found = model if isinstance(model, FittedModel) else load(model)
+    _check_law(found.composition)
     if not found.values.get("stiffness", 0.0) > 0.0:
         raise ParameterError("`model` has no stiffness above 0: fit it first")
     if poisson > INCOMPRESSIBLE:
@@ -109,19 +111,40 @@ def modulus(
         raise ParameterError("`layer`: its law is known under a sphere only; leave `layer` out")
     if layer and poisson != INCOMPRESSIBLE:
         raise ParameterError("`layer`: its law is known for a `poisson` of 0.5; leave `layer` out")
-    return _powered(found, tip, depth) if _is_powered(found) else _straight(found, tip, depth)
+    if HERTZ in found.composition.names:
+        return _powered(found, tip, depth)
+    return _straight(found, tip, depth)
+
+
+def _check_law(composition: Composition) -> None:
+    """Refuse a model whose stiffness is not that of a straight spring, or of Hertz's law alone."""
+    if composition.tissue == "maxwell":
+        raise ParameterError(
+            "`model` is maxwell tissue, which flows: after a long hold it has no stiffness, and so "
+            "no modulus; fit another `tissue`"
+        )
+    if composition.without(HERTZ).has_curved_spring:
+        raise ParameterError(
+            "`model` has an effect by which its spring is curved in a way that is no law of a tip: "
+            f"{', '.join(_curved(composition))}; fit a model with {HERTZ} in its place"
+        )
+
+
+def _curved(composition: Composition) -> list[str]:
+    others = (each for each in composition.all_effects if each.name != HERTZ)
+    return [each.name for each in others if Composition(effects=(each,)).has_curved_spring]
 
 
 def _size(shape: Shape, radius: float | None, half_angle: float | None) -> float:
     """Return the number that tells the size of a tip [m, rad]."""
-    name, given = ("half_angle", half_angle) if shape == "cone" else ("radius", radius)
+    sizes = {"radius": radius, "half_angle": half_angle}
+    name, other = ("half_angle", "radius") if shape == "cone" else ("radius", "half_angle")
+    given = sizes[name]
     if given is None:
         raise ParameterError(f"`indenter` {shape} needs `{name}`: give it")
+    if sizes[other] is not None:
+        raise ParameterError(f"`indenter` {shape} has no `{other}`: leave it out")
     return math.radians(given) if shape == "cone" else given
-
-
-def _is_powered(found: FittedModel) -> bool:
-    return HERTZ in found.composition.names
 
 
 def _powered(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
@@ -137,11 +160,14 @@ def _powered(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
         )
     at = reference if depth is None else depth
     force = k * reference * (at / reference) ** n
-    relative = math.hypot(
-        found.deviations.get("stiffness", 0.0) / k,
-        found.deviations.get(POWER, 0.0) * math.log(at / reference),
-    )
-    notes = _notes(tip, at)
+    by_exponent = found.deviations.get(POWER, 0.0) * math.log(at / reference)
+    relative = math.hypot(_deviation(found) / k, by_exponent)
+    notes = (*_known(relative), *_notes(tip, at))
+    if by_exponent and not math.isnan(relative):
+        notes += (
+            f"The errors of stiffness and {POWER} are taken as independent: a model file does not "
+            "tell how they go together.",
+        )
     if abs(n - own) > ALIKE:
         notes += (
             f"The force grows as depth^{n:.2f}, under a {tip.shape} on a half space as "
@@ -162,8 +188,21 @@ def _straight(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus
     at = REFERENCE_DEPTH if depth is None else depth
     slope = tip.slope(at)
     told = math.nan if tip.shape == "flat" else at
-    k, deviation = found.values["stiffness"], found.deviations.get("stiffness", 0.0)
-    return Modulus(k / slope, deviation / slope, told, _notes(tip, at))
+    k, deviation = found.values["stiffness"], _deviation(found)
+    notes = (*_known(deviation), *_notes(tip, at))
+    return Modulus(k / slope, deviation / slope, told, notes)
+
+
+def _deviation(found: FittedModel) -> float:
+    """Return the standard deviation of the stiffness [N/m]; NaN where it was given, not fitted."""
+    return found.deviations.get("stiffness", 0.0) or math.nan
+
+
+def _known(deviation: float) -> tuple[str, ...]:
+    """Say where a model does not tell how well its stiffness is known."""
+    if math.isnan(deviation):
+        return ("The model has no standard deviation of its stiffness: no interval is told.",)
+    return ()
 
 
 def _notes(tip: Indenter, depth: float) -> tuple[str, ...]:

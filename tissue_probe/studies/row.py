@@ -82,8 +82,8 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
         Where it is done: ``samples``, ``duration`` [s], ``stiffness`` and ``stiffness_sd`` [N/m],
         ``damping`` and ``damping_sd`` [N s/m], ``notes``; where one frequency drives
         Kelvin-Voigt tissue ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by
-        the task ``quality`` (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N, or m where the force
-        is the input], ``over_noise``, ``verdict``, ``missing`` (effects, with commas),
+        the task ``quality`` (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N,
+        or m where the force is the input], ``over_noise``, ``verdict``, ``missing`` (effects, with commas),
         ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
 
     Raises
