@@ -15,6 +15,14 @@ ASKED = {
     "without": [name for name in EFFECTS if name not in ("cubic_stiffening", "force_drift")],
 }
 
+OWN = """
+import sympy as sp
+from tissue_probe.physics.effects.effect import ELASTIC_DEPTH, Effect, Parameter
+GAIN = Parameter(sp.Symbol("third_gain", real=True), "N/m^3", 1e7, -1e12, 1e12)
+THIRD = Effect("third", "stiffening", "a cubic of one's own", (GAIN,),
+               force=GAIN.symbol * ELASTIC_DEPTH**3)
+"""
+
 
 def record(seed, size=1.0, drag=40.0):
     """Return a record of a spring, a damper and drag that grows with the square of the speed."""
@@ -53,6 +61,37 @@ def test_the_shape_becomes_an_effect_that_explains_a_second_recording(tmp_path):
         record(2, 0.6), model=tmp_path / "model.yaml", effects=[tmp_path / "my_effect.py"]
     )
     assert model.fit.rmse < 1.1 * 5e-3
+    with pytest.raises(ParameterError, match=r"my_effect.py is there already"):
+        tp.improve(record(0), output=tmp_path, free_form=True, **ASKED)
+
+
+def test_effects_to_add_and_a_learnt_shape_exclude_each_other(tmp_path):
+    with pytest.raises(ParameterError, match="leave out `add`"):
+        tp.improve(record(0), add=["force_bias"], output=tmp_path, free_form=True, **ASKED)
+
+
+def test_where_the_second_recording_alone_is_unexplained_there_is_no_shape(tmp_path):
+    with pytest.raises(ParameterError, match="explains the fitted recording, and not that of"):
+        tp.improve(
+            record(0, drag=0.0), validate=record(1), output=tmp_path, free_form=True, **ASKED
+        )
+
+
+def test_the_picture_of_an_earlier_shape_does_not_stay(tmp_path):
+    (tmp_path / "shape.png").write_bytes(b"an earlier one")
+    tp.improve(record(0, drag=0.0), output=tmp_path, **ASKED)
+    assert (tmp_path / "story.png").exists()
+    assert not (tmp_path / "shape.png").exists()
+
+
+def test_one_file_of_own_effects_beside_a_learnt_shape_is_one(tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text(OWN)
+    again = tp.improve(
+        record(0), effects=str(own), output=tmp_path / "kept", free_form=True,
+        **{**ASKED, "without": [*ASKED["without"], "third"]},
+    )  # fmt: skip
+    assert again.effects == ("free_form",)
 
 
 def test_where_nothing_is_missing_there_is_no_free_form(tmp_path):

@@ -49,8 +49,8 @@ TOGETHER = Finding(
     "contact are the same in all recordings.",
 )
 
-#: Name of the effect of a learnt shape.
-FREE_FORM = "free_form"
+#: Name of the effect of a learnt shape, and of its file.
+FREE_FORM, EFFECT_FILE = "free_form", "my_effect.py"
 
 Found = Callable[[str, "Fit"], None]
 """Told an effect, and the model that is asked about with it."""
@@ -221,7 +221,10 @@ class DiagnosisResult(Alike):
 
     @take.checks(folder=take.path)
     def save(self, folder: str | Path) -> None:
-        """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder."""
+        """Write model.yaml, story.png, ladder.png, compare.png and report.html into a folder.
+
+        And shape.png, the shape of the missing force, if one is claimed.
+        """
         from tissue_probe.analysis.kept_files import write
 
         write(self, Path(folder))
@@ -364,51 +367,91 @@ def improve(
     Raises
     ------
     TissueProbeError
-        As ``diagnose``; and if a ``free_form`` is asked for and no shape is claimed.
+        As ``diagnose``, and with ``free_form`` as ``with_free_form``.
     """
     if free_form and output is None:
         raise ParameterError("`free_form` writes an effect: say into which folder, by `output`")
+    if free_form and output is not None:
+        result = with_free_form(
+            measured, output, validate=validate, add=add, progress=progress, workers=workers,
+            **asked,
+        )  # fmt: skip
+    else:
+        result = diagnose(
+            measured, validate=validate, add=add, progress=progress, workers=workers, **asked
+        )
+    if output is not None:
+        result.save(output)
+    return result
+
+
+def with_free_form(
+    measured: Source | Sequence[Source],
+    folder: str | Path,
+    *,
+    validate: Source | Sequence[Source] | None = None,
+    add: Sequence[str] = (),
+    progress: Callable[[str], None] = lambda doing: None,
+    workers: int = WORKERS,
+    **asked: Unpack[Asked],
+) -> DiagnosisResult:
+    """Write the learnt shape of the missing force as an effect into a folder, and add that.
+
+    Parameters
+    ----------
+    folder : path
+        Where ``my_effect.py`` goes, and ``shape.png``.
+    measured, validate, add, progress, workers, **asked
+        As ``diagnose`` has them.
+
+    Raises
+    ------
+    ParameterError
+        If ``add`` names effects, the file is there already, or there is no shape, since the
+        diagnosis found the missing effects, or that none is missing.
+    MeasurementError
+        If no shape is claimed, or one that no effect can have.
+    """
+    path = Path(folder) / EFFECT_FILE
+    if add:
+        raise ParameterError("`free_form` adds the shape that is learnt: leave out `add`, or it")
+    if path.exists():
+        raise ParameterError(
+            f"{path} is there already, and may be changed by hand: rename it, or give another "
+            "`output`"
+        )
 
     def again(add: Sequence[str], asked: Asked) -> DiagnosisResult:
         return diagnose(
             measured, validate=validate, add=add, progress=progress, workers=workers, **asked
         )
 
-    result = again(add, asked)
-    if free_form and output is not None:
-        path = write_effect(result, Path(output))
-        asked["effects"] = (*asked.get("effects", ()), path)
-        beside = result.found.shape.fit.composition.effects if result.found.shape else ()
-        own = {each.name for each in result.asked.composition.effects}
-        result = again([*(e.name for e in beside if e.name not in own), FREE_FORM], asked)
-    if output is not None:
-        result.save(output)
-    return result
+    result = again((), asked)
+    _write_effect(result, path)
+    asked["effects"] = (*result.asked.stated.get("effects", ()), path)
+    beside = result.found.shape.fit.composition.effects if result.found.shape else ()
+    own = {each.name for each in result.asked.composition.effects}
+    return again([*(e.name for e in beside if e.name not in own), FREE_FORM], asked)
 
 
-def write_effect(result: DiagnosisResult, folder: Path) -> Path:
-    """Write the shape of the missing force as an effect, and its picture; return the file.
-
-    Raises
-    ------
-    ParameterError
-        If the diagnosis found what is missing, or nothing, so that there is no shape.
-    MeasurementError
-        If no shape is claimed, or one that no effect can have.
-    """
+def _write_effect(result: DiagnosisResult, path: Path) -> None:
+    """Write the shape of the missing force as an effect, and its picture beside it."""
     from tissue_probe.analysis.kept_files import write_shape
     from tissue_probe.diagnosis.shape.effect_file import effect_text
 
+    if result.found.fails_elsewhere:
+        raise ParameterError(
+            "`free_form`: the model explains the fitted recording, and not that of `validate`, so "
+            "that no force is left to learn a shape of: swap the recordings, or leave it out"
+        )
     if result.found.shape is None:
         raise ParameterError(
             f"`free_form`: the verdict is {result.verdict}: no shape was learnt; leave it out"
         )
     text = effect_text(result.found.shape)
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "my_effect.py"
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")
-    write_shape(result, folder)
-    return path
+    write_shape(result, path.parent)
 
 
 def _check_validation(fitted: Measurements, validated: Measurements) -> None:

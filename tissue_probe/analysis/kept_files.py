@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis import verdict_in_words as words
 from tissue_probe.analysis.as_options import as_options
-from tissue_probe.analysis.diagnosing import DiagnosisResult
+from tissue_probe.analysis.diagnosing import FREE_FORM, DiagnosisResult
 from tissue_probe.analysis.measurements import ReadRecording
 from tissue_probe.analysis.symbols import latex, letter
 from tissue_probe.diagnosis.answer import correlations, values
@@ -71,10 +71,15 @@ def write(result: DiagnosisResult, folder: Path) -> None:
 
 
 def write_shape(result: DiagnosisResult, folder: Path) -> None:
-    """Write shape.png, the curve or surface of a missing force, if one is claimed."""
+    """Write shape.png, the curve or surface of a missing force, if one is claimed.
+
+    A picture that an earlier run left is taken away, but that of the effect that the model has.
+    """
     found = result.found.shape
     if found is not None and found.curve is not None:
         draw_shape(found.curve).savefig(folder / "shape.png", dpi=100)
+    elif FREE_FORM not in result.found.ladder.final.composition.names:
+        (folder / "shape.png").unlink(missing_ok=True)
 
 
 def kept_model(result: DiagnosisResult) -> FittedModel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -64,18 +65,11 @@ def improve(
     # Only now: fits take longer to import than a file takes to be refused.
     from rich.console import Console
 
-    from tissue_probe.analysis.diagnosing import improve as add_missing
+    from tissue_probe.analysis.diagnosing import diagnose, with_free_form
 
+    diagnosed = partial(with_free_form, folder=output) if free_form else diagnose
     with measured.under_way() as progress:
-        result = add_missing(
-            fitted,
-            validate=tried,
-            add=add or [],
-            output=output if free_form else None,
-            free_form=free_form,
-            **keywords,
-            progress=progress,
-        )
+        result = diagnosed(fitted, validate=tried, add=add or [], **keywords, progress=progress)
     measured.tell(result.notes)
     print(with_options(result.asked.head))
     console = Console(markup=False, highlight=False)  # units stand in square brackets
@@ -85,9 +79,15 @@ def improve(
         print(with_options(result.exhaustion))
     print(with_options(result.text))
     replace(result, wording=with_options).save(output)
-    print(f"model.yaml, story.png, ladder.png, compare.png and report.html are in {output}.")
+    print(f"{', '.join(_files(output, free_form))} and report.html are in {output}.")
     if json:
         write_json(json, result.to_dict())
+
+
+def _files(output: Path, free_form: bool) -> list[str]:
+    shape = ["shape.png"] if (output / "shape.png").exists() else []
+    effect = ["my_effect.py"] if free_form else []
+    return ["model.yaml", *effect, "story.png", "ladder.png", "compare.png", *shape]
 
 
 def _table(shown: ResultTable) -> Table:

@@ -83,8 +83,9 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
         ``damping`` and ``damping_sd`` [N s/m], ``notes``; where one frequency drives
         Kelvin-Voigt tissue ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by
         the task ``quality`` (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N,
-        or m where the force is the input], ``over_noise``, ``verdict``, ``missing`` (effects, with commas),
-        ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
+        or m where the force is the input], ``over_noise``, ``verdict``, ``missing``
+        (effects, with commas), ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each
+        fitted value [SI].
 
     Raises
     ------
