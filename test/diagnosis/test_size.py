@@ -12,10 +12,11 @@ from tissue_probe.analysis.question import question
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.sizing import size_of
+from tissue_probe.diagnosis.sizing import size_of, told_of_size
 from tissue_probe.physics import library
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.effects.effect import TIP_VELOCITY
 from tissue_probe.physics.model_file import load
 from tissue_probe.physics.resized import over, sized
 from tissue_probe.physics.scale import USUAL, Scale, UnitError
@@ -220,3 +221,13 @@ def test_a_quick_ramp_and_a_long_hold_are_as_large_as_the_ramp():
     force = 0.3 * np.exp(-0.5 * time) * (time > 0.09) + 250.0 * travel
     measured = Measurement(travel, force, 0.02)
     assert size_of([measured]).length == 1.0
+
+
+def test_a_speed_that_a_law_refers_to_is_told_in_the_records_size():
+    scale = Scale(length=1e-3)
+    (finding,) = told_of_size(scale)
+    assert "10 mm/s (`damping_at_10_mm_s`) to 1e-05 m/s" in finding.sentence
+    law = sized(EFFECTS["nonlinear_damping"].forms[0], scale)
+    damping, exponent = (each.symbol for each in law.parameters)
+    force = law.force.subs({TIP_VELOCITY: 1e-5, damping: 4.0, exponent: 0.5})
+    assert float(force) == pytest.approx(4.0 * 1e-5, rel=1e-3)

@@ -34,7 +34,8 @@ SECOND = 3.0
 TOLD = (
     "The record is of another size than is usual: bounds and typical values are taken {} times "
     "larger, and so are constants of the rig that nobody gave. A law that refers to 1 mm "
-    "refers to {:g} m, and one that refers to 1 s to {:g} s."
+    "refers to {:g} m, one that refers to 1 s to {:g} s, and one that refers to 10 mm/s "
+    "(`damping_at_10_mm_s`) to {:g} m/s."
 )
 #: Share of the samples at either end of a range that may be disturbed.
 APART = 0.005
@@ -83,7 +84,8 @@ def told_of_size(scale: Scale) -> list[Finding]:
         return []
     factors = ((name, getattr(scale, name)) for name in ("length", "force", "time"))
     larger = " and ".join(f"in {name} {each:g}" for name, each in factors if each != 1.0)
-    return [Finding("size", TOLD.format(larger, 1e-3 * scale.length, scale.time))]
+    speed = 1e-2 * scale.of("m/s")
+    return [Finding("size", TOLD.format(larger, 1e-3 * scale.length, scale.time, speed))]
 
 
 def library_of_size(

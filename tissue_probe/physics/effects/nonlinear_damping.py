@@ -1,8 +1,9 @@
-"""Damping that changes with the speed: by a power of it, by its direction, or by what it was.
+"""Damping that changes with the speed: by a power of it, by its direction, or by its past.
 
-Quadratic: c |v| v. By a power: c |v / v0|^(n - 1) v with v0 = 10 mm/s. By the direction: c |v|,
-which adds to the damping on the way in and takes from it on the way out. Thixotropic: c s v, where
-s is |v| after a first-order lag; without a lag it is quadratic.
+Quadratic: c |v| v. By a power: c |v / v0|^(n - 1) v with v0 = 10 mm/s in a record of the usual size
+(see ``resized``). By the direction: c |v|, which adds to the damping on the way in and takes from
+it on the way out. Thixotropic: c s v, where s is |v| after a first-order lag; without a lag it is
+quadratic.
 """
 
 import sympy as sp
@@ -73,7 +74,8 @@ _POWER = _form(
     ),
     POWERED * _RELATIVE ** (EXPONENT - 1) * TIP_VELOCITY,
     "a part of the damping's force grows as speed^{speed_exponent:.2f}",
-    "A power of the speed beside the linear damping; straight below 0.1 mm/s",
+    "A power of the speed beside the linear damping; straight below 0.1 mm/s. This speed, and the "
+    "10 mm/s of the name, are other ones in a record of another size, of which a note tells",
     exponents,
 )
 _DIRECTED = _form(
