@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from urllib.parse import unquote, urlsplit
 
 import pytest
 from test_statistics import result
@@ -76,3 +77,30 @@ def test_constants_given_as_lists_stand_in_the_command(tmp_path):
     asked = {"constants": {"tip_mass": [0.04, 0.001], "stiffness": 0}}
     text = page(StudyResult(found.rows, 0, (), asked), tmp_path)
     assert "--constant tip_mass=0.04+-0.001 --constant stiffness=0" in text
+
+
+def test_a_study_of_which_all_is_left_out_has_a_page(tmp_path):
+    found = told(result())
+    rows = tuple({**each, "status": "refused", "sentence": "no unit"} for each in found.rows)
+    text = page(StudyResult(rows, 0), tmp_path)
+    assert "0 of 25" in text
+    assert "all recordings are left out of the statistics" in text
+    assert 'class="forest"' not in text
+
+
+def test_a_link_leads_to_the_report_of_a_recording_of_any_name(tmp_path):
+    found = told(result())
+    row = {**found.rows[3], "path": "/data/liver#3 50%.csv"}
+    own = tmp_path / report_folder(row)
+    own.mkdir(parents=True)
+    (own / "report.html").write_text("its own")
+    text = page(StudyResult((row, *found.rows), 0), tmp_path)
+    (address,) = set(re.findall(r'href="(reports/[^"]*)"', text))
+    assert (tmp_path / unquote(urlsplit(address).path)).read_text() == "its own"
+
+
+def test_a_page_that_cannot_be_written_leaves_no_part_of_it(tmp_path):
+    (tmp_path / "report.html").mkdir()
+    with pytest.raises(tp.TissueProbeError, match="the report cannot be written"):
+        told(result()).report(tmp_path / "report.html")
+    assert [each.name for each in tmp_path.iterdir()] == ["report.html"]

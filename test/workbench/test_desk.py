@@ -11,7 +11,9 @@ import zipfile
 import numpy as np
 import pytest
 
+import tissue_probe as tp
 from served import EXAMPLES
+from tissue_probe.studies.plan import Plan
 from tissue_probe.workbench import state
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.mapped import raster
@@ -22,6 +24,7 @@ from tissue_probe.workbench.pictures import Pictures
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
 from tissue_probe.workbench.requested import request
+from tissue_probe.workbench.studied import Studied, opened_study
 from tissue_probe.workbench.told import desk as told_of
 from tissue_probe.workbench.work import Work
 from tissue_probe.workbench.workshop import Cancelled, Workshop
@@ -326,3 +329,58 @@ def test_a_map_of_a_recording_without_sites_is_refused_in_words(run):
 
     with pytest.raises(Refused, match=r"sweep\.csv announces no palpation sites"):
         run(steps)
+
+
+def studied(path, **question):
+    """Return a study of one recording that was run, with these statements in its plan."""
+    plan = Plan({path: {}}, question=question)
+    return Studied("study.yaml", plan, [{"path": str(path), "status": "done"}])
+
+
+def test_a_recording_of_the_study_is_asked_about_as_the_study_does(run):
+    async def steps(desk):
+        desk.asked = Asked(rig="tolerant_probe", site=3, constants={"damping": (0.0, 0.0)})
+        desk.study = studied(
+            EXAMPLES / "sweep.csv",
+            **LAYOUT,
+            rig="compliant_probe",
+            constants={"tip_mass": [0.04, 0.001], "load_cell_damping": 0},
+            without="springpot",
+            prior=None,
+        )
+        await desk.open_recording(0)
+        return desk
+
+    desk = run(steps)
+    assert desk.asked == Asked(
+        rig="compliant_probe",
+        constants={"tip_mass": (0.04, 0.001), "load_cell_damping": (0.0, 0.0)},
+        without=("springpot",),
+    )
+    assert desk.fitted is not None
+    assert len(desk.rungs) == 1
+
+
+def test_a_recording_of_the_study_that_cannot_be_read_says_so(run, tmp_path):
+    broken = tmp_path / "broken.csv"
+    broken.write_text("time\n0\n0\n")
+
+    async def steps(desk):
+        before = await with_ladder(desk)
+        desk.study = studied(broken, rig="compliant_probe")
+        with pytest.raises(Refused, match=r"broken\.csv"):
+            await desk.open_recording(0)
+        return before
+
+    run(steps)
+
+
+def test_rows_of_another_question_are_not_those_of_the_plan(tmp_path):
+    (tmp_path / "empty.csv").write_text("time\n0\n")
+    plan = tmp_path / "study.yaml"
+    plan.write_text("{recordings: '*.csv', question: {rig: compliant_probe}}")
+    tp.study(plan, workers=1)
+    assert len(opened_study(plan).rows) == 1
+    plan.write_text("{recordings: '*.csv', question: {rig: rigid_probe}}")
+    with pytest.raises(Refused, match="no rows of its question yet: run `tissue_probe study run"):
+        opened_study(plan)

@@ -1,6 +1,6 @@
 """A study as one HTML page that needs nothing else, as the report of an improvement does.
 
-Contents: what the page says, its forest plots, and filling its template.
+Contents: the parts of the page, its forest plots, and filling its template.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Line:
     Parameters
     ----------
     label : str
-        What it is of.
+        The recording, or the group of a mean.
     value, low, high : float
         In the forest's unit.
     mean : bool
@@ -52,9 +52,9 @@ class Forest:
     Parameters
     ----------
     title, unit, note : str
-        What is drawn; ``unit`` in words, ``note`` in sentences.
+        Name and unit of the value in words; ``note`` in sentences.
     lines : sequence of Line
-        From top to bottom; at least one.
+        From top to bottom; at least one, whose value is finite.
     """
 
     title: str
@@ -89,7 +89,7 @@ class Forest:
 
 @dataclass(frozen=True)
 class Level:
-    """One value of a factor: how many recordings have it, and what is told of these."""
+    """One value of a factor: how many recordings have it, how many are done, and their mean."""
 
     name: str
     recordings: int
@@ -127,7 +127,7 @@ class StudyPage:
     work : mapping of str to str
         The work done: names and values.
     notes : sequence of str
-        What was found on the way, in sentences.
+        Damaged batches, changed files and repeated ones, in sentences.
     excluded : sequence of Told
         Recordings that no statistics take, each with the reason.
     forests : sequence of Forest
@@ -135,7 +135,7 @@ class StudyPage:
     spread : sequence of (str, str)
         How the first value spreads: names and values with intervals.
     spread_note : str
-        What the spread is of, or why it cannot be told.
+        Which value spreads over which factor, or why the spread cannot be told.
     factors : sequence of Factor
         Specimens, days, operators.
     verdicts : mapping of str to int

@@ -1,6 +1,6 @@
 """From the rows of a study to its page.
 
-Contents: what the page is filled with.
+Contents: the work, the exclusions, values, factors, effects and recordings that the page tells.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from shlex import quote
 from typing import Any
+from urllib.parse import quote as quote_url
 
 import tissue_probe
 from tissue_probe.analysis.as_options import as_options
@@ -20,7 +21,7 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPage, Told
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.result import StudyResult, deviation_of
-from tissue_probe.studies.row import ROW_HAS, SIGNALS
+from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNALS
 from tissue_probe.studies.spread import Spread
 
 #: Half of a 95 % interval, over the standard deviation.
@@ -31,8 +32,6 @@ DRAWN, LISTED = 100, 1000
 LEVELS = 12
 UNITS = {"stiffness": "N/m", "damping": "N s/m"}
 NAMES = {"stiffness": "Stiffness k", "damping": "Damping beta"}
-#: Columns of the list, where the rows have them.
-COLUMNS = ("status", "stiffness", "damping", "quality", "verdict", "missing", "seconds")
 
 
 def page_of(
@@ -43,10 +42,10 @@ def page_of(
     Raises
     ------
     ParameterError
-        If no recording has such a value.
+        If no recording in the statistics has such a value.
     """
     rows, factors = found.rows, _factors(found)
-    columns = [*factors, *(name for name in COLUMNS if any(name in each for each in rows))]
+    columns = [*factors, *(name for name in SHOWN if any(name in each for each in rows))]
     links = {each["path"]: _link(each, folder) for each in rows}
     own = [each for each in rows if not links[each["path"]]]
     spread, note = _spread(found, value, specimen, by)
@@ -59,11 +58,7 @@ def page_of(
             Told(_name(each), links[each["path"]], (each["status"], left_out(each)))
             for each in excluded[:LISTED]
         ],
-        forests=[
-            _forest(found, each, specimen, by, links)
-            for each in dict.fromkeys((value, "stiffness", "damping"))
-            if each == value or any(each in row for row in rows)
-        ],
+        forests=list(_forests(found, value, specimen, by, links)),
         spread=list(_spread_lines(spread)) if spread else (),
         spread_note=note,
         factors=[_factor(found, name, value, specimen) for name in factors],
@@ -104,7 +99,7 @@ def report_folder(row: Mapping[str, Any]) -> str:
 
 def _link(row: Mapping[str, Any], folder: Path) -> str:
     address = f"{report_folder(row)}/report.html"
-    return address if (folder / address).exists() else ""
+    return quote_url(address) if (folder / address).exists() else ""
 
 
 def _command(row: Mapping[str, Any], question: Mapping[str, Any], folder: Path) -> str:
@@ -134,7 +129,7 @@ def _work(found: StudyResult, excluded: Sequence[Mapping[str, Any]]) -> dict[str
 def _spread(
     found: StudyResult, value: str, specimen: str, by: str | None
 ) -> tuple[Spread | None, str]:
-    """Return the spread and what it is of, or why there is none."""
+    """Return the spread and a sentence on its value, or why there is none."""
     try:
         return found.spread(value, specimen=specimen, by=by), (
             f"Of {_called(value)}, over {specimen}; 95 % intervals. Each recording counts with the "
@@ -155,6 +150,18 @@ def _called(value: str) -> str:
     return f"{NAMES.get(value, value)}{unit}"
 
 
+def _forests(
+    found: StudyResult, value: str, specimen: str, by: str | None, links: Mapping[str, str]
+) -> Iterator[Forest]:
+    """Yield the plots; none where all recordings are left out of the statistics."""
+    used = [each for each in found.rows if not left_out(each)]
+    for name in dict.fromkeys((value, "stiffness", "damping")) if used else ():
+        if name == value or any(name in each for each in used):
+            forest = _forest(found, name, specimen, by, links)
+            if forest.lines:
+                yield forest
+
+
 def _forest(
     found: StudyResult, value: str, specimen: str, by: str | None, links: Mapping[str, str]
 ) -> Forest:
@@ -173,6 +180,7 @@ def _forest(
             link=links[each["path"]],
         )
         for each, other in zip(rows, beside, strict=True)
+        if math.isfinite(each[value])
     ]
     means = [] if spread is None else spread.means.items()
     heads = [

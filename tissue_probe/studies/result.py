@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,9 +39,9 @@ class StudyResult(Alike):
     computed : int
         How many of them were computed by this run.
     notes : tuple of str
-        What was found on the way, in sentences.
+        Damaged batches, changed files and repeated ones, in sentences.
     question : mapping
-        What was asked of each.
+        Keywords of ``row`` for each.
     """
 
     rows: tuple[Mapping[str, Any], ...]
@@ -60,7 +61,7 @@ class StudyResult(Alike):
 
     @property
     def text(self) -> str:
-        """How many recordings there are, and what became of them."""
+        """How many recordings there are, and how many of them were done, refused or failed."""
         counts = {
             status: sum(each["status"] == status for each in self.rows)
             for status in ("done", "refused", "failed")
@@ -149,9 +150,11 @@ class StudyResult(Alike):
         Raises
         ------
         ParameterError
-            If no row has one of the columns.
+            If no row in the statistics has one of the columns.
         """
         done = [each for each in self.rows if not left_out(each)]
+        if not done:
+            raise ParameterError("all recordings are left out of the statistics: see why in each")
         names = list(dict.fromkeys(name for each in done for name in each))
         for name in columns:
             if name not in names:
@@ -195,7 +198,10 @@ class StudyResult(Alike):
 
         path = Path(path)
         text = render_study(page_of(self, path.parent, value, specimen, by))
+        unfinished = path.with_name(f"_unfinished-{path.name}")
         try:
-            path.write_text(text, encoding="utf-8")
+            unfinished.write_text(text, encoding="utf-8")
+            os.replace(unfinished, path)
         except OSError as error:
+            unfinished.unlink(missing_ok=True)
             raise FileError(f"the report cannot be written: {sentence(error)}") from error

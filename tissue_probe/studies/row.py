@@ -38,6 +38,11 @@ ROW_HAS = (
     *("noise", "error", "heldout_error", "over_noise", "verdict", "missing"),
 )
 
+#: Those of them that a list of recordings shows, where the rows have them; after the factors.
+SHOWN = (
+    *("status", "stiffness", "damping", "quality", "verdict", "missing", "over_noise", "seconds"),
+)
+
 #: Statements on a file's signals, which ``read`` takes.
 SIGNALS = tuple(each.name for each in fields(Layout))
 #: Keywords that ``estimate`` takes.

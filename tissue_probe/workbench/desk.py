@@ -393,16 +393,19 @@ class Desk:
         Raises
         ------
         Refused
-            If there is no study, or it has no such row.
+            If there is no study, it has no such row, or the recording cannot be read.
         """
         if self.study is None:
             raise Refused("there is no study: start the workbench with `study`")
         path = self.study.path(row)
         there = [each for each in self.files.values() if each.path == path]
         opened = there[0] if there else await self.open(path, self.study.layout)
-        if opened.measured is not None:
-            self.asked = self.asked.changed(self.study.asked)
-            await self.use(opened.number, None)
+        if opened.problem is not None:
+            raise opened.problem
+        self._read_already(opened)
+        self.asked = Asked().changed(self.study.asked)
+        self._forget_fits()
+        await self.use(opened.number, None)
 
     async def take_effects(self, path: Path) -> list[dict[str, Any]]:
         """Run a file of effects of the user's own, and take them among those that are tried."""

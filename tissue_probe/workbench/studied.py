@@ -1,6 +1,7 @@
 """A study beside the desk: its table, of which each row opens its recording.
 
-Contents: what of the rows a page is told, and how a recording of it is read and asked about.
+Contents: the part of the rows that a page is told, and how a recording of it is read and asked
+about.
 """
 
 from __future__ import annotations
@@ -10,16 +11,15 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from tissue_probe.analysis.asked import NAMED
 from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.key import key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
-from tissue_probe.studies.row import SIGNALS
+from tissue_probe.studies.row import SHOWN, SIGNALS
 from tissue_probe.studies.running import ROWS
 from tissue_probe.workbench.question import Asked
 from tissue_probe.workbench.refused import Refused
-
-#: Columns of the page's table, where the rows have them; the factors stand before them.
-COLUMNS = ("status", "stiffness", "damping", "quality", "verdict", "missing", "over_noise")
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Studied:
     name : str
         Its file's name.
     plan : Plan
-        What was asked.
+        The recordings and the question.
     rows : sequence of dict
         In the order of the plan's recordings.
     """
@@ -42,14 +42,18 @@ class Studied:
 
     @property
     def layout(self) -> dict[str, Any]:
-        """What the study states of its recordings' signals."""
+        """The study's statements on its recordings' signals."""
         return {name: each for name, each in self.plan.question.items() if name in SIGNALS}
 
     @property
     def asked(self) -> dict[str, Any]:
-        """What the study asks, as far as the desk can."""
+        """The study's statements on the model, as a page states them: those that the desk knows."""
         known = {each.name for each in fields(Asked)}
-        return {name: each for name, each in self.plan.question.items() if name in known}
+        return {
+            name: _as_stated(NAMED[name].kind, given)
+            for name, given in self.plan.question.items()
+            if name in known and given is not None
+        }
 
     def path(self, row: int) -> Path:
         """Return the recording of a row.
@@ -65,13 +69,23 @@ class Studied:
 
     def told(self) -> dict[str, Any]:
         """Return the table; recordings by their names, since no page is to know where they lie."""
-        shown = [name for name in COLUMNS if any(name in each for each in self.rows)]
+        shown = [name for name in SHOWN if any(name in each for each in self.rows)]
         names = [*self.plan.factors, *shown]
         return {
             "name": self.name,
             "columns": ["recording", *names, "reason"],
             "rows": [[Path(each["path"]).name, *_cells(each, names)] for each in self.rows],
         }
+
+
+def _as_stated(kind: str, given: Any) -> Any:
+    """Return a value as a page states it: a file may have a number, or a name, alone."""
+    if kind == "constants":
+        numbers = given.items()
+        return {
+            name: (each, 0.0) if isinstance(each, (int, float)) else each for name, each in numbers
+        }
+    return (given,) if kind == "names" and isinstance(given, str) else given
 
 
 def _cells(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
@@ -85,13 +99,17 @@ def opened_study(path: Path) -> Studied:
     Raises
     ------
     Refused
-        If none of its recordings has a row yet.
+        If none of its recordings has a row of its question yet.
     ParameterError
         If the file describes no study.
     """
     plan = read_plan(path)
+    question = key_of_question(plan.task, plan.question)
     of = {str(each.resolve()): place for place, each in enumerate(plan.recordings)}
-    rows = [each for each in Dataset(plan.output / ROWS).read() if each["path"] in of]
+    there = [each for each in Dataset(plan.output / ROWS).read() if each["path"] in of]
+    # A plan that has changed since asks another question than the rows that are there answer.
+    rows = [each for each in there if each.get("question") == question]
     if not rows:
-        raise Refused(f"{path} has no rows yet: run `tissue_probe study run {path}` first")
+        yet = "no rows of its question" if there else "no rows"
+        raise Refused(f"{path} has {yet} yet: run `tissue_probe study run {path}` first")
     return Studied(path.name, plan, sorted(rows, key=lambda each: of[each["path"]]))

@@ -38,7 +38,7 @@ export function study() {
         return words.every((/** @type {string} */ word) => text.includes(word));
       });
     count.textContent = `${found.length} of ${rows.length} recordings${found.length > SHOWN ? `, the first ${SHOWN} shown` : ""}`;
-    fill(head, h("tr", {}, columns.map((/** @type {string} */ name) => h("th", {}, name.replace("_", " ")))));
+    fill(head, h("tr", {}, columns.map((/** @type {string} */ name) => h("th", {}, name.replaceAll("_", " ")))));
     fill(body, found.slice(0, SHOWN).map((/** @type {{cells: any[], row: number}} */ { cells: [name, ...others], row }) =>
       h("tr", {}, h("td", {}, h("button", { type: "button", class: "quiet", onclick: () => open(row) }, name)), others.map((value) => h("td", {}, cell(value))))));
   }
