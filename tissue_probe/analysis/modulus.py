@@ -20,7 +20,7 @@ from tissue_probe.quantities import engineering
 HERTZ, POWER = "hertz_contact", "contact_exponent"
 #: A fitted power and that of a shape are one if they differ by no more.
 ALIKE = 0.1
-#: Poisson's ratio of what keeps its volume: the largest.
+#: Poisson's ratio of a tissue that keeps its volume: the largest.
 INCOMPRESSIBLE = 0.5
 #: Half width of an interval that holds the truth in 95 % of all cases [deviations].
 CERTAIN = 1.96

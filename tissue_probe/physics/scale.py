@@ -18,7 +18,7 @@ from functools import lru_cache
 #: nothing but the units.
 STEP = 1000.0
 #: Exponents of length, force, time and second input in the units of which those of parameters are
-#: made. The unit of a second input is whatever its channel has.
+#: made. The unit of a second input is that of its channel.
 UNITS: dict[str, tuple[int, int, int, int]] = {
     "m": (1, 0, 0, 0),
     "N": (0, 1, 0, 0),

@@ -18,7 +18,7 @@ def tabulated(signal: sp.Expr, at: Sequence[float], values: Sequence[float]) -> 
     Parameters
     ----------
     signal : Expr
-        What the function is of, such as ``INDENTATION``.
+        The argument of the function, such as ``INDENTATION``.
     at, values : sequence of float
         The table, ``at`` rising; the function has the unit of ``values``.
     """

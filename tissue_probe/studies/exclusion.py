@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-#: What a filter says of values that are not to be used (``signals.Status``).
+#: States of a filter (``signals.Status``) whose values are not to be used, each in a sentence.
 NOT_TO_BE_USED = {
     "no_contact": "the filter felt no tissue: its k and beta are not to be used",
     "model_rejected": "the filter's model does not fit: its k and beta are not to be used",
