@@ -9,6 +9,7 @@ from laboratory import QUESTION
 import tissue_probe as tp
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
+from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.studies.moduli import driving_frequency
 
 
@@ -43,6 +44,16 @@ def test_a_row_has_storage_and_loss(laboratory):
 def test_other_tissue_has_no_storage_and_loss_of_a_spring_and_a_damper(laboratory):
     row = tp.row(laboratory / "a_1.csv", "compare", **QUESTION, tissue="maxwell")
     assert row["status"] == "done"
+    assert not {"frequency", "storage", "loss"} & set(row)
+
+
+def test_a_filter_whose_model_has_curved_tissue_tells_none(laboratory, tmp_path):
+    composition = Composition(effects=(EFFECTS["cubic_stiffening"],))
+    values = {each.name: each.default for each in composition.values}
+    FittedModel(composition, values, {}).save(tmp_path / "model.yaml")
+    asked = {"estimator": "robust_ekf", "model": str(tmp_path / "model.yaml")}
+    row = tp.row(laboratory / "a_1.csv", "estimate", force_polarity="compression", **asked)
+    assert row["status"] == "done", row["sentence"]
     assert not {"frequency", "storage", "loss"} & set(row)
 
 
