@@ -50,7 +50,7 @@ class Site(NamedTuple):
 class Choosing(NamedTuple):
     """How sites are chosen on the way.
 
-    ``purpose`` is what an exploration chooses for, ``outliers`` the share of sites that err,
+    ``purpose`` is that of an exploration's sites, ``outliers`` the share of sites that err,
     ``again`` how many of the given sites are palpated again at most, as a share.
     """
 
