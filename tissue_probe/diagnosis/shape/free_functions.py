@@ -30,8 +30,8 @@ SLOW = 0.05
 TURNS = (0.003, 0.01, 0.03, 0.1)
 #: Rates of relaxation: so many a decade, alone and beside each function of the indentation.
 RATES, RATES_OF_TWO = 5.0, 1.5
-#: The slowest and fastest rate, over the record's duration and the sampling rate: a slower branch is
-#: a spring in this record, a faster one a damper.
+#: The slowest and fastest rate, over the record's duration and the sampling rate: a slower branch
+#: is a spring in this record, a faster one a damper.
 SLOWEST, FASTEST = 0.3, 0.3
 #: Ways after which a spring slides, in shares of the travel.
 WAYS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.5, 0.75)
