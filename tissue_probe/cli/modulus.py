@@ -51,7 +51,7 @@ def modulus(
         ),
     ] = None,
 ) -> None:
-    """Turn a fitted stiffness into a modulus by the shape of the tip.
+    """Turn a fitted stiffness into a modulus in kPa.
 
     By the laws of Hertz (sphere), Sneddon (flat punch, cone) and Dimitriadis (sphere on a thin
     layer).
