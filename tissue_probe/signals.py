@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from itertools import pairwise, zip_longest
 
 import numpy as np
@@ -368,6 +368,22 @@ class Channel:
         return np.interp((stamp - self.stamp) / NANOSECONDS + offsets, self.time, self.values)
 
 
+#: The signals of a file of columns that are scaled to SI.
+SCALED = ("position", "force")
+
+
+class UnitFrom(StrEnum):
+    """What tells the unit of a file's column."""
+
+    FILE = "file"
+    #: The user's: the file tells none.
+    STATEMENT = "statement"
+    #: The user's, where the file tells another.
+    OVERRULED = "statement against the file"
+    #: Nobody: the column is called as this suite calls it, whose columns are in SI units.
+    NAME = "name"
+
+
 @dataclass(frozen=True)
 class Recording:
     """Everything measured in one run.
@@ -376,7 +392,8 @@ class Recording:
     announced; ``metadata`` as text by name (parameters, excitation, phantom, ... of the run);
     ``time_doubt`` is by how much position and force may be apart in time [s], which nothing tells;
     ``noise`` is white noise of variance 1, resampled as the force was; None where that was not;
-    ``own`` has the samples as they were before that; ``input2`` is a further channel, where asked.
+    ``own`` has the samples as they were before that; ``input2`` is a further channel, where asked;
+    ``units_from`` is what tells the units of position and force, of files of columns.
     """
 
     blocks: tuple[SampleBlock, ...]
@@ -386,6 +403,7 @@ class Recording:
     noise: FloatArray | None = None
     own: OwnTimes | None = None
     input2: Channel | None = None
+    units_from: Mapping[str, UnitFrom] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return sum(len(block) for block in self.blocks)

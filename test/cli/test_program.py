@@ -14,7 +14,8 @@ from tissue_probe.estimation import ESTIMATORS, EstimatorSettings
 
 COMMANDS = [
     *("demo", "estimate", "estimators", "map", "info", "export", "excitation", "reproduce"),
-    *("compare", "diagnose", "improve", "sensor", "workbench", "challenge", "calibrate", "study"),
+    *("compare", "diagnose", "improve", "sensor", "modulus", "workbench"),
+    *("challenge", "calibrate", "study"),
 ]
 
 DIAGNOSING = ("compare", "diagnose", "improve")

@@ -51,7 +51,7 @@ def modulus(
         ),
     ] = None,
 ) -> None:
-    """Turn the stiffness of a model into a modulus [kPa], by the shape of the tip.
+    """Turn a fitted stiffness into a modulus in kPa.
 
     By the laws of Hertz (sphere), Sneddon (flat punch, cone) and Dimitriadis (sphere on a thin
     layer).

@@ -8,7 +8,7 @@ from tissue_probe.settings import setting
 
 
 class ErringSites(BaseModel):
-    """What mapper and scan take of sites for granted."""
+    """The statement on sites that mapper and scan share."""
 
     outliers: float = setting(
         0.0,

@@ -74,8 +74,8 @@ class ScanSettings(ContactSettings, RobotSettings, FusedEstimators, ErringSites)
     most_again: float = setting(
         0.1,
         "",
-        "how many sites scan_sites palpates again at most, a little aside, where an inclusion "
-        "hangs on one site; of those given",
+        "share of its sites that scan_sites palpates again at most, a little aside, where an "
+        "inclusion hangs on one site and `outliers` says that sites err",
         ge=0.0,
         le=1.0,
     )

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from tissue_probe.errors import ParameterError, TissueProbeError
+from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.site_result import sites_of
 from tissue_probe.nodes.decision_process import DecisionProcess
@@ -50,7 +50,7 @@ class Site(NamedTuple):
 class Choosing(NamedTuple):
     """How sites are chosen on the way.
 
-    ``purpose`` is what an exploration chooses for, ``outliers`` the share of sites that err,
+    ``purpose`` is that of an exploration's sites, ``outliers`` the share of sites that err,
     ``again`` how many of the given sites are palpated again at most, as a share.
     """
 
@@ -244,7 +244,7 @@ class GivenSites(ListedSites):
         self._again = ""
 
     def prepare(self, wait: Wait) -> None:
-        """Start what decides where to palpate again."""
+        """Start the process that decides where to palpate again."""
         if self._most_again:
             self._process = DecisionProcess()
 
@@ -265,9 +265,17 @@ class GivenSites(ListedSites):
             self._process.close()
         return super().result(how)
 
+    def not_reached(self, site: Site) -> bool:
+        """Go on where the robot does not reach a place beside the given sites."""
+        if site.number < len(self._given):
+            return False
+        self._total -= 1
+        return True
+
     @property
     def _most_again(self) -> int:
-        return round(self.choosing.again * len(self._given))
+        """How many places at most; none where no site errs: the robot goes where it was sent."""
+        return round(self.choosing.again * len(self._given)) if self.choosing.outliers else 0
 
     def _palpate_again(self, wait: Wait) -> None:
         """Append the places beside sites on which an inclusion hangs, as far as they are told."""
@@ -282,10 +290,11 @@ class GivenSites(ListedSites):
             places_again, sites_of(results), self.choosing.outliers, self._most_again
         )
         if not wait(asked.done, PATIENCE):
-            raise TissueProbeError(f"a decision took more than {PATIENCE:g} s")
+            self._again = f"; none again: the decision took more than {PATIENCE:g} s"
+            return
         try:
             places = asked.result()
-        except ParameterError as error:
+        except (ParameterError, RuntimeError) as error:  # the given sites are palpated all the same
             self._again = f"; none again: {error}"
             return
         first = len(self._given)

@@ -105,9 +105,8 @@ def _link(row: Mapping[str, Any], folder: Path) -> str:
 def _command(row: Mapping[str, Any], question: Mapping[str, Any], folder: Path) -> str:
     known = {*Asked.__annotations__, *SIGNALS}
     stated = {name: given for name, given in question.items() if name in known}
-    output = folder / report_folder(row)
-    words = ["tissue_probe improve", quote(row["path"]), *as_options(stated)]
-    return " ".join([*words, "--output", quote(str(output))])
+    stated["output"] = str(folder / report_folder(row))
+    return " ".join(["tissue_probe improve", quote(row["path"]), *as_options(stated)])
 
 
 def _work(found: StudyResult, excluded: Sequence[Mapping[str, Any]]) -> dict[str, str]:

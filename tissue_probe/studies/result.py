@@ -16,6 +16,7 @@ from tissue_probe.errors import FileError, ParameterError
 from tissue_probe.one_line import sentence
 from tissue_probe.studies.agreement import Agreement, agreement_of
 from tissue_probe.studies.exclusion import left_out
+from tissue_probe.studies.provenance import refuse_two_questions
 from tissue_probe.studies.shares import shares_missing
 from tissue_probe.studies.spread import Interval, Spread, spread_of
 
@@ -91,9 +92,11 @@ class StudyResult(Alike):
         Raises
         ------
         ParameterError
-            If there is no such column, or there are too few specimens or repeats.
+            If there is no such column, there are too few specimens or repeats, or the rows of a
+            group answer two questions.
         """
         columns = (value, deviation_of(value), specimen, *([by] if by else []))
+        refuse_two_questions(self.taken(columns), by)
         y, sd, of, *groups = self._known(columns)
         return spread_of(
             np.array(y, dtype=float), np.array(sd, dtype=float), of, groups[0] if groups else None
@@ -119,8 +122,10 @@ class StudyResult(Alike):
         Raises
         ------
         ParameterError
-            If there is no such column, the factor has not two values, or there are too few pairs.
+            If there is no such column, the factor has not two values, there are too few pairs, or
+            the rows of one of the two answer two questions.
         """
+        refuse_two_questions(self.taken((value, of, specimen)), of)
         y, ways, pairs = self._known((value, of, specimen))
         names = sorted(set(ways))
         if len(names) != 2:
@@ -140,8 +145,9 @@ class StudyResult(Alike):
         Raises
         ------
         ParameterError
-            If no row has a verdict.
+            If no row has a verdict, or they answer two questions.
         """
+        refuse_two_questions([each for each in self.rows if "verdict" in each], None)
         return shares_missing(self.rows)
 
     def taken(self, columns: Sequence[str]) -> list[Mapping[str, Any]]:

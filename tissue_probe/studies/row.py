@@ -25,6 +25,7 @@ from tissue_probe.physics.composition import Composition
 from tissue_probe.recording.layout import Layout
 from tissue_probe.studies.key import key_of, key_of_question
 from tissue_probe.studies.moduli import moduli
+from tissue_probe.studies.provenance import UNITS_FROM, provenance, units_not_told
 
 Task = Literal["estimate", "compare", "diagnose"]
 TASKS: tuple[Task, ...] = ("estimate", "compare", "diagnose")
@@ -36,6 +37,7 @@ ROW_HAS = (
     *("stiffness", "stiffness_sd", "damping", "damping_sd", "quality"),
     *("frequency", "storage", "storage_sd", "loss", "loss_sd"),
     *("noise", "error", "heldout_error", "over_noise", "verdict", "missing"),
+    *("own", *UNITS_FROM),
 )
 
 #: Those of them that a list of recordings shows, where the rows have them; after the factors.
@@ -84,13 +86,14 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
         ``key`` (of the question and the file's bytes), ``size`` [bytes] and ``changed`` [ns since
         1970] of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the recording or
         the question is at fault) or ``failed`` (the program is), and its ``sentence``.
-        Where it is done: ``samples``, ``duration`` [s], ``stiffness`` and ``stiffness_sd`` [N/m],
-        ``damping`` and ``damping_sd`` [N s/m], ``notes``; where one frequency drives
-        Kelvin-Voigt tissue ``frequency`` [Hz], ``storage`` and ``loss`` with ``_sd`` [N/m]; and by
-        the task ``quality`` (the filter's status), ``noise`` and ``error``, ``heldout_error`` [N,
-        or m where the force is the input], ``over_noise``, ``verdict``, ``missing``
-        (effects, with commas), ``probability.EFFECT``, ``value.NAME`` and ``value.NAME.sd`` of each
-        fitted value [SI].
+        Where it is done: ``samples``, ``duration`` [s], ``own`` (whether this suite recorded
+        it), ``position_unit_from`` and ``force_unit_from`` (values of ``signals.UnitFrom``),
+        ``stiffness`` and ``stiffness_sd`` [N/m], ``damping`` and ``damping_sd`` [N s/m],
+        ``notes``; where one frequency drives Kelvin-Voigt tissue ``frequency`` [Hz], ``storage``
+        and ``loss`` with ``_sd`` [N/m]; and by the task ``quality`` (the filter's status),
+        ``noise`` and ``error``, ``heldout_error`` [N, or m where the force is the input],
+        ``over_noise``, ``verdict``, ``missing`` (effects, with commas), ``probability.EFFECT``,
+        ``value.NAME`` and ``value.NAME.sd`` of each fitted value [SI].
 
     Raises
     ------
@@ -122,23 +125,29 @@ def _answer(path: Path, task: Task, question: dict[str, Any]) -> dict[str, Any]:
     layout = Layout(**signals)
     layout.check_signals()
     measured = read_by(layout, [path])
-    told = _samples(measured)
-    if task == "estimate":
-        filtered = estimate(measured, **asked)
-        told |= _estimated(filtered)
-        composition = _filtered_model(filtered, asked.get("effects", ()))
-    else:
-        compared = compare(measured, workers=1, **asked)
-        told |= _compared(compared)
-        composition = compared.fit.composition
-        if task == "diagnose":
-            diagnosed = diagnosis_of(compared)
-            told |= _diagnosed(diagnosed)
-            composition = diagnosed.found.ladder.final.composition
+    found, composition = _by_task(task, measured, asked)
+    told = _samples(measured) | provenance(measured.parts[0]) | found
+    said = units_not_told(measured.parts[0].recording)
+    told["notes"] = "\n".join(filter(None, [told["notes"], *said]))
     if not composition.is_kelvin_voigt:
         return told
     longest = max((each for part in measured.parts for each in part.recording.blocks), key=len)
     return told | moduli(told, longest.position, longest.sample_period)
+
+
+def _by_task(
+    task: Task, measured: Measurements, asked: dict[str, Any]
+) -> tuple[dict[str, Any], Composition]:
+    """Return the answer of the task's function, and the model that it is of."""
+    if task == "estimate":
+        filtered = estimate(measured, **asked)
+        return _estimated(filtered), _filtered_model(filtered, asked.get("effects", ()))
+    compared = compare(measured, workers=1, **asked)
+    told = _compared(compared)
+    if task == "compare":
+        return told, compared.fit.composition
+    diagnosed = diagnosis_of(compared)
+    return told | _diagnosed(diagnosed), diagnosed.found.ladder.final.composition
 
 
 def _filtered_model(found: EstimateResult, effects: Any) -> Composition:

@@ -14,8 +14,9 @@ from tissue_probe.errors import ParameterError
 from tissue_probe.studies.dataset import Dataset, write_tables
 from tissue_probe.studies.key import key_of, key_of_question
 from tissue_probe.studies.plan import Plan, read_plan
+from tissue_probe.studies.provenance import doubts
 from tissue_probe.studies.result import StudyResult
-from tissue_probe.studies.row import ROW_HAS, check_question, row
+from tissue_probe.studies.row import ROW_HAS, SIGNALS, check_question, row
 
 #: A batch is written when it has so many rows, or after so long [s]: so much is computed again
 #: where the machine dies.
@@ -64,8 +65,7 @@ def study(
     """
     plan = plan if isinstance(plan, Plan) else read_plan(plan)
     check_question(plan.task, plan.question)
-    if taken := [name for name in plan.factors if name in ROW_HAS or "." in name]:
-        raise ParameterError(f"a factor is called {taken[0]}, as a column of rows is: rename it")
+    _refuse_names(plan.factors)
     recordings = {str(path.resolve()): factors for path, factors in plan.recordings.items()}
     kept, asked = Dataset(plan.output / ROWS), key_of_question(plan.task, plan.question)
     before = {each["path"]: each for each in kept.read()}
@@ -87,7 +87,19 @@ def study(
     ]
     rows = [done[path] for path in recordings]
     write_tables(plan.output, rows)
-    return StudyResult(tuple(rows), len(wanted), (*notes, *_alike(rows)), plan.question)
+    notes += [*_alike(rows), *doubts(rows)]
+    return StudyResult(tuple(rows), len(wanted), tuple(notes), plan.question)
+
+
+def _refuse_names(factors: Sequence[str]) -> None:
+    """Refuse factors called as columns of rows are, and those that seem to set a keyword."""
+    if taken := [name for name in factors if name in ROW_HAS or "." in name]:
+        raise ParameterError(f"a factor is called {taken[0]}, as a column of rows is: rename it")
+    if taken := [name for name in factors if name == "rig" or name in SIGNALS]:
+        raise ParameterError(
+            f"a factor is called {taken[0]}, and one question, with its `{taken[0]}`, is asked of "
+            "all recordings of a study: run a study for each, or rename the factor"
+        )
 
 
 def _held(

@@ -17,7 +17,8 @@ from tissue_probe.diagnosis.shape.smoothing import Smooth, smooth
 Set = frozenset[str]
 
 #: A shape is accepted that leaves so little over the noise, and, of parts that are left out, so
-#: little more than of those fitted: no structure outside the free functions passed in a trial.
+#: little more than of those fitted: a rest of at most 0.4 and 0.6 of the noise, sqrt(1.07^2 - 1)
+#: and sqrt(1.15^2 - 1), which no single sample shows.
 FITS, HOLDS = 1.07, 1.15
 #: By how much the logarithm of the evidence must rise for each further variable: a thousandfold.
 EACH = 7.0

@@ -81,7 +81,7 @@ def effect_text(found: FoundShape) -> str:
 
 _FILE = '''"""A force that no law of the library explains: {about}, learnt from a record.
 
-Use it with ``--effects my_effect.py --add free_form``.
+Name this file among the effects of your own, and add ``free_form``.
 """
 
 import sympy as sp

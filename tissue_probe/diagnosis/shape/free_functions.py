@@ -31,8 +31,7 @@ TURNS = (0.003, 0.01, 0.03, 0.1)
 #: Rates of relaxation: so many a decade, alone and beside each function of the indentation.
 RATES, RATES_OF_TWO = 5.0, 1.5
 #: The slowest and fastest rate, over the record's duration and the sampling rate: a slower branch
-#: is
-#: a spring in this record, a faster one a damper.
+#: is a spring in this record, a faster one a damper.
 SLOWEST, FASTEST = 0.3, 0.3
 #: Ways after which a spring slides, in shares of the travel.
 WAYS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.3, 0.5, 0.75)
@@ -71,12 +70,14 @@ class Functions:
     ----------
     depth, few_depth, speed, few_speed, channel, clock, few_clock : Spline
         Of indentation [m], velocity [m/s], force [N], time [s]; the short ones for products.
-    size : Path-like scales
-        Largest indentation, speed, force and time, to be divided by.
+    fastest : float
+        Largest speed [m/s].
     rates, few_rates : array
         Of relaxation [1/s].
     ways : array
         After which a spring slides [m].
+    drives : bool
+        Whether the force is the input: then its channel acts on the tip.
     """
 
     depth: Spline

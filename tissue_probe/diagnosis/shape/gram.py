@@ -44,8 +44,7 @@ class Gram:
         That were used.
     own : int
         How many of the first columns are those of the model itself, which may change: values,
-        constants
-        of the rig within their tolerances, and starts.
+        constants of the rig within their tolerances, and starts.
     precision, departure : array, shape (own,)
         Knowledge of these beforehand.
     starts : array of int

@@ -29,9 +29,8 @@ Respond = Callable[[FloatArray, Measurement], FloatArray]
 def tip_response(fit: Fit) -> Respond:
     """Return the response to a force of the tissue, of the tissue without effects.
 
-    It is exact where that tissue is linear, on any variable that the force depends: the effects of
-    the
-    fit have answered in its prediction.
+    It is exact where that tissue is linear, whichever variable the force depends on: the effects
+    of the fit have answered in its prediction.
     """
     composition = fit.composition
     plain = Composition(composition.rig, composition.tissue)

@@ -23,6 +23,7 @@ from tissue_probe.recording.units import (
     split_unit,
     unit_size,
 )
+from tissue_probe.signals import SCALED, UnitFrom
 
 _UNITS = {
     "time": TIME_UNITS,
@@ -52,6 +53,8 @@ class Roles:
         Whether position and force tell each their own times, or when they begin.
     told : tuple of str
         The choices of columns that nobody named, in phrases.
+    units_from : dict of str to str
+        What tells the units of ``position`` and ``force``; see ``signals.UnitFrom``.
     """
 
     names: dict[str, str]
@@ -60,6 +63,7 @@ class Roles:
     timed: bool
     own_times: bool
     told: tuple[str, ...]
+    units_from: dict[str, UnitFrom]
 
     @property
     def velocity(self) -> bool:
@@ -121,7 +125,9 @@ def roles(source: Columns, layout: Layout) -> Roles:
     begin = any(found[role] in source.starts for role in ("position", "force"))
     _refuse_other_starts(source, found)
     own_times = own_clocks or ("time" not in found and (begin or len(set(rates.values())) > 1))
-    return Roles(found, units, rates, own_clocks or "time" in found, own_times, tuple(told))
+    timed = own_clocks or "time" in found
+    units_from = {role: _unit_from(source, layout, role, found[role]) for role in SCALED}
+    return Roles(found, units, rates, timed, own_times, tuple(told), units_from)
 
 
 def _refuse_other_starts(source: Columns, found: dict[str, str]) -> None:
@@ -302,6 +308,14 @@ def _stated(layout: Layout) -> dict[str, str | None]:
         "position": layout.position_unit,
         "force": layout.force_unit,
     }
+
+
+def _unit_from(source: Columns, layout: Layout, role: str, name: str) -> UnitFrom:
+    stated, told = _stated(layout)[role], _told_unit(source, role, name)
+    if not told:
+        return UnitFrom.STATEMENT if stated else UnitFrom.NAME
+    same = not stated or unit_size(told, _UNITS[role]) == unit_size(stated, _UNITS[role])
+    return UnitFrom.FILE if same else UnitFrom.OVERRULED
 
 
 def _contradicted(source: Columns, layout: Layout, names: dict[str, str]) -> list[str]:

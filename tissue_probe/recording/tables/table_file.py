@@ -134,7 +134,15 @@ def read_columns(
     del force
     blocks = tuple(sample_blocks(grid, time.origin, *spans))
     noise = grid.noise(time.seconds)
-    recording = Recording(blocks, sites, time_doubt=doubt, noise=noise, own=own, input2=second)
+    recording = Recording(
+        blocks,
+        sites,
+        time_doubt=doubt,
+        noise=noise,
+        own=own,
+        input2=second,
+        units_from=found.units_from,
+    )
     return recording, tuple(notes)
 
 
