@@ -15,8 +15,17 @@ from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.topic import Topic
-from foreign_presser import Wrench, WrenchStamped
-from foreign_robot import Header, Point, Pose, PoseStamped, Quaternion, Time, Vector3
+from foreign_messages import (
+    Header,
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Time,
+    Vector3,
+    Wrench,
+    WrenchStamped,
+)
 
 sys.path.append(str(Path(__file__).parents[1] / "sensor"))
 from free_air_world import World
@@ -24,6 +33,7 @@ from free_air_world import World
 SECONDS = 120.0
 #: Of the tool on the surface, along the sensor's z [N].
 PUSH = 3.0
+AN_HOUR = 3_600_000_000_000  # ns
 
 
 def main() -> None:
@@ -45,13 +55,16 @@ def main() -> None:
                 return
             word = "" if words[-1] == "well" else words[-1]
             time.sleep(max(begin + number / 250.0 - time.monotonic(), 0.0))
-        header = Header(Time(*divmod(first + int(passed[number]), 1_000_000_000)), "ft")
+        now = first + int(passed[number]) - (AN_HOUR if word == "back" else 0)
+        header = Header(Time(*divmod(now, 1_000_000_000)), "ft")
         place, turn = Point(*map(float, p[:3])), Quaternion(*map(float, p[3:]))
         pose_writer.write(PoseStamped(header, Pose(place, turn)))
         if word == "silent":
             continue
         force = Vector3(*map(float, w[:3]))
         force.z += PUSH if word == "push" else math.nan if word == "nan" else 0.0
+        if word == "boot":
+            header = Header(Time(*divmod(int(passed[number]), 1_000_000_000)), "ft")
         wrench_writer.write(WrenchStamped(header, Wrench(force, Vector3(*map(float, w[3:])))))
 
 

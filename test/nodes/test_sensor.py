@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from conftest import Acting, ask, collect, fails_with, foreign_process
@@ -51,7 +52,12 @@ def told(running, sentence: str) -> None:
 def test_it_identifies_then_publishes_the_wrench_that_is_left(session, arm):
     running = session(sensor())
     told(running, "there is no model: identify the sensor")
-    acting = Acting(running, IdentifySensor, "identify_sensor", IdentifySensor.Goal(seconds=12.0))
+    acting = Acting(running, IdentifySensor, "identify_sensor", IdentifySensor.Goal(seconds=14.0))
+    running.wait_until(lambda: acting.feedback and acting.feedback[-1].seconds > 3.0, "feedback")
+    poses = collect(running.node, PoseStamped, "/arm/pose", PER_SAMPLE)
+    say(arm, "silent")  # a hole, with which the first look has too little
+    running.wait_until(lambda: len(poses) > 500, "poses of the hole")
+    say(arm, "well")
     answer = acting.result()
     found = answer.result
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, found.message
@@ -71,6 +77,13 @@ def test_it_identifies_then_publishes_the_wrench_that_is_left(session, arm):
     before = len(left)
     running.wait_until(lambda: len(left) > before + 500, "wrenches of the push")
     assert forces(left[-50:])[:, 2].mean() == pytest.approx(PUSH, abs=0.1)
+    say(arm, "back")
+    between = left[-1].header.stamp.sec - 1800
+    running.wait_until(
+        lambda: left[-400].header.stamp.sec < between, "wrenches by a clock that was set back"
+    )
+    zero = ask(running, Trigger, "/probe/sensor/re_zero")
+    assert zero.success, zero.message
     say(arm, "nan")
     told(running, "/arm/wrench is not finite; left out")
     say(arm, "silent")
@@ -94,6 +107,28 @@ def test_an_identification_ends_in_a_sentence_where_the_wrench_stops_or_it_is_ca
     answer = acting.result()
     assert answer.status == GoalStatus.STATUS_ABORTED
     assert "nothing of use comes on /arm/wrench" in answer.result.message
+    say(arm, "boot")
+    told(running, "there is no model")
+    answer = Acting(running, IdentifySensor, "identify_sensor", wanted).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert "their stamps do not overlap: use one clock" in answer.result.message
+
+
+def test_a_joint_without_a_position_is_told_and_nothing_ends(session):
+    running = session(sensor(joints=["elbow"]))
+    publisher = running.node.create_publisher(JointState, "/joint_states", PER_SAMPLE)
+    heard = collect(running.node, DiagnosticArray, "/diagnostics")
+
+    def is_told() -> bool:
+        message = JointState(name=["elbow"])
+        message.header.stamp.sec = 1
+        publisher.publish(message)
+        sentence = "/joint_states has a joint without a position; left out"
+        return any(sentence in s.message for array in heard for s in array.status)
+
+    running.wait_until(is_told, "the sentence")
+    count = len(heard)
+    running.wait_until(lambda: len(heard) > count, "its diagnostics after that")
 
 
 @pytest.mark.parametrize(

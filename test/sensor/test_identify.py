@@ -189,6 +189,24 @@ def test_what_is_wrong_with_samples_is_told_in_a_sentence(spoil, sentence):
         stretches(poses, wrenches)
 
 
+@pytest.mark.parametrize("missing", [0, 1, 2])
+def test_a_topic_without_a_sample_is_told(missing):
+    tracks = list(World().move(0.0, 10.0)[:3])
+    tracks[missing] = Track(tracks[missing].stamps[:0], tracks[missing].rows[:0])
+    with pytest.raises(MeasurementError, match="has 0 samples: record a minute"):
+        stretches(*tracks)
+
+
+def test_a_sensor_without_torques_is_identified_by_its_forces():
+    poses, wrenches, _, _ = World().move(0.0, 40.0)
+    wrenches.rows[:, 3:] = 0.0
+    with np.errstate(all="raise"):
+        found = identify(stretches(poses, wrenches))
+    assert (found.noise > 0.0).all()
+    assert found.number("mass").value == pytest.approx(World().mass, rel=0.02)
+    assert all(np.isfinite([each.value, each.deviation]).all() for each in found.numbers)
+
+
 def test_too_short_a_run_is_refused():
     poses, wrenches, _, _ = World().move(0.0, 5.0)
     with pytest.raises(MeasurementError, match="record 30 to 60 s in which the flange turns"):

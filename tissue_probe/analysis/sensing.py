@@ -24,7 +24,7 @@ from tissue_probe.sensor import compensation
 from tissue_probe.sensor.free_air import AXES, UNITS, FreeAir
 from tissue_probe.sensor.identify import Identified, identify
 from tissue_probe.sensor.measured import Track, stretches
-from tissue_probe.signals import NANOSECONDS, FloatArray
+from tissue_probe.signals import NANOSECONDS
 
 PLACE, TURN = ("x", "y", "z"), ("qx", "qy", "qz", "qw")
 POSE, WRENCH, JOINTS = "PoseStamped", "WrenchStamped", "JointState"
@@ -183,10 +183,22 @@ def _of_bag(
     return (
         _track(bag, path, _topic(bag, path, POSE, pose, "pose"), _pose),
         _track(bag, path, _topic(bag, path, WRENCH, wrench, "wrench"), _wrench),
-        _track(bag, path, _topic(bag, path, JOINTS, None, "joints"), _angles(joints))
-        if joints
-        else None,
+        _track_of_joints(bag, path, joints) if joints else None,
     )
+
+
+def _track_of_joints(bag: Bag, path: Path, joints: Sequence[str]) -> Track:
+    name = _topic(bag, path, JOINTS, None, "joints")
+
+    def angles(message: Any) -> Fields | None:
+        places = {name: place for place, name in enumerate(message.name)}
+        if not set(joints) <= set(places):
+            return None  # other nodes tell of other joints on the same topic
+        if len(message.position) < len(places):
+            raise RecordingError(f"{path}: {name} has a joint without a position; record them all")
+        return tuple(float(message.position[places[joint]]) for joint in joints)
+
+    return _track(bag, path, name, angles, f" of {', '.join(joints)}")
 
 
 def _topic(bag: Bag, path: Path, kind: str, name: str | None, parameter: str) -> str:
@@ -206,7 +218,9 @@ def _topic(bag: Bag, path: Path, kind: str, name: str | None, parameter: str) ->
 Fields = tuple[float, ...]
 
 
-def _track(bag: Bag, path: Path, name: str, values: Callable[[Any], Fields | None]) -> Track:
+def _track(
+    bag: Bag, path: Path, name: str, values: Callable[[Any], Fields | None], of_what: str = ""
+) -> Track:
     decoder = Decoder(next(topic for topic in bag.topics if topic.name == name), path)
     stamps, rows = [], []
 
@@ -219,8 +233,9 @@ def _track(bag: Bag, path: Path, name: str, values: Callable[[Any], Fields | Non
 
     for _ in decoder.decode(by_log_time(bag, [name], lambda share: None), take_row):
         pass
-    table: FloatArray = np.array(rows, dtype=np.float64)
-    return Track(np.array(stamps, dtype=np.int64), table.reshape(len(rows), -1))
+    if not rows:
+        raise RecordingError(f"{path}: on {name} there is no message{of_what}")
+    return Track(np.array(stamps, dtype=np.int64), np.array(rows, dtype=np.float64))
 
 
 def _pose(message: Any) -> Fields:
@@ -231,13 +246,3 @@ def _pose(message: Any) -> Fields:
 def _wrench(message: Any) -> Fields:
     f, t = message.wrench.force, message.wrench.torque
     return (f.x, f.y, f.z, t.x, t.y, t.z)
-
-
-def _angles(joints: Sequence[str]) -> Callable[[Any], Fields | None]:
-    def angles(message: Any) -> Fields | None:
-        places = {name: place for place, name in enumerate(message.name)}
-        if not set(joints) <= set(places):
-            return None  # other nodes tell of other joints on the same topic
-        return tuple(float(message.position[places[name]]) for name in joints)
-
-    return angles

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import threading
 from collections import Counter, deque
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -36,8 +38,8 @@ from tissue_probe.sensor.cable import MOST_JOINTS
 from tissue_probe.sensor.compensation import Compensation, compensation, load_file
 from tissue_probe.sensor.free_air import AXES
 from tissue_probe.sensor.identify import Identified, identify
-from tissue_probe.sensor.live import WINDOW, Left, LiveCompensation
-from tissue_probe.sensor.measured import Track, stretches
+from tissue_probe.sensor.live import MIDDLE, Left, LiveCompensation
+from tissue_probe.sensor.measured import SLOWEST, Track, stretches
 from tissue_probe.settings import SettingsError, setting
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, sound_stamp
 from tissue_probe_msgs.action import IdentifySensor
@@ -48,17 +50,20 @@ INTERVAL = 0.005
 ZERO = 2.0
 """Of so many seconds the mean is the new zero [s]: its noise is then a tenth of a sample's."""
 LEAST_ZERO = 1.0
-"""Fewer seconds are none [s]."""
+"""Fewer seconds are none [s]: ``noise_of_zero`` is that of the mean of a second, and noise that is
+not white makes a shorter mean worse than by their number."""
 STEADY = 2.0
-"""A zero is refused where the wrench that is left varies by more than so many times its noise."""
+"""A zero is refused where the wrench that is left varies by more than so many times its noise. That
+of ``LEAST_ZERO`` at 40 Hz varies by 1.4 times at most by chance; the rest is for inertia."""
 SHORTEST, LONGEST = 10.0, 300.0
 """Of an identification [s]: two poses; as many samples as fit into some tens of megabytes."""
 FIRST_LOOK = 10.0
 """After so many further seconds of free air feedback tells a verdict [s]: each costs seconds of
 computing."""
 PATIENCE = 3.0
-"""An identification ends where nothing has come for so long [s]: more than a controller restarts
-its topics in."""
+"""An identification ends where it has come to know no more for so long [s]: more than a controller
+restarts its topics in. The node's end waits for it as long: `ros2 launch` waits for 5 s."""
+NO_OVERLAP = "pose and wrench come, and their stamps do not overlap: use one clock"
 
 
 class SensorSettings(BaseModel):
@@ -77,7 +82,7 @@ class SensorSettings(BaseModel):
         "the wrench is published so long after the pose that belongs to it; with 0.06 its inertia "
         "is most exact",
         ge=0.0,
-        le=0.5 * WINDOW,
+        le=MIDDLE,
     )
 
     @model_validator(mode="after")
@@ -96,16 +101,23 @@ class Heard:
         Stamps [ns] with rows, while an identification runs.
     faults : Counter
         Messages that were of no use, by the reason.
+
+    Parameters
+    ----------
+    name : str
+        Of the topic.
+    now : callable
+        Returns the node's own time [s].
     """
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, now: Callable[[], float]) -> None:
         self.name = name
         self.kept: list[tuple[int, Any]] | None = None
         self.faults: Counter[str] = Counter()
         self.taken = 0
         self._rate = Rate()
-        self._now = OwnTime()
-        self._since = self._now()
+        self._now = now
+        self._since = now()
         self._same: tuple[int, bytes] = (0, b"")
 
     def sound(self, header: Any, row: np.ndarray, hangs: bool = False) -> int:
@@ -150,8 +162,26 @@ class Heard:
     def track(self) -> Track:
         """Return the kept rows."""
         kept = list(self.kept or ())
-        rows = np.array([row for _, row in kept]).reshape(len(kept), -1)
+        rows = np.array([row for _, row in kept])
         return Track(np.array([stamp for stamp, _ in kept], dtype=np.int64), rows)
+
+
+class Growth:
+    """Whether an identification comes to know more, in the node's own time."""
+
+    def __init__(self, heard: list[Heard], now: Callable[[], float]) -> None:
+        self._heard, self._now = heard, now
+        self._known, self._since = 0.0, now()
+
+    def stopped(self, known: float) -> str:
+        """Return why the time that is known [s] has not grown for ``PATIENCE``; else nothing."""
+        if known > self._known:
+            self._known, self._since = known, self._now()
+        if self._now() - self._since < PATIENCE:
+            return ""
+        if silent := [each.name for each in self._heard if each.silent]:
+            return f"nothing of use comes on {' and '.join(silent)}"
+        return NO_OVERLAP
 
 
 class Sensor(Node):
@@ -162,6 +192,7 @@ class Sensor(Node):
         declare(self, SensorSettings)
         self._settings = settings = read(self, SensorSettings)
         self._live: LiveCompensation | None = None
+        self._models: deque[LiveCompensation] = deque()  # to be used by the timer's next call
         if settings.model:
             self._take_over(_read_model(settings))
         self._left: deque[Left] = deque()
@@ -173,10 +204,11 @@ class Sensor(Node):
         self._before: Counter[str] = Counter()
         self._end = threading.Event()
         self._busy = threading.Lock()
+        self._own_clock, self._own_time = OwnTime(), 0.0
         self._publisher = self.create_publisher(WrenchStamped, "compensated", PER_SAMPLE)
         self._inbox = Inbox(self)
-        self._pose, self._wrench = Heard(settings.pose), Heard(settings.wrench)
-        self._joints = Heard(settings.joint_states)
+        names = settings.pose, settings.wrench, settings.joint_states
+        self._pose, self._wrench, self._joints = (Heard(each, self._now) for each in names)
         if settings.joints:
             self._hear(JointState, settings.joint_states, self._take_joints)
         self._hear(PoseStamped, settings.pose, self._take_pose)
@@ -200,9 +232,15 @@ class Sensor(Node):
     def _hear(self, kind: type, topic: str, take: Any) -> None:
         self._inbox.subscribe(kind, topic, PER_SAMPLE, lambda message, info: take(message))
 
+    def _now(self) -> float:
+        """Return the time of the timer that takes the messages [s], from any thread."""
+        return self._own_time
+
     def destroy_node(self) -> None:
         """End an identification, let go of the subscriptions, end the node."""
         self._end.set()
+        if self._busy.acquire(timeout=PATIENCE):
+            self._busy.release()
         self._server.destroy()
         self._inbox.destroy()
         super().destroy_node()
@@ -210,6 +248,9 @@ class Sensor(Node):
     def _take_joints(self, message: JointState) -> None:
         places = {name: place for place, name in enumerate(message.name)}
         if set(self._settings.joints) <= set(places):
+            if len(message.position) < len(message.name):
+                self._joints.refuse("has a joint without a position")
+                return
             wanted = [message.position[places[name]] for name in self._settings.joints]
             row = np.array(wanted, dtype=np.float64)
             if self._joints.sound(message.header, row):
@@ -223,10 +264,10 @@ class Sensor(Node):
             return
         stamp = self._pose.sound(message.header, row)
         if stamp and self._live:
-            cabled = self._live.model.cable is not None and self._live.model.cable.joints
-            if cabled and self._angles is None:
-                return
-            self._live.take_pose(stamp, np.append(row, self._angles) if cabled else row)
+            if not self._cabled:
+                self._live.take_pose(stamp, row)
+            elif self._angles is not None:
+                self._live.take_pose(stamp, np.append(row, self._angles))
 
     def _take_wrench(self, message: WrenchStamped) -> None:
         f, t = message.wrench.force, message.wrench.torque
@@ -236,23 +277,35 @@ class Sensor(Node):
             self._live.take_wrench(stamp, row)
             self._frame = message.header.frame_id
 
+    @property
+    def _cabled(self) -> bool:
+        """Whether the model has a cable along joints."""
+        cable = self._live.model.cable if self._live else None
+        return cable is not None and cable.joints > 0
+
     def _take_over(self, model: Compensation) -> None:
-        """Use another model from the next sample on."""
+        """Use another model from the next sample on; from any thread."""
         count = model.cable.joints if model.cable else 0
         if count and count != len(self._settings.joints):
             raise SettingsError(
                 f"the model has a cable along {count} joints: name them by parameter joints"
             )
-        self._live = LiveCompensation(model, self._settings.late)
+        self._models.append(LiveCompensation(model, self._settings.late))
 
     def _work(self) -> None:
         """Publish the wrenches that have become known."""
+        while self._models:
+            self._live = self._models.popleft()
+            self._left.clear()  # the rests of the model before are no zero of this one
         self._inbox.empty()
+        self._own_time = self._own_clock()
         if self._live is None:
             return
         for left in self._live.left():
             self._publisher.publish(self._message(left))
             self._published += 1
+            if self._left and left.stamp < self._left[-1].stamp:
+                self._left.clear()  # the clock was set back
             self._left.append(left)
         while self._left and self._left[-1].stamp - self._left[0].stamp > ZERO * NANOSECONDS:
             self._left.popleft()
@@ -326,23 +379,23 @@ class Sensor(Node):
     def _identified(
         self, goal: ServerGoalHandle, heard: list[Heard], result: IdentifySensor.Result
     ) -> IdentifySensor.Result:
-        looked = FIRST_LOOK
+        looked, growth = FIRST_LOOK, Growth(heard, self._now)
         while (seconds := _known(heard)) < goal.request.seconds:
             if goal.is_cancel_requested:
                 goal.canceled()
                 result.message = f"cancelled after {seconds:.1f} s"
                 return result
-            silent = [each.name for each in heard if each.silent]
-            if self._end.wait(0.2) or (silent and self._still(heard)):
+            stopped = "the node ends" if self._end.wait(0.2) else growth.stopped(seconds)
+            if stopped:
                 goal.abort()
-                names = " and ".join(silent) or "the node"
-                result.message = f"ended after {seconds:.1f} s: nothing of use comes on {names}"
+                result.message = f"ended after {seconds:.1f} s: {stopped}"
                 return result
             feedback = IdentifySensor.Feedback(seconds=seconds)
             if seconds > looked:
                 looked = seconds + FIRST_LOOK
-                so_far = identify(stretches(*_tracks(heard)))
-                feedback.verdict, feedback.missing_poses = so_far.verdict, so_far.missing_poses
+                with suppress(TissueProbeError):  # too little so far is no fault of all of it
+                    so_far = identify(stretches(*_tracks(heard)))
+                    feedback.verdict, feedback.missing_poses = so_far.verdict, so_far.missing_poses
             goal.publish_feedback(feedback)
         tracks = _tracks(heard)
         origin = int(min(track.stamps[0] for track in tracks))
@@ -357,19 +410,9 @@ class Sensor(Node):
         goal.succeed()
         return result
 
-    def _still(self, heard: list[Heard]) -> bool:
-        """Whether nothing comes for ``PATIENCE`` from now."""
-        taken = [each.taken for each in heard]
-        now = OwnTime()
-        until = now() + PATIENCE
-        while now() < until and not self._end.wait(0.1):
-            if all(each.taken > before for each, before in zip(heard, taken, strict=True)):
-                return False
-        return True
-
     def _examine(self) -> Health:
-        rate = self._rate(self._published)
-        level, message = self._judged(rate)
+        rate, poses = self._rate(self._published), self._pose.rate()
+        level, message = self._judged(rate, poses)
         faults = self._pose.faults + self._wrench.faults + self._joints.faults
         new = [f"{reason}; left out" for reason in faults if faults[reason] > self._before[reason]]
         self._before = Counter(faults)
@@ -382,7 +425,7 @@ class Sensor(Node):
             "publishers": self._inbox.publishers(),
             "published": self._published,
             "wrenches [messages/s]": f"{rate:.0f}",
-            f"{self._pose.name} [messages/s]": f"{self._pose.rate():.0f}",
+            f"{self._pose.name} [messages/s]": f"{poses:.0f}",
             f"{self._wrench.name} [messages/s]": f"{self._wrench.rate():.0f}",
         }
         if self._left:
@@ -390,14 +433,17 @@ class Sensor(Node):
                 values[f"deviation of {name}"] = f"{each:.3g}"
         return Health(level, "; ".join([message, *new]), values)
 
-    def _judged(self, rate: float) -> tuple[bytes, str]:
-        silent = [each.name for each in (self._pose, self._wrench) if each.silent]
+    def _judged(self, rate: float, poses: float) -> tuple[bytes, str]:
+        needed = [self._pose, self._wrench, *([self._joints] if self._cabled else [])]
+        silent = [each.name for each in needed if each.silent]
         if silent:
             return STALE, f"nothing of use comes on {' and '.join(silent)}"
         if self._live is None:
             return WARN, "there is no model: identify the sensor, or give parameter model"
+        if not rate and poses < SLOWEST:
+            return ERROR, f"poses come {poses:.3g} times a second: {SLOWEST:g} or more are needed"
         if not rate:
-            return ERROR, "pose and wrench come, and their stamps do not overlap: use one clock"
+            return ERROR, NO_OVERLAP
         if self._left:
             over = self._left[-1].moved / self._live.model.range
             if over.max() > 1.0:

@@ -5,6 +5,8 @@ Contents: the numbers of the file; load and cable at a moment; the drift, which 
 
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,18 +14,18 @@ from typing import Any
 import numpy as np
 import yaml
 
+from tissue_probe import bounded_yaml
 from tissue_probe.bounded_yaml import YamlError
-from tissue_probe.bounded_yaml import parse as parse_yaml
 from tissue_probe.errors import FileError, MeasurementError, check_file
 from tissue_probe.sensor.belief import likely_unrest
-from tissue_probe.sensor.cable import CableFunctions
+from tissue_probe.sensor.cable import MOST_JOINTS, CableFunctions
 from tissue_probe.sensor.free_air import FreeAir
 from tissue_probe.sensor.identify import Identified
 from tissue_probe.sensor.kinematics import Motion
 from tissue_probe.sensor.load import load_columns
 from tissue_probe.sensor.numbers import BIAS, DELAY, LOAD, RATE
-from tissue_probe.sensor.smoothed import Smoothed
-from tissue_probe.signals import NANOSECONDS, FloatArray
+from tissue_probe.sensor.smoothed import LONGEST_DELAY, Smoothed
+from tissue_probe.signals import NANOSECONDS, FloatArray, sound_stamp
 
 FORMAT = "tissue_probe sensor 1"
 #: Digits of a number in the file: those that the errors of any robot need.
@@ -41,7 +43,7 @@ class Compensation:
         sensor's sign.
     gains : array, shape (6,)
         Of the axes.
-    delay, delay_deviation : float
+    delay : float
         Of the wrench after the pose [s].
     bias, rate : array, shape (6,)
         At the stamp [N], [N m], and in a second.
@@ -66,7 +68,6 @@ class Compensation:
     load: FloatArray
     gains: FloatArray
     delay: float
-    delay_deviation: float
     bias: FloatArray
     rate: FloatArray
     drift_covariance: FloatArray
@@ -166,7 +167,6 @@ def compensation(found: Identified, runs: list[FreeAir], origin: int) -> Compens
         load=values[LOAD],
         gains=point.gains,
         delay=float(values[DELAY]),
-        delay_deviation=float(np.sqrt(later.covariance[DELAY, DELAY])),
         bias=values[BIAS],
         rate=values[RATE],
         drift_covariance=np.array([later.covariance[np.ix_(pair, pair)] for pair in places]),
@@ -200,8 +200,10 @@ def load_file(path: str | Path) -> Compensation:
     """
     check_file(Path(path))
     try:
-        return parse(Path(path).read_text(encoding="utf-8"))
-    except (MeasurementError, UnicodeDecodeError) as error:
+        return _of_content(bounded_yaml.read(path))
+    except YamlError as error:
+        raise MeasurementError(f"{path} {error}") from None
+    except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from None
 
 
@@ -214,50 +216,84 @@ def parse(text: str) -> Compensation:
         If it is none; says why.
     """
     try:
-        content = parse_yaml(text)
+        return _of_content(bounded_yaml.parse(text))
     except YamlError as error:
-        raise MeasurementError(f"it {error}") from None
-    if not isinstance(content, dict) or content.pop("format", None) != FORMAT:
+        raise MeasurementError(f"the text {error}") from None
+
+
+def _of_content(content: Any) -> Compensation:
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise MeasurementError(
             "it is no model of a sensor: give a file that `tissue_probe sensor` wrote"
         )
     try:
         return _of_plain(content)
-    except (KeyError, TypeError, ValueError) as error:
+    except ValueError as error:
         raise MeasurementError(f"the model of the sensor is damaged: {error}") from None
 
 
 def _of_plain(content: dict[str, Any]) -> Compensation:
-    functions = content.pop("cable")
-    cable = None
-    if functions is not None:
-        arrays = {name: np.array(functions[name], dtype=float) for name in ("frame", "place")}
-        cable = CableFunctions(int(functions["joints"]), reach=float(functions["reach"]), **arrays)
-    scalars = {name: float(content.pop(name)) for name in ("delay", "delay_deviation")}
-    stamp = int(content.pop("stamp"))
-    arrays = {name: np.array(value, dtype=float) for name, value in content.items()}
-    arrays["weights"] = arrays["weights"].reshape(6, -1)
-    model = Compensation(**scalars, **arrays, stamp=stamp, cable=cable)
-    shapes = {"load": (10,), "range": (3,), "drift_covariance": (6, 2, 2)}
-    shapes |= dict.fromkeys(("gains", "bias", "rate", "unrest", "deviation", "noise"), (6,))
-    shapes |= {"noise_of_zero": (6,), "weights": (6, cable.count if cable else 0)}
-    for name, shape in shapes.items():
-        if getattr(model, name).shape != shape or not np.isfinite(getattr(model, name)).all():
-            raise ValueError(f"{name} has not the shape {shape} of finite numbers")
-    return model
+    cable = _cable(content["cable"]) if content.get("cable") is not None else None
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("noise", "noise_of_zero", "gains"), (6,))
+    shapes |= dict.fromkeys(("bias", "rate", "unrest", "deviation"), (6,))
+    shapes |= {"load": (10,), "range": (3,), "drift_covariance": (6, 2, 2)}
+    shapes |= {"weights": (6, cable.count if cable else 0)}
+    arrays = {name: _numbers(content, name, shape) for name, shape in shapes.items()}
+    for name in ("noise", "noise_of_zero", "range"):
+        if not (arrays[name] > 0.0).all():
+            raise ValueError(f"{name} is not positive")
+    delay = float(_numbers(content, "delay", ()))
+    # The search begins within these, and its steps may leave them a little.
+    if abs(delay) > 2.0 * LONGEST_DELAY:
+        raise ValueError(f"delay is {delay:g} s: sensors have {LONGEST_DELAY:g} s at most")
+    stamp = sound_stamp(_whole(content, "stamp"))
+    return Compensation(**arrays, delay=delay, stamp=stamp, cable=cable)
+
+
+def _cable(content: Any) -> CableFunctions:
+    if not isinstance(content, dict):
+        raise ValueError("cable has no entries")
+    joints, reach = _whole(content, "joints"), float(_numbers(content, "reach", ()))
+    if not 0 <= joints <= MOST_JOINTS or reach <= 0.0:
+        raise ValueError(f"the cable has {joints} joints and a reach of {reach:g} m")
+    frame, place = _numbers(content, "frame", (3, 3)), _numbers(content, "place", (3,))
+    return CableFunctions(joints, frame, place, reach)
+
+
+def _numbers(content: dict[str, Any], name: str, shape: tuple[int, ...]) -> FloatArray:
+    try:
+        values = np.array(content.get(name), dtype=np.float64)
+    except (TypeError, ValueError):  # words, dates, rows of several lengths
+        values = np.array(np.nan)
+    if values.shape != shape or not np.isfinite(values).all():
+        wanted = f"the shape {shape} of finite numbers" if shape else "a finite number"
+        raise ValueError(f"{name} has not {wanted}")
+    return values
+
+
+def _whole(content: dict[str, Any], name: str) -> int:
+    value = content.get(name)
+    if type(value) is not int:
+        raise ValueError(f"{name} has not a whole number")
+    return value
 
 
 def save(path: str | Path, model: Compensation) -> None:
-    """Write a model's file.
+    """Write a model's file, in one motion: a node that starts meanwhile reads a whole one.
 
     Raises
     ------
     FileError
         If it cannot be written.
     """
+    path = Path(path)
+    unfinished = path.with_name(f"_unfinished-{path.name}")
     try:
-        Path(path).write_text(model.text(), encoding="utf-8")
+        unfinished.write_text(model.text(), encoding="utf-8")
+        os.replace(unfinished, path)
     except OSError as error:
+        with suppress(OSError):
+            unfinished.unlink()
         raise FileError(error.errno, error.strerror, str(path)) from None
 
 

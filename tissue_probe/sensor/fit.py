@@ -15,9 +15,10 @@ import numpy as np
 
 from tissue_probe.sensor.belief import Belief, first_unrest, normal_equations
 from tissue_probe.sensor.cable import CableFunctions
+from tissue_probe.sensor.free_air import SIZES
 from tissue_probe.sensor.noise import Colour, colour_of, white_noise
-from tissue_probe.sensor.numbers import BEFORE, BIAS, CORE, DELAY, LOAD, RATE, SIZES, Point
-from tissue_probe.sensor.smoothed import LONGEST_DELAY, Smoothed
+from tissue_probe.sensor.numbers import BEFORE, BIAS, CORE, DELAY, LOAD, RATE, Point
+from tissue_probe.sensor.smoothed import FLOOR, LONGEST_DELAY, Smoothed
 from tissue_probe.signals import FloatArray
 
 DELAYS = np.arange(-0.5 * LONGEST_DELAY, LONGEST_DELAY + 1e-9, 0.005)
@@ -28,8 +29,6 @@ STEPS_WITH_CABLE = 12
 """The sizes of the weights settle more slowly."""
 CERTAIN = 5.0
 """More is left than noise where its variance is off by so many standard deviations."""
-FLOOR = 1e-5
-"""Noise is not less than this [N], and as much of a torque: that of written digits."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from tissue_probe.sensor.poses import missing_poses
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.sensor.smoothing import Smoother
 from tissue_probe.sensor.told import Number, numbers
-from tissue_probe.sensor.verdict import missing_effects
+from tissue_probe.sensor.verdict import MOST, missing_effects
 from tissue_probe.signals import FloatArray
 
 Verdict = Literal["adequate", "missing", "cannot tell"]
@@ -27,8 +27,6 @@ LEAST = 8.0
 """Shortest free air of use [s]: two poses, and the way between them."""
 ASKED_FOR = 10.0
 """A cable is taken where data are more probable with it by this (of the logarithm): e^10 to 1."""
-HALVED = 0.5
-"""And where it takes away so much of the rest: a touch, or a bias that wanders, it cannot."""
 
 ALWAYS_ONE = (
     "the common gain of the forces and the mass are one function: a sensor that reads 1 % too much "
@@ -131,8 +129,9 @@ def identify(runs: Sequence[FreeAir]) -> Identified:
         functions = CableFunctions.about(list(runs))
         cabled = [Smoothed(run, functions) for run in runs]
         other = fit(cabled, functions)
-        better = other.belief.unexplained.sum() < HALVED * found.belief.unexplained.sum()
-        if better and other.evidence > found.evidence + ASKED_FOR:
+        # As any cause it has to explain most: of a touch, or a bias that wanders, it cannot.
+        left = other.belief.unexplained.sum() / found.belief.unexplained.sum()
+        if left < 1.0 - MOST and other.evidence > found.evidence + ASKED_FOR:
             found, cable, smoothed = other, functions, cabled
             effects = missing_effects(found, runs, smoothed, cabled=True)
     noise = np.sqrt(np.mean([run.noise**2 for run in smoothed], axis=0))

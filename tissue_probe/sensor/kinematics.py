@@ -61,6 +61,15 @@ def rotation_between(first: FloatArray, second: FloatArray) -> FloatArray:
     return axis * np.where(sine > 0.0, angle / np.maximum(sine, 1e-300), 2.0)[:, None]
 
 
+def turned_by(orientation: FloatArray, turns: FloatArray) -> FloatArray:
+    """Return one orientation, shape (4,), turned by vectors [rad] in its own axes, shape (n, 4)."""
+    half = 0.5 * np.linalg.norm(turns, axis=1)[:, None]
+    axis, scalar = 0.5 * np.sinc(half / np.pi) * turns, np.cos(half)
+    own, real = orientation[:3], orientation[3]
+    vector = np.cross(own, axis) + real * axis + scalar * own
+    return np.column_stack([vector, real * scalar[:, 0] - axis @ own])
+
+
 def into_frame(orientation: FloatArray, vectors: FloatArray) -> FloatArray:
     """Return vectors of the base in the axes of frames, shape (n, 3)."""
     return np.einsum(

@@ -1,7 +1,8 @@
 """The wrench that is left, sample by sample, as pose and wrench come.
 
 Gravity is that of the orientation as it comes, between two poses. Inertia needs derivatives: of a
-cubic through the poses of a window, which ends at the newest pose that may be waited for.
+cubic through the poses of a window, which ends at the newest pose that may be waited for. The
+window is longer where poses are few.
 """
 
 from __future__ import annotations
@@ -13,17 +14,25 @@ import numpy as np
 
 from tissue_probe.sensor.compensation import Compensation
 from tissue_probe.sensor.free_air import FreeAir
-from tissue_probe.sensor.kinematics import GRAVITY, Motion, into_frame, rotation_between
+from tissue_probe.sensor.kinematics import GRAVITY, Motion, into_frame, rotation_between, turned_by
+from tissue_probe.sensor.measured import SLOWEST
 from tissue_probe.signals import NANOSECONDS, FloatArray, IntArray
 
 WINDOW = 0.12
 """Of the poses whose derivatives are taken [s]. At its end noise of the poses grows with a shorter
 window, and the cubic's error with a longer one: an arm at .5 m/s2 has .03 N of the first at 0.8 kg,
 and .07 N at most of the second where it turns with 4 rad/s."""
+MIDDLE = 0.5 * WINDOW
+"""So long after a moment its window ends at best [s]: the acceleration that a window tells is a
+mean over all of it, which is nearest to that of its middle."""
 FEWEST = 8
-"""Poses in a window: two for each number of the cubic."""
+"""Poses in a window: two for each number of the cubic. Where ``WINDOW`` has fewer, it is longer."""
+LONGEST = FEWEST / SLOWEST
+"""So long at most [s]: at the slowest rate that is identified one pose may be missing."""
 COVERED = 0.75
 """Of a window poses must cover so much: a shorter one has twice the noise."""
+HOLE = 0.5 * WINDOW
+"""A longer time without a pose [s] is a hole: beside it the cubic would hold on to one half."""
 KEPT = 2.0
 """Poses are kept so long [s]: longer than any delay and any window."""
 
@@ -51,8 +60,8 @@ class LiveCompensation:
     model : Compensation
         Of the sensor.
     late : float
-        The wrench is given so long after the pose that belongs to it [s]; with half of ``WINDOW``
-        its inertia is most exact, with 0 it is given at once.
+        The wrench is given so long after the pose that belongs to it [s]; with ``MIDDLE`` its
+        inertia is most exact, with 0 it is given at once.
 
     Attributes
     ----------
@@ -62,7 +71,7 @@ class LiveCompensation:
 
     def __init__(self, model: Compensation, late: float) -> None:
         self.model = model
-        self._ahead = min(late, 0.5 * WINDOW)
+        self._ahead = min(late, MIDDLE)
         self._stamps: IntArray = np.empty(0, dtype=np.int64)
         self._rows: FloatArray = np.empty((0, 7))
         self._new: list[tuple[int, FloatArray]] = []
@@ -80,6 +89,9 @@ class LiveCompensation:
     def take_wrench(self, stamp: int, wrench: FloatArray) -> None:
         """Take a wrench: force [N], torque [N m], in the sensor's axes."""
         self._waiting.append((stamp, wrench))
+        # No pose comes for these any more: the poses have ended, or a clock was set.
+        while abs(stamp - self._waiting[0][0]) > KEPT * NANOSECONDS:
+            self._waiting.popleft()
 
     def forget(self) -> None:
         """Forget all poses and wrenches."""
@@ -117,13 +129,13 @@ class LiveCompensation:
         """Return accelerations, rates, and the pose itself at a moment; none in a hole of poses."""
         first = last - round(WINDOW * NANOSECONDS)
         # The moment lies between two poses: one at its end, or after it, belongs to the window.
-        part = slice(*np.searchsorted(self._stamps, (first, last)))
-        part = slice(part.start, part.stop + 1)
+        begin, end = np.searchsorted(self._stamps, (first, last)) + np.array([0, 1])
+        part = slice(max(0, min(begin, end - FEWEST)), end)
         time = (self._stamps[part] - moment) / NANOSECONDS
         after = int(np.searchsorted(time, 0.0))
         if len(time) < FEWEST or not 0 < after < len(time):
             return None
-        if time[-1] - time[0] < COVERED * WINDOW or np.diff(time).max() > 0.5 * WINDOW:
+        if not COVERED * WINDOW <= time[-1] - time[0] <= LONGEST or np.diff(time).max() > HOLE:
             return None
         near = self._rows[part]
         turns, reference = near[:, 3:7], near[after - 1, 3:7]
@@ -133,7 +145,7 @@ class LiveCompensation:
         cubic = np.linalg.solve(powers.T @ powers, powers.T @ course)
         share = -time[after - 1] / (time[after] - time[after - 1])
         now = near[after - 1] + share * (near[after] - near[after - 1])
-        now[3:7] = turned_by(reference, share * angles[after])
+        now[3:7] = turned_by(reference, share * angles[after : after + 1])[0]
         return np.concatenate([2.0 * cubic[2] / WINDOW**2, cubic[1, 3:] / WINDOW, now])
 
     def _compensated(self, known: list[tuple[int, FloatArray, FloatArray]]) -> list[Left]:
@@ -152,12 +164,3 @@ class LiveCompensation:
             biased = wrench - pull
             found.append(Left(stamp, biased - bias, deviation, biased, size))
         return found
-
-
-def turned_by(quaternion: FloatArray, angles: FloatArray) -> FloatArray:
-    """Return an orientation turned by a vector [rad] in its own axes."""
-    angle = float(np.linalg.norm(angles))
-    axis = 0.5 * np.sinc(0.5 * angle / np.pi) * angles
-    scalar = np.cos(0.5 * angle)
-    vector = np.cross(quaternion[:3], axis) + quaternion[3] * axis + scalar * quaternion[:3]
-    return np.append(vector, quaternion[3] * scalar - quaternion[:3] @ axis)

@@ -34,11 +34,3 @@ def load_columns(motion: Motion) -> FloatArray:
         inertia[i, j] = inertia[j, i] = 1.0
         columns[:, 3:, 4 + number] = -a @ inertia - np.cross(w, w @ inertia)
     return columns
-
-
-def inertia_matrix(numbers: FloatArray) -> FloatArray:
-    """Return the inertia about the sensor's origin [kg m2], shape (3, 3)."""
-    matrix = np.empty((3, 3))
-    for value, (i, j) in zip(numbers[4:], _PLACES, strict=True):
-        matrix[i, j] = matrix[j, i] = value
-    return matrix

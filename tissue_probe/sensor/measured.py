@@ -13,14 +13,13 @@ import numpy as np
 from tissue_probe.errors import MeasurementError
 from tissue_probe.recording.clocks.channel import REACH
 from tissue_probe.recording.clocks.local_cubic import local_cubic
+from tissue_probe.recording.robot.settings import ROUNDING
 from tissue_probe.sensor.free_air import AXES, FreeAir
 from tissue_probe.sensor.smoothed import LONGEST_DELAY, SHORTEST
 from tissue_probe.signals import LONGEST_SILENCE, NANOSECONDS, FloatArray, IntArray
 
 #: A pose that moves faster has jumped [m/s], [rad/s]: no robot does it where it feels for anything.
 FASTEST, FASTEST_TURN = 5.0, 30.0
-#: A quaternion's length is 1 within this: that of written digits.
-ROUNDING = 1e-2
 #: Slower samples tell no motion of an arm [Hz]: the filter of the fit ends at 12.
 SLOWEST = 40.0
 #: In saturation an axis stays at its greatest value for so many samples: noise does not.
@@ -59,7 +58,8 @@ def stretches(
     MeasurementError
         If something is wrong with them; says the fault, where, and the remedy.
     """
-    begin = min(poses.stamps[0], wrenches.stamps[0]) if len(poses.stamps) else 0
+    both = np.concatenate([poses.stamps[:1], wrenches.stamps[:1]])
+    begin = int(both.min()) if both.size else 0
     tracks = {"the pose": poses, "the wrench": wrenches}
     if joints is not None:
         tracks["the joints"] = joints

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tissue_probe.sensor.free_air import SIZES
 from tissue_probe.sensor.load import NUMBERS
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.signals import FloatArray
@@ -17,9 +18,6 @@ RATE = slice(16, 22)
 GAINS = slice(22, 26)
 DELAY = 26
 CORE = 27
-
-#: A force's newton is so much of a torque [N m]: the length of a hand tool, some 3 cm.
-SIZES = np.array([1.0, 1.0, 1.0, 0.03, 0.03, 0.03])
 
 #: Two directions of three gains that leave their product as it is.
 CONTRASTS = np.array([[2.0, -1.0, -1.0], [0.0, 1.0, -1.0]]).T / np.array(

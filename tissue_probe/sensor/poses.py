@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tissue_probe.sensor.free_air import FreeAir
+from tissue_probe.sensor.kinematics import turned_by
 from tissue_probe.sensor.numbers import BEFORE, CORE, Point
 from tissue_probe.sensor.smoothed import Smoothed
 from tissue_probe.sensor.told import Number, numbers
@@ -18,8 +19,9 @@ LASTS = 4.0
 SWING, FREQUENCY = 0.35, 0.9
 #: More at once nobody would do: one looks again after these.
 MOST = 3
-#: A pose is worth naming where an error falls below this part of it.
-WORTH = 0.7
+#: A pose is worth naming where an error falls below this part of it: where the pose tells as much
+#: as all the others together.
+WORTH = 1.0 / np.sqrt(2.0)
 
 
 def missing_poses(
@@ -85,12 +87,7 @@ def _run(orientation: FloatArray, point: Point) -> FreeAir:
 
 def _turned(orientation: FloatArray, axis: int, angles: FloatArray) -> FloatArray:
     """Return an orientation turned about one of its own axes, shape (n, 4)."""
-    turn = np.zeros((angles.size, 4))
-    turn[:, axis], turn[:, 3] = np.sin(0.5 * angles), np.cos(0.5 * angles)
-    vector = np.cross(orientation[:3], turn[:, :3])
-    vector += orientation[3] * turn[:, :3] + turn[:, 3:] * orientation[:3]
-    scalar = orientation[3] * turn[:, 3] - turn[:, :3] @ orientation[:3]
-    return np.column_stack([vector, scalar])
+    return turned_by(orientation, angles[:, None] * np.eye(3)[axis])
 
 
 def _information(run: FreeAir, point: Point, noise: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from tissue_probe.sensor.cable import CableFunctions
-from tissue_probe.sensor.free_air import FreeAir
+from tissue_probe.sensor.free_air import SIZES, FreeAir
 from tissue_probe.sensor.kinematics import motion
 from tissue_probe.sensor.load import NUMBERS, load_columns
 from tissue_probe.sensor.smoothing import CUTOFF, Smoother
@@ -17,6 +17,9 @@ LONGEST_DELAY = 0.1
 filters of sensors take less."""
 SHORTEST = 1.0
 """Shorter stretches tell nothing: the filter has half a second of ends [s]."""
+FLOOR = 1e-5
+"""Noise is not less than this [N], and as much of a torque: that of written digits. An axis that a
+sensor does not have is 0 to the last bit."""
 
 
 class Smoothed:
@@ -36,7 +39,7 @@ class Smoothed:
     wrench : array, shape (n, 6)
         Smoothed.
     noise : array, shape (6,)
-        Standard deviation of the wrench's white noise, before the filter.
+        Standard deviation of the wrench's white noise, before the filter; ``FLOOR`` at least.
     in_band : array, shape (6,)
         Variance of the part of it that passes.
     """
@@ -57,7 +60,8 @@ class Smoothed:
         kept = slice(round(ends[0] / run.period) + 1, len(low) - round(ends[1] / run.period), step)
         self.time, self.wrench = fine[kept], low[kept]
         rest = wrench[smooth.half : len(wrench) - smooth.half] - low
-        self.noise = np.sqrt(np.mean(rest**2, axis=0) / smooth.left)
+        noise = np.sqrt(np.mean(rest**2, axis=0) / smooth.left)
+        self.noise = np.maximum(noise, FLOOR * SIZES)
         self.in_band = self.noise**2 * smooth.passed
         self._smooth, self._raw = smooth, raw
 
