@@ -59,13 +59,13 @@ def last_half(estimates):
 CASES = [
     ("robust_ekf", "cubic_stiffening"),  # nonlinear
     ("robust_ekf", "standard_linear_solid"),  # a state of its own
-    ("ukf", "standard_linear_solid"),
+    pytest.param("ukf", "standard_linear_solid", marks=pytest.mark.battery),
     ("ekf", "force_lag"),  # a state in the output
     ("robust_ekf", "mains_hum"),  # the time in the output, strengths estimated
-    ("robust_ekf", "contact_loss"),  # a switch
-    ("ekf", "encoder_interpolation"),  # the position
+    pytest.param("robust_ekf", "contact_loss", marks=pytest.mark.battery),  # a switch
+    pytest.param("ekf", "encoder_interpolation", marks=pytest.mark.battery),  # the position
     ("robust_ekf", "coulomb_friction"),  # the tip sticks
-    ("ekf", "coulomb_friction"),
+    pytest.param("ekf", "coulomb_friction", marks=pytest.mark.battery),
 ]
 
 
@@ -109,7 +109,7 @@ def test_on_tissue_that_relaxes_the_filter_converges_as_surely_as_it_claims(effe
     assert np.mean(nis) == pytest.approx(1.0, abs=0.07)
 
 
-@pytest.mark.slow
+@pytest.mark.battery
 def test_a_surface_that_breathes_is_followed(tmp_path):
     """The time is in the motion; phase and stiffness multiply, so that both take their time."""
     composition = Composition(effects=(EFFECTS["tissue_motion"],))
@@ -166,7 +166,7 @@ def test_a_phase_is_learnt_anew_after_a_gap(tmp_path):
     assert rms(after.innovation[1000:]) < 1.05 * NOISE
 
 
-@pytest.mark.slow
+@pytest.mark.battery
 def test_strengths_can_be_estimated_too(tmp_path):
     """The file is of another tissue, three times less curved."""
     composition = Composition(effects=(EFFECTS["cubic_stiffening"],))
@@ -213,7 +213,9 @@ PLAY = EFFECTS["backlash"].plain
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("estimator", ["robust_ekf", "ukf"])
+@pytest.mark.parametrize(
+    "estimator", ["robust_ekf", pytest.param("ukf", marks=pytest.mark.battery)]
+)
 def test_play_of_the_drive_is_taken_up_from_sample_to_sample(estimator, tmp_path):
     composition = Composition(effects=(PLAY,))
     block = measured(composition, backlash_width=2e-4)
@@ -293,7 +295,10 @@ def test_an_effect_of_ones_own_runs_live_where_its_file_is_named(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("share", [0.6, 1.0, 1.6])
-@pytest.mark.parametrize("estimator", ["ekf", "robust_ekf", "afekf"])
+@pytest.mark.parametrize(
+    "estimator",
+    ["robust_ekf", *(pytest.param(name, marks=pytest.mark.battery) for name in ("ekf", "afekf"))],
+)
 def test_a_fluid_is_followed_from_about_the_values_of_the_file(estimator, share, tmp_path):
     fluid = Composition(tissue="maxwell")
     block = measured(fluid, samples=6000, stiffness=450.0, damping=5.0)

@@ -278,6 +278,7 @@ def test_no_site_with_a_value_is_refused():
         map_of(sites(x, y, np.full(9, np.nan)))
 
 
+@pytest.mark.battery
 @settings(max_examples=4, deadline=None)
 @given(
     st.lists(
