@@ -199,8 +199,9 @@ def test_whatever_is_wrong_no_sample_is(position_faults, force_faults):
     joined = whole(spoilt(position, kept), spoilt(force, kept_f))
     assert joined.runs or joined.grid.clocks_apart  # two strays in a row are a clock
     for run in joined.runs:
-        # A lost message and jitter leave up to 3.2 periods, in which a cubic errs by 2 per mille.
-        np.testing.assert_allclose(run.position, position_at(run.stamps), atol=1e-3 * 2e-3)
+        # Beside a lost message there are more than 25 a period of the sine still: the cubic is
+        # within .7 % however their stamps jitter.
+        np.testing.assert_allclose(run.position, position_at(run.stamps), atol=1e-3 * 7e-3)
         np.testing.assert_allclose(run.force, force_at(run.stamps), atol=1.5 * 1e-3)
 
 
