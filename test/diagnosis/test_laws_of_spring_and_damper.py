@@ -79,13 +79,8 @@ def recent(times, memory):
             "nonlinear_damping",
             {"quadratic_damping": -30.0, "speed_memory": 0.12},
         ),
-        (
-            lambda t, u, v: -np.expm1(-np.maximum(t - 0.9, 0.0) / 0.1) * 100.0 * u,
-            "stiffness_ramp",
-            {"ramp_change": 100.0, "ramp_begin": 0.9, "ramp_duration": 0.3},
-        ),
     ],
-    ids=["knee", "direction", "quadratic", "one way", "power", "thixotropic", "settling"],
+    ids=["knee", "direction", "quadratic", "one way", "power", "thixotropic"],
 )
 def test_a_law_is_named_with_its_values(law, name, values):
     position, speed = way(TIMES)

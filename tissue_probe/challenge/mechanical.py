@@ -226,12 +226,7 @@ def _stiffness_step(strength: float, at: Situation, random: Random) -> Change:
 
 
 def _stiffness_ramp(strength: float, at: Situation, random: Random) -> Change:
-    """Change in proportion to time, or, as often, towards a value by one time constant."""
-    change, begin, rise = sign(random) * strength, *random.uniform((0.1, 0.02), (0.6, 0.15))
-    if random.random() < 0.5:
-        return Change({"ramp": change / at.duration})
-    times = {"step_time": begin * at.duration, "rise_time": rise * at.duration}
-    return Change({"step": change, **times})
+    return Change({"ramp": sign(random) * strength / at.duration})
 
 
 MECHANICAL: dict[str, Effect] = {

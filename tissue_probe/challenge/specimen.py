@@ -65,7 +65,6 @@ class Specimen(NamedTuple):
     surface_phase: float = 0.0
     step: float = 0.0  # share of k
     step_time: float = 0.0  # [s]
-    rise_time: float = 0.0  # time constant of the step [s]; 0: at once
     ramp: float = 0.0  # share of k a second
     damping_wave: float = 0.0  # share of beta
     damping_wave_frequency: float = 5.0  # [Hz]

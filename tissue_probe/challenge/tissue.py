@@ -29,10 +29,7 @@ def stiffness(p, time, rate, strain):
     """
     k = p.stiffness * (1.0 + p.ramp * max(time, 0.0))
     if time >= p.step_time:
-        done = 1.0
-        if p.rise_time != 0.0:
-            done = -math.expm1(-(time - p.step_time) / p.rise_time)
-        k += p.stiffness * p.step * done
+        k += p.stiffness * p.step
     return k * (1.0 + p.rate_stiffening * abs(rate)) / (1.0 + p.softening * strain)
 
 
