@@ -1,6 +1,6 @@
 """The two signals of an instrument: their names and units.
 
-Contents: name, unit, and the units in which people read them.
+Contents: name, unit, the units in which people read them, and the width of their intervals.
 
 It imports no NumPy: names are asked for before there are numbers.
 """
@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+#: Half of a 95 % interval, in standard deviations of a normal error.
+SIDE = 1.96
 
 
 @dataclass(frozen=True)

@@ -318,6 +318,12 @@ def foreign_process(program: str) -> Iterator[subprocess.Popen]:
         process.wait()
 
 
+def tell(process: subprocess.Popen, word: str) -> None:
+    """Say a word to a program of ``foreign_process``, a line on its standard input."""
+    process.stdin.write(f"{word}\n")
+    process.stdin.flush()
+
+
 @pytest.fixture
 def robot() -> Iterator[subprocess.Popen]:
     """Start a robot that shares no code with us."""

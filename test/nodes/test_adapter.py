@@ -20,6 +20,7 @@ from conftest import (
     fails_with,
     foreign_process,
     samples_publisher,
+    tell,
 )
 from tissue_probe.nodes.conversions import samples_from_message
 from tissue_probe.nodes.qos import BLOCKS
@@ -56,11 +57,6 @@ def quality(request, monkeypatch) -> str:
 def robot() -> Iterator:
     with foreign_process("foreign_presser.py") as process:
         yield process
-
-
-def say(robot, word: str) -> None:
-    robot.stdin.write(f"{word}\n")
-    robot.stdin.flush()
 
 
 def heard_samples(running) -> list:
@@ -151,9 +147,9 @@ def test_what_is_wrong_with_a_robot_is_told_and_makes_no_samples(session, robot)
         ("back", "/robot/measured_cf has stamps that go back by", True),
     ):
         before = len(blocks)
-        say(robot, word)
+        tell(robot, word)
         health.wait_for(sentence)
-        say(robot, "well")
+        tell(robot, "well")
         running.wait_until(lambda anew=anew: goes_on(anew), f"samples after {word}", PATIENCE)
     for block in map(samples_from_message, blocks):
         # Stamps that are set back by whole periods of the motion tell the same.

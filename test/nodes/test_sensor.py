@@ -12,7 +12,7 @@ from geometry_msgs.msg import PoseStamped, WrenchStamped
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from conftest import Acting, ask, collect, fails_with, foreign_process
+from conftest import Acting, ask, collect, fails_with, foreign_process, tell
 from tissue_probe.nodes.qos import PER_SAMPLE
 from tissue_probe.nodes.session import NodeProcess
 from tissue_probe.sensor.compensation import parse
@@ -30,11 +30,6 @@ def sensor(**parameters: object) -> NodeProcess:
 def arm() -> Iterator:
     with foreign_process("foreign_sensor.py") as process:
         yield process
-
-
-def say(arm, word: str) -> None:
-    arm.stdin.write(f"{word}\n")
-    arm.stdin.flush()
 
 
 def forces(messages: list) -> np.ndarray:
@@ -55,9 +50,9 @@ def test_it_identifies_then_publishes_the_wrench_that_is_left(session, arm):
     acting = Acting(running, IdentifySensor, "identify_sensor", IdentifySensor.Goal(seconds=14.0))
     running.wait_until(lambda: acting.feedback and acting.feedback[-1].seconds > 3.0, "feedback")
     poses = collect(running.node, PoseStamped, "/arm/pose", PER_SAMPLE)
-    say(arm, "silent")  # a hole, with which the first look has too little
+    tell(arm, "silent")  # a hole, with which the first look has too little
     running.wait_until(lambda: len(poses) > 500, "poses of the hole")
-    say(arm, "well")
+    tell(arm, "well")
     answer = acting.result()
     found = answer.result
     assert answer.status == GoalStatus.STATUS_SUCCEEDED, found.message
@@ -73,20 +68,20 @@ def test_it_identifies_then_publishes_the_wrench_that_is_left(session, arm):
     assert np.abs(free.mean(axis=0)).max() < 0.05
     zero = ask(running, Trigger, "/probe/sensor/re_zero")
     assert zero.success, zero.message
-    say(arm, "push")
+    tell(arm, "push")
     before = len(left)
     running.wait_until(lambda: len(left) > before + 500, "wrenches of the push")
     assert forces(left[-50:])[:, 2].mean() == pytest.approx(PUSH, abs=0.1)
-    say(arm, "back")
+    tell(arm, "back")
     between = left[-1].header.stamp.sec - 1800
     running.wait_until(
         lambda: left[-400].header.stamp.sec < between, "wrenches by a clock that was set back"
     )
     zero = ask(running, Trigger, "/probe/sensor/re_zero")
     assert zero.success, zero.message
-    say(arm, "nan")
+    tell(arm, "nan")
     told(running, "/arm/wrench is not finite; left out")
-    say(arm, "silent")
+    tell(arm, "silent")
     told(running, "nothing of use comes on /arm/wrench")
 
 
@@ -103,11 +98,11 @@ def test_an_identification_ends_in_a_sentence_where_the_wrench_stops_or_it_is_ca
     assert acting.result().status == GoalStatus.STATUS_CANCELED
     acting = Acting(running, IdentifySensor, "identify_sensor", wanted)
     running.wait_until(lambda: bool(acting.feedback), "feedback")
-    say(arm, "silent")
+    tell(arm, "silent")
     answer = acting.result()
     assert answer.status == GoalStatus.STATUS_ABORTED
     assert "nothing of use comes on /arm/wrench" in answer.result.message
-    say(arm, "boot")
+    tell(arm, "boot")
     told(running, "there is no model")
     answer = Acting(running, IdentifySensor, "identify_sensor", wanted).result()
     assert answer.status == GoalStatus.STATUS_ABORTED

@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 from tissue_probe.analysis.result_table import Column, ResultTable, marked, number
 from tissue_probe.physics.fitted_model import FittedModel
+from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +41,7 @@ def table(fit: Fit) -> list[tuple[str, str, str]]:
     deviations, values = fit.deviations(), fit.named()
     fitted = [entry for entry in fit.entries if deviations[entry.name] > 0]
     return [
-        (e.name, f"{values[e.name]:.5g} +- {1.96 * deviations[e.name]:.2g}", e.unit) for e in fitted
+        (e.name, f"{values[e.name]:.5g} +- {SIDE * deviations[e.name]:.2g}", e.unit) for e in fitted
     ]
 
 
@@ -79,8 +80,8 @@ def parameters(fit: Fit) -> ResultTable:
             e.name,
             values[e.name],
             deviations[e.name],
-            values[e.name] - 1.96 * deviations[e.name],
-            values[e.name] + 1.96 * deviations[e.name],
+            values[e.name] - SIDE * deviations[e.name],
+            values[e.name] + SIDE * deviations[e.name],
             e.unit,
             e.name in fit.exhausted,
         )

@@ -33,7 +33,7 @@ from tissue_probe.figures.story import Candidate, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model_file import Data, DataFile
-from tissue_probe.quantities import FORCE, engineering
+from tissue_probe.quantities import FORCE, SIDE, engineering
 from tissue_probe.report.contents import (
     Report,
     ReportCandidate,
@@ -307,8 +307,8 @@ def _parameters(fit: Fit, only: set[str] | None = None) -> tuple[ReportParameter
             entry.name,
             latex(sp.Symbol(entry.name)),
             values[entry.name],
-            values[entry.name] - 1.96 * deviations[entry.name],
-            values[entry.name] + 1.96 * deviations[entry.name],
+            values[entry.name] - SIDE * deviations[entry.name],
+            values[entry.name] + SIDE * deviations[entry.name],
             "" if entry.unit == "1" else entry.unit,
             entry.name in fit.exhausted,
             entry.default,

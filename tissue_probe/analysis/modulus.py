@@ -14,16 +14,15 @@ from tissue_probe.physics.effects.hertz_contact import REFERENCE_DEPTH
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.indenters import EXPONENTS, THINNEST, Indenter, Shape
 from tissue_probe.physics.model_file import load
-from tissue_probe.quantities import engineering
+from tissue_probe.quantities import SIDE, engineering
 
 #: The law whose force grows as a power of the depth, and that power by name.
 HERTZ, POWER = "hertz_contact", "contact_exponent"
-#: A fitted power and that of a shape are one if they differ by no more.
+#: A fitted power and that of a shape are one if they differ by no more: down to half the depth and
+#: up to twice it the forces then differ by 7 %, 2^0.1.
 ALIKE = 0.1
 #: Poisson's ratio of a tissue that keeps its volume: the largest.
 INCOMPRESSIBLE = 0.5
-#: Half width of an interval that holds the truth in 95 % of all cases [deviations].
-CERTAIN = 1.96
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Modulus:
 
     def __str__(self) -> str:
         at = "" if math.isnan(self.depth) else f" at a depth of {engineering(self.depth, 'm')}"
-        certain = 1e-3 * CERTAIN * self.deviation
+        certain = 1e-3 * SIDE * self.deviation
         half = "" if math.isnan(certain) else f" +- {certain:.2g}"
         return "\n".join([f"Modulus{at}: {1e-3 * self.value:.4g}{half} kPa.", *self.notes])
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from tissue_probe.analysis import fit_shown, shape_in_words
 from tissue_probe.analysis.result_table import probability
-from tissue_probe.diagnosis.answer import SIDE, correlations, says
+from tissue_probe.diagnosis.answer import correlations, says
 from tissue_probe.physics.rigs.constants import CONTACT_POSITION
-from tissue_probe.quantities import engineering
+from tissue_probe.quantities import SIDE, engineering
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.advice.separation import Suggestion

@@ -1,6 +1,6 @@
 """The command line: one program beside the ROS executables.
 
-Contents: arguments, and printed lines. Each command imports what it needs when it runs, so that
+Contents: arguments, and printed lines. Each command imports its modules when it runs, so that
 ``--help`` and shell completion answer at once.
 """
 

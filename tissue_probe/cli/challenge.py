@@ -10,6 +10,7 @@ import typer
 from tissue_probe.analysis.asked import NAMED
 from tissue_probe.cli.asked import choice
 from tissue_probe.cli.measured import Site, read
+from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
     from tissue_probe.challenge.grading import Count, Diagnosis, Grade
@@ -199,7 +200,7 @@ def open_command(
     table.add_row("effects", ", ".join(told["effects"]) or "none", _named(found))
     for each in dict.fromkeys((*true, *found.values)):
         at, doubt = found.values.get(each), found.deviations.get(each, 0.0)
-        told_of = "" if at is None else f"{at:.5g} +- {1.96 * doubt:.2g}"
+        told_of = "" if at is None else f"{at:.5g} +- {SIDE * doubt:.2g}"
         table.add_row(each, _number(true.get(each)), told_of)
     Console(highlight=False, markup=False).print(table)
 

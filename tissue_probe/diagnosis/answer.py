@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
     from tissue_probe.diagnosis.shape.formula import Formula
@@ -30,8 +31,6 @@ Number = Annotated[
 ]
 
 
-#: Half of a 95 % interval, in standard deviations.
-SIDE = 1.96
 #: Models that are less probable are not told.
 WORTH_TELLING = 1e-3
 

@@ -15,7 +15,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.carried import of_specimen
 from tissue_probe.physics.rigs import named
-from tissue_probe.quantities import FORCE
+from tissue_probe.quantities import FORCE, SIDE
 
 #: Values that are fitted of every tissue.
 TISSUE = ("stiffness", "damping")
@@ -165,7 +165,7 @@ def _touches_nothing(fit: Fit) -> bool:
 def _no_contact(fit: Fit) -> str:
     values, deviations = fit.named(), fit.deviations()
     k, beta = (
-        f"{name} {values[name]:.3g} +- {1.96 * deviations[name]:.2g} {unit}"
+        f"{name} {values[name]:.3g} +- {SIDE * deviations[name]:.2g} {unit}"
         for name, unit in zip(TISSUE, ("N/m", "N s/m"), strict=True)
     )
     return (

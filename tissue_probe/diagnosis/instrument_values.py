@@ -14,6 +14,7 @@ from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
 from tissue_probe.diagnosis.fitting.runs import of_part
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
+from tissue_probe.quantities import SIDE
 
 #: Standard deviations from which on a value is told as one of the instrument's: one in a thousand
 #: is by chance.
@@ -139,7 +140,7 @@ def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
 
 def _sentence(found: InstrumentValue) -> str:
     told = f"{found.recording}: " if found.recording else ""
-    doubt = 1.96 * found.deviation
+    doubt = SIDE * found.deviation
     if found.part is not None:
         return PART.format(told, found.part, found.value, doubt)
     if found.degenerate_with:

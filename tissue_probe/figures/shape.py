@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from tissue_probe.diagnosis.shape.learnt_curve import Curve
 from tissue_probe.figures.shown_figure import ShownFigure
+from tissue_probe.quantities import SIDE
 
 #: Label of the axis of each variable, and by how much its SI unit is multiplied there.
 AXES = {
@@ -19,8 +20,6 @@ AXES = {
     "path": ("way since a reversal [mm]", 1e3),
     "force": ("force in the channel [N]", 1.0),
 }
-#: Standard deviations on either side of a curve: a 95 % band.
-BAND = 1.96
 _BLUE = "#0072B2"
 
 
@@ -32,7 +31,7 @@ def draw_shape(curve: Curve) -> Figure:
     axes.set_xlabel(label)
     if len(curve.variables) == 1:
         large, unit = (1e3, "mN") if curve.unit == "N" else (1.0, curve.unit)
-        grid, value, side = times * curve.grid[0], large * curve.value, BAND * large * curve.sd
+        grid, value, side = times * curve.grid[0], large * curve.value, SIDE * large * curve.sd
         axes.fill_between(grid, value - side, value + side, color=_BLUE, alpha=0.3, linewidth=0.0)
         axes.plot(grid, value, color=_BLUE)
         axes.set_ylabel(f"missing force [{unit}], 95 % band")

@@ -30,8 +30,8 @@ from tissue_probe.recording.writing.writer import McapWriter
 from tissue_probe.settings import setting
 from tissue_probe.signals import NANOSECONDS
 
-#: Time between two looks at the messages that arrived [s]; with the writer's flush it bounds what a
-#: killed recorder loses.
+#: Time between two looks at the messages that arrived [s]; with the writer's flush it bounds the
+#: loss of a killed recorder.
 INTERVAL = 0.1
 #: Time between two looks for new topics and nodes [s].
 DISCOVERY_INTERVAL = 0.5

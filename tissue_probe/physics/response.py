@@ -134,7 +134,7 @@ class Kernel:
     def begin(
         self, values: FloatArray, position: float, force: float, input2: float = 0.0
     ) -> FloatArray:
-        """Return where the states start, by what is measured at the first sample."""
+        """Return where the states start, by the measured values of the first sample."""
         if self.turned is None:
             return self._begin(values, position, force, input2)[0]
         own, scale = self.turned, self.turned.scale

@@ -18,14 +18,13 @@ import tissue_probe
 from tissue_probe.analysis.as_options import as_options
 from tissue_probe.analysis.question import Asked
 from tissue_probe.errors import ParameterError
+from tissue_probe.quantities import SIDE
 from tissue_probe.report.study_page import Factor, Forest, Level, Line, StudyPage, Told
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.result import StudyResult, deviation_of
 from tissue_probe.studies.row import ROW_HAS, SHOWN, SIGNALS
 from tissue_probe.studies.spread import Spread
 
-#: Half of a 95 % interval, over the standard deviation.
-HALF = 1.96
 #: Lines of a forest, rows of the list: a reader looks at no more, and the page stays light.
 DRAWN, LISTED = 100, 1000
 #: Levels of a factor that are compared; one with more (specimens, days) is only counted.
@@ -173,8 +172,8 @@ def _forest(
         Line(
             _name(each),
             each[value],
-            each[value] - HALF * each[sd],
-            each[value] + HALF * each[sd],
+            each[value] - SIDE * each[sd],
+            each[value] + SIDE * each[sd],
             beside=float(other),
             link=links[each["path"]],
         )

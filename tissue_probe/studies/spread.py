@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from scipy.stats import norm
 
 from tissue_probe.errors import ParameterError
+from tissue_probe.quantities import SIDE
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Points of a grid along each spread; there are two, a wide and a fine one.
@@ -27,7 +28,7 @@ _WIDEST, _LEAST = 10.0, 1e-3
 #: States of less weight, of the largest, tell nothing.
 _NEGLIGIBLE = 1e-6
 #: What two repeats differ by in 95 % of the cases, over the spread of one.
-_DETECTABLE = 1.96 * np.sqrt(2.0)
+_DETECTABLE = SIDE * np.sqrt(2.0)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.choices import RIG_CARDS
 from tissue_probe.analysis.comparing import ComparisonResult
+from tissue_probe.quantities import SIDE
 from tissue_probe.recording.units import FORCE_UNITS, POSITION_UNITS, TIME_UNITS, VELOCITY_UNITS
 from tissue_probe.workbench import examples
 from tissue_probe.workbench.desk import Desk, Ranking, Rung
@@ -159,7 +160,7 @@ def _parameters(compared: ComparisonResult) -> list[dict[str, Any]]:
     found = []
     for row in compared.parameters.to_dict():
         entry, value = entries[row["name"]], row["value"]
-        known = max(INTERVALS * 1.96 * row["deviation"], LEAST * abs(value))
+        known = max(INTERVALS * SIDE * row["deviation"], LEAST * abs(value))
         far = known or LEAST * abs(entry.default) or 1.0
         found.append(
             row

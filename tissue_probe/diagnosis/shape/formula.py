@@ -18,6 +18,7 @@ from tissue_probe.diagnosis.shape.gram import Gram
 from tissue_probe.diagnosis.shape.paths import Path
 from tissue_probe.diagnosis.shape.shape import Shape
 from tissue_probe.diagnosis.shape.tip_response import tip_response
+from tissue_probe.quantities import SIDE
 from tissue_probe.signals import FloatArray
 
 #: Values of a form's second constant that are tried, over its whole range.
@@ -241,8 +242,8 @@ def _fitted(
 def _constants(tried: _Tried, signal: str) -> tuple[Constant, ...]:
     best = tried.best
     near = tried.costs <= tried.costs[best] + INTERVAL
-    low = (tried.weights - 1.96 * tried.deviations)[near].min()
-    high = (tried.weights + 1.96 * tried.deviations)[near].max()
+    low = (tried.weights - SIDE * tried.deviations)[near].min()
+    high = (tried.weights + SIDE * tried.deviations)[near].max()
     at, form = tried.at, tried.form
     slope = {"indentation": "N/m", "velocity": "N s/m"}[signal]
     unit = slope if form.name in ("rational", "beyond a depth") else "N"
