@@ -414,7 +414,9 @@ def with_free_form(
     """
     path = Path(folder) / EFFECT_FILE
     if add:
-        raise ParameterError("`free_form` adds the shape that is learnt: leave out `add`, or it")
+        raise ParameterError(
+            "`free_form` adds the shape that is learnt: leave out `add` or `free_form`"
+        )
     if path.exists():
         raise ParameterError(
             f"{path} is there already, and may be changed by hand: rename it, or give another "
