@@ -25,7 +25,7 @@ from tissue_probe.diagnosis import diagnosis
 from tissue_probe.diagnosis.answer import answer
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.physics import machine_code
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
@@ -166,7 +166,7 @@ def take(battery: Battery, challenge: Challenge, say: Callable[[str], None]) -> 
         second = _measurement(challenge.second, at_rest=True)
         noise = (FORCE_NOISE, PINK_NOISE if tolerant else 0.0)
         battery.left_out.append(final.heldout_rmse / np.linalg.norm([*noise, final.rounding]))
-        moved = carried(final.composition, final.named(), [second], instrument)
+        moved = carry_model(final.composition, final.named(), [second], instrument)
         rmse, rounding = (moved.rmse, moved.rounding) if moved else (np.inf, 0.0)
         battery.heldout.append(rmse / np.linalg.norm([*noise, rounding]))
     if not is_right(battery.answers[name], battery.diagnoses[name]):

@@ -17,12 +17,12 @@ import numpy as np
 
 from benchmarks.free_form.cases import EXCITATIONS, STRENGTHS, TERMS, Record, record
 from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE
-from tissue_probe.diagnosis.diagnosis import plainly
+from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.diagnosis.shape.effect_file import NAME, effect_text
 from tissue_probe.diagnosis.shape.found import FoundShape, found_shape, in_order
 from tissue_probe.errors import MeasurementError
@@ -78,7 +78,7 @@ def outcome(term: str, excitation: str, strength: float, seed: int) -> Outcome:
     made = record(term, excitation, strength, seed)
     still = excitation != "sine10ss"
     measured = Measurement(*made.first, 1.0 / SAMPLE_RATE, at_rest=still)
-    base = plainly(Composition(RIG), [measured], KNOWN)
+    base = fit_plainly(Composition(RIG), [measured], KNOWN)
     begun = time.perf_counter()
     found = found_shape([base], KNOWN)
     seconds = time.perf_counter() - begun
@@ -115,7 +115,7 @@ def _second(found: FoundShape, base: Fit, made: Record) -> float | None:
     except MeasurementError:  # it diverges: the claim is worth nothing
         return float("inf")
     other = Measurement(*made.second, 1.0 / SAMPLE_RATE, at_rest=True)
-    moved = carried(final.composition, final.named(), [other], KNOWN)
+    moved = carry_model(final.composition, final.named(), [other], KNOWN)
     if moved is None:
         return float("inf")
     inside = _inside(final, moved)

@@ -85,7 +85,7 @@ def ask(make: Callable[[], Asked]) -> tuple[str, Told]:
 def _told(asked: Asked) -> Told:
     effort, begun = Effort([asked.first]), time.process_time()
     try:
-        with effort.counted():
+        with effort.count_responses():
             found = marks.answer(asked.first, asked.second, asked.arguments)
     except Exception as error:
         # As in ``marks``: whatever ends a diagnosis is a refusal.

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import lsim, lti
 
-from tissue_probe.diagnosis.diagnosis import diagnose, plainly
-from tissue_probe.diagnosis.fitting.accuracy import UNSEEN, doubt, widened
+from tissue_probe.diagnosis.diagnosis import diagnose, fit_plainly
+from tissue_probe.diagnosis.fitting.accuracy import UNSEEN, doubt, widen_covariance
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base
@@ -75,7 +75,7 @@ def test_the_spline_through_a_coarse_force_moves_the_values_as_it_is_told(coarse
 
 
 def test_a_linear_tip_under_a_coarse_force_has_its_values(coarse):
-    fit = plainly(RIG, [coarse], FREE)
+    fit = fit_plainly(RIG, [coarse], FREE)
     assert off(fit, tip_mass=MASS, stiffness=STIFFNESS, damping=0.1) < 2.0
     assert doubt(fit, FREE).course < UNSEEN
     assert fit.rmse == pytest.approx(NOISE, rel=0.05)
@@ -99,15 +99,15 @@ def test_a_stiffening_resonance_is_named_and_its_values_hold(rate):
 def test_what_is_fine_enough_is_left_as_it_is():
     fit = fit_base(RIG, [measured(60.0, 5.0)], FREE)
     assert finer(fit, FREE) is None
-    assert widened(fit, FREE) is fit
+    assert widen_covariance(fit, FREE) is fit
 
 
 def test_what_samples_are_too_few_for_widens_the_intervals_and_is_told():
     """Lines up to 98 hundredths of half the sampling rate, and next to no noise."""
     measurement = measured(4.1, 0.3, noise=1e-4 * NOISE)
-    fit = plainly(RIG, [measurement], FREE)
+    fit = fit_plainly(RIG, [measurement], FREE)
     assert fit.measurements[0].fineness.degree == 7
-    wider = widened(fit, FREE)
+    wider = widen_covariance(fit, FREE)
     assert wider.deviations()["tip_mass"] > fit.deviations()["tip_mass"]
     found = diagnose(RIG, [measurement], FREE, {})
     assert "coarse" in [finding.name for finding in found.findings]
@@ -125,7 +125,7 @@ def test_a_course_with_corners_is_not_made_smooth():
     position = position + NOISE * np.random.default_rng(4).standard_normal(count)
     measurement = Measurement(position, force, period, at_rest=True, output=POSITION)
     straight = replace(measurement, between=Between.straight)
-    fit = plainly(RIG, [straight], FREE)
+    fit = fit_plainly(RIG, [straight], FREE)
     assert {each.fineness.degree for each in fit.measurements} == {3}
     assert off(fit, tip_mass=MASS, stiffness=STIFFNESS, damping=3.0) < 2.0
     assert fit.ratio == pytest.approx(1.0, abs=0.05)

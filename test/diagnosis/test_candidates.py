@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hidden import EXACT, TOLERANT, challenge, library, measurement
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import added, in_limit, ranked
+from tissue_probe.diagnosis.ranking.rules import find_added_effect, in_limit, rank_fits
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -36,8 +36,8 @@ def test_what_contains_an_effect_is_searched_from_where_that_did_better():
     made = challenge(21000129, "adhesion", excitation="chirp60", rig="tolerant")
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     best, _ = fit_candidates(base, library("contact_loss", "adhesion").values(), TOLERANT)
-    assert added(best).name == "adhesion"
-    assert explained(best)
+    assert find_added_effect(best).name == "adhesion"
+    assert leaves_only_noise(best)
 
 
 def test_what_leaves_noise_but_more_than_another_does_is_searched_near_where_it_ended():
@@ -46,9 +46,9 @@ def test_what_leaves_noise_but_more_than_another_does_is_searched_near_where_it_
     base = fit_base(Composition(), [measurement(made.recording, at_rest=False)], TOLERANT)
     (alone,) = fit_candidates(base, [EFFECTS["stiffness_step"]], TOLERANT)
     both = fit_candidates(base, library("stiffness_ramp", "stiffness_step").values(), TOLERANT)
-    step = ranked(base, both)[0]
-    assert added(step).name == "stiffness_step"
-    assert explained(alone)
+    step = rank_fits(base, both)[0]
+    assert find_added_effect(step).name == "stiffness_step"
+    assert leaves_only_noise(alone)
     assert step.cost < 0.98 * alone.cost
 
 
@@ -59,8 +59,11 @@ def test_what_is_contained_is_searched_from_where_what_contains_it_ended_as_it()
     base = fit_base(Composition(), [measurement(made.recording)], TOLERANT)
     (alone,) = fit_candidates(base, [EFFECTS["contact_loss"]], TOLERANT)
     found = fit_candidates(base, library("hertz_contact", "contact_loss").values(), TOLERANT)
-    first, second = ranked(base, found)
-    assert (added(first).name, added(second).name) == ("contact_loss", "hertz_contact")
+    first, second = rank_fits(base, found)
+    assert (find_added_effect(first).name, find_added_effect(second).name) == (
+        "contact_loss",
+        "hertz_contact",
+    )
     assert in_limit(second)
     assert first.cost < 1.001 * second.cost < 0.5 * alone.cost
 

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.advice.separation import suggest
 from tissue_probe.diagnosis.evidence.adequacy import STRAINED
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import fit_base, fit_candidates
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.response import course, respond
@@ -182,7 +182,7 @@ def test_an_experiment_is_proposed_though_the_first_of_those_alike_is_too_faint_
     measured = measurement(challenge(11, "cubic_stiffening").recording)
     base = fit_base(Composition(), [measured], EXACT)
     effects = [EFFECTS["mains_hum"], EFFECTS["cubic_stiffening"]]
-    fits = {added(fit).name: fit for fit in fit_candidates(base, effects, EXACT)}
+    fits = {find_added_effect(fit).name: fit for fit in fit_candidates(base, effects, EXACT)}
     hum, cubic = fits["mains_hum"], fits["cubic_stiffening"]
     names = hum.composition.kernel.values
     silent = [0.0 if name in ("hum_sine", "hum_cosine") else hum.named()[name] for name in names]

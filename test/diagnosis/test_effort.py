@@ -13,7 +13,7 @@ from tissue_probe.diagnosis.fitting.effort import Effort, count
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import promise
 from tissue_probe.diagnosis.improvement import queue
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.composition import Composition
 
 
@@ -29,14 +29,14 @@ def _promised(problem):
 
 def test_a_model_evaluated_once_takes_a_response_for_each_value_and_state(measured):
     problem, effort = Problem(Composition(), measured, EXACT), Effort(measured)
-    with effort.counted():
+    with effort.count_responses():
         _promised(problem)
     assert effort.done == problem.count + problem.states
 
 
 def test_half_of_the_samples_take_half_of_the_effort(measured):
     effort = Effort(measured)
-    with effort.counted():
+    with effort.count_responses():
         count([np.empty((measured[0].force.size // 2, 3))])
     assert effort.done == 1.5
 
@@ -45,17 +45,17 @@ def test_half_of_the_samples_take_half_of_the_effort(measured):
 @settings(max_examples=25, deadline=None)
 def test_what_a_copy_of_the_process_does_is_counted_too(measured, responses):
     samples, effort = measured[0].force.size, Effort(measured)
-    with effort.counted():
-        mapped(lambda each: count([np.empty((samples, each))]), responses)
+    with effort.count_responses():
+        map_shared(lambda each: count([np.empty((samples, each))]), responses)
     assert effort.done == sum(responses)
 
 
 def test_an_effort_counts_what_is_done_within_others_too(measured):
     samples, whole, part = measured[0].force.size, Effort(measured), Effort(measured)
-    with whole.counted():
+    with whole.count_responses():
         count([np.empty((samples, 2))])
-        with part.counted():
-            mapped(lambda each: count([np.empty((samples, each))]), (3, 4))
+        with part.count_responses():
+            map_shared(lambda each: count([np.empty((samples, each))]), (3, 4))
         count([np.empty((samples, 1))])
     assert (whole.done, part.done) == (10.0, 7.0)
 
@@ -64,11 +64,11 @@ def test_effort_is_counted_from_nothing_and_only_where_that_is_asked_for(measure
     effort, response = Effort(measured), np.empty((measured[0].force.size, 1))
     count([response])
     assert effort.done == 0.0
-    with effort.counted():
+    with effort.count_responses():
         count([response])
     count([response])
     assert effort.done == 1.0
-    with effort.counted():
+    with effort.count_responses():
         assert effort.done == 0.0
 
 

@@ -20,10 +20,10 @@ from tissue_probe.diagnosis.evidence.adequacy import (
     STRAINED,
     adequacy,
     doubtful,
-    explained,
     is_quiet,
+    leaves_only_noise,
 )
-from tissue_probe.diagnosis.evidence.conclusion import concluded
+from tissue_probe.diagnosis.evidence.conclusion import conclude_search
 from tissue_probe.diagnosis.evidence.posterior import SECOND, SURE, library_size, posterior
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -78,20 +78,20 @@ def test_adequacy_is_the_largest_test_over_its_limit():
     assert adequacy(made) == pytest.approx(NOT_THERE)
     assert adequacy(replace(made, unevenness=0.9 * EVEN)) == pytest.approx(0.9)
     assert adequacy(replace(made, strain=1.3 * STRAINED)) == pytest.approx(1.3)
-    assert not explained(fit("mains_hum", 0.0, 1.1))
-    assert explained(fit("mains_hum", 0.0, 1.04))
+    assert not leaves_only_noise(fit("mains_hum", 0.0, 1.1))
+    assert leaves_only_noise(fit("mains_hum", 0.0, 1.04))
     quiet = fit("mains_hum", 0.0, 0.69)
     assert is_quiet(quiet)
-    assert not explained(quiet)
+    assert not leaves_only_noise(quiet)
 
 
 def test_an_encoders_rounding_may_have_any_colour_but_not_any_size():
     dark = replace(fit("mains_hum", 0.0), colour=1.5)
-    assert not explained(dark)
+    assert not leaves_only_noise(dark)
     rounded = 1.1 * ROUNDING * dark.noise
-    assert explained(replace(dark, rounding=rounded))
-    assert not explained(replace(dark, rounding=0.5 * rounded))
-    assert not explained(replace(fit("mains_hum", 0.0, 1.2 * ROUGHLY), rounding=rounded))
+    assert leaves_only_noise(replace(dark, rounding=rounded))
+    assert not leaves_only_noise(replace(dark, rounding=0.5 * rounded))
+    assert not leaves_only_noise(replace(fit("mains_hum", 0.0, 1.2 * ROUGHLY), rounding=rounded))
 
 
 def test_a_colour_that_fine_steps_do_not_give_is_doubtful():
@@ -115,7 +115,7 @@ def test_noise_alone_is_explained_however_few_samples_there_are(samples, seeds):
         v = np.gradient(u, 0.01, edge_order=2)
         force = 500.0 * u + 3.0 * v + 5e-3 * random.standard_normal(samples)
         made = fit_base(Composition("rigid_probe"), [Measurement(u, force, 0.01)], known)
-        wrong += not explained(made)
+        wrong += not leaves_only_noise(made)
     assert wrong <= 4
 
 
@@ -208,7 +208,7 @@ def test_a_simple_form_that_leaves_more_than_noise_is_not_above_one_that_leaves_
     simple, enough = fit("springpot", 1000.0, 1.08), fit("generalized_maxwell", 2780.0)
     told = posterior(unexplained(-1_000_000.0), [simple, enough])
     assert told.effect("springpot") <= told.effect("generalized_maxwell")
-    ladder = concluded(unexplained(-1_000_000.0), [simple, enough], [enough])
+    ladder = conclude_search(unexplained(-1_000_000.0), [simple, enough], [enough])
     assert ladder.final is enough
 
 
@@ -220,7 +220,7 @@ def test_a_family_is_not_claimed_where_most_of_what_was_left_still_is():
         replace(fit(f"stribeck_friction+{other}", misfit, 1.02), unevenness=3.0 * EVEN)
         for other, misfit in (("mains_hum", 400.0), ("force_drift", 390.0))
     ]
-    assert concluded(slight, [alone], [alone], two).verdict == "unexplained"
+    assert conclude_search(slight, [alone], [alone], two).verdict == "unexplained"
 
 
 def test_probabilities_sum_to_one_and_the_set_is_the_smallest_that_is_sure():
@@ -248,19 +248,19 @@ def test_a_second_recording_counts_as_much_as_the_first(misfit):
 
 def test_a_verdict_is_sure_where_one_model_is_and_leaves_noise_only():
     lag, delay = fit("force_lag", 500.0), fit("channel_delay", 499.0)
-    sure = concluded(unexplained(), [lag], [])
+    sure = conclude_search(unexplained(), [lag], [])
     assert (sure.verdict, sure.effects, sure.family) == ("missing", ("force_lag",), None)
-    torn = concluded(unexplained(), [lag, delay], [])
+    torn = conclude_search(unexplained(), [lag, delay], [])
     assert torn.verdict == "ambiguous"
     assert set(torn.alternatives) == {("force_lag",), ("channel_delay",)}
     assert torn.final is torn.rivals[0]
     assert torn.family == "timing"
-    assert concluded(fit("", 0.0), [lag, delay], []).verdict == "adequate"
+    assert conclude_search(fit("", 0.0), [lag, delay], []).verdict == "adequate"
 
 
 def test_where_every_model_is_wrong_the_search_says_how_far_it_came():
     far, farther = (fit(names, 900.0, WRONG) for names in ("force_lag", "force_lag+mains_hum"))
-    ladder = concluded(unexplained(), [far], [far], [farther])
+    ladder = conclude_search(unexplained(), [far], [far], [farther])
     assert (ladder.verdict, ladder.final) == ("unexplained", far)
     assert ladder.alternatives == ()
 
@@ -270,17 +270,17 @@ def test_a_family_is_claimed_though_its_best_form_leaves_a_little_more_than_nois
         fit("cubic_stiffening", 0.0, 1.15),
         fit("exponential_stiffening", 1.0, 1.15),
     )
-    ladder = concluded(unexplained(-20_000.0), [soft, sharp], [soft])
+    ladder = conclude_search(unexplained(-20_000.0), [soft, sharp], [soft])
     assert (ladder.verdict, ladder.family) == ("ambiguous", "stiffening")
     worse = fit("cubic_stiffening", 0.0, 1.3)
-    ladder = concluded(unexplained(-20_000.0), [worse], [worse])
+    ladder = conclude_search(unexplained(-20_000.0), [worse], [worse])
     assert (ladder.verdict, ladder.family) == ("unexplained", None)
 
 
 def test_the_most_probable_effect_comes_first_in_the_ranking():
     alone, kept = fit("mains_hum", 300.0, WRONG), fit("force_lag", 200.0, WRONG)
     both = fit("force_lag+force_bias", 5000.0)
-    ladder = concluded(unexplained(), [alone, kept], [alone], [both])
+    ladder = conclude_search(unexplained(), [alone, kept], [alone], [both])
     assert ladder.effects == ("force_lag", "force_bias")
     assert [each.composition.names[-1] for each in ladder.ranking] == ["force_lag", "mains_hum"]
     assert ladder.steps == (kept, both)

@@ -8,7 +8,7 @@ import pytest
 from hidden import EXACT, TOLERANT, challenge, first_of, library, measurement
 
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.evidence.conclusion import concluded
+from tissue_probe.diagnosis.evidence.conclusion import conclude_search
 from tissue_probe.diagnosis.improvement.ladder import (
     climb,
     climb_by,
@@ -253,7 +253,7 @@ def test_two_effects_of_which_one_cannot_be_told_from_another_are_told_with_it()
     # The second recording tells, whatever is the better on the first.
     right, wrong = sorted(ladder.rivals, key=lambda fit: "force_lag" not in fit.composition.names)
     second = {frozenset(right.composition.names): 100.0, frozenset(wrong.composition.names): 0.0}
-    told = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
+    told = conclude_search(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
     assert (told.verdict, told.rivals, told.tied[1:]) == ("missing", (right,), ())
     assert told.final is right
     assert set(told.effects) == {"force_lag", "hunt_crossley"}

@@ -22,7 +22,7 @@ POSITION, FORCE = RANDOM.normal(size=(2, 1000))
 def test_thinned_samples_are_some_of_those_measured_and_none_too_far_apart(rate, seen):
     used = np.arange(1000) != seen
     whole = Measurement(POSITION, FORCE, 1.0 / rate, noise=Noise(1.0), used=used)
-    few = whole.thinned()
+    few = whole.thin_samples()
     assert few.sample_period <= max(OFTEN, whole.sample_period) * (1.0 + 1e-5)
     assert few.sample_period > 0.5 * OFTEN or few is whole
     kept = slice(None, None, round(few.sample_period * rate))
@@ -41,7 +41,7 @@ def test_thinned_samples_are_some_of_those_measured_and_none_too_far_apart(rate,
     ids=["slow", "filtered"],
 )
 def test_what_is_slow_or_filtered_keeps_all_samples(whole):
-    assert whole.thinned() is whole
+    assert whole.thin_samples() is whole
 
 
 @given(

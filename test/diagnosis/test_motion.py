@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from tissue_probe.diagnosis.cleaning import cleaned
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.cleaning import clean_measurements
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.motion import Felt, motion
@@ -103,11 +103,11 @@ def test_intervals_hold_mass_stiffness_and_damping_in_spite_of_a_noisy_position(
     inside, right, count = 0, 0, 15
     for seed in range(count):
         noises = [(1e-6, 0.01), (1e-5, 0.02), (3e-7, 0.003)][seed % 3]
-        (clean,), _ = cleaned([probed(moved, seed, *noises)])
+        (clean,), _ = clean_measurements([probed(moved, seed, *noises)])
         fit = fit_base(Composition("rigid_probe"), [clean], FREE)
         found, deviations = fit.named(), fit.deviations()
         inside += sum(abs(found[n] - true) <= 1.96 * deviations[n] for n, true in TRUE.items())
-        right += explained(fit)
+        right += leaves_only_noise(fit)
     assert binomtest(inside, 3 * count, 0.95).pvalue > 1e-3
     assert right >= count - 1
 
@@ -145,7 +145,7 @@ def test_what_the_force_feels_of_a_rough_position_is_motion_and_stays():
     deepest = np.repeat(random.uniform(0.7, 1.0, 40), 10)
     depths = 3e-3 * np.tile(np.linspace(0.0, 1.0, 10), 40) * deepest  # a new depth at each sample
     force = 500.0 * depths + 0.01 * random.standard_normal(depths.size)
-    (clean,), _ = cleaned([Measurement(depths, force, 0.1)])
+    (clean,), _ = clean_measurements([Measurement(depths, force, 0.1)])
     np.testing.assert_array_equal(clean.position, depths)
 
 

@@ -8,9 +8,9 @@ import pytest
 from scipy.signal import lsim
 
 import tissue_probe as tp
-from tissue_probe.diagnosis.cleaning import cleaned, from_touch
+from tissue_probe.diagnosis.cleaning import clean_measurements, from_touch
 from tissue_probe.diagnosis.diagnosis import diagnose
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.input_course import with_input
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.diagnosis.inspection.touch import first_touch
@@ -52,10 +52,10 @@ def test_the_same_with_the_wrong_sign_is_refused(noise):
 
 
 def test_a_relaxing_solid_explains_a_ramp_and_hold_from_the_first_sample():
-    (clean,), _ = cleaned([Measurement(*relaxation(), 0.02, at_rest=True)])
+    (clean,), _ = clean_measurements([Measurement(*relaxation(), 0.02, at_rest=True)])
     base = fit_base(RIGID_PROBE, [clean], STILL)
     (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], STILL)
-    assert explained(found)
+    assert leaves_only_noise(found)
     assert found.named()["relaxation_rate"] == pytest.approx(0.5, rel=0.05)
 
 
@@ -68,8 +68,8 @@ def test_clean_records_are_explained_however_few_samples_they_have(samples):
         period = 4.0 / samples
         position, speed = 3e-3 * np.sin(phase), 3e-3 * 2.0 * np.pi * np.cos(phase)
         force = 200.0 * position + 30.0 * speed + 0.01 * random.standard_normal(samples)
-        (clean,), _ = cleaned([Measurement(position, force, period)])
-        right += explained(fit_base(RIGID_PROBE, [clean], STILL))
+        (clean,), _ = clean_measurements([Measurement(position, force, period)])
+        right += leaves_only_noise(fit_base(RIGID_PROBE, [clean], STILL))
     assert right >= count - 2
 
 
@@ -126,7 +126,7 @@ def test_the_touch_is_found_in_a_simulation_without_noise():
 
 def test_the_air_tells_the_zero_and_so_the_place_of_the_touch():
     position, force = touching(exponent=1.0, stiffness=400.0)
-    (clean,), _ = cleaned([Measurement(position, force + 0.05, 2e-3)])
+    (clean,), _ = clean_measurements([Measurement(position, force + 0.05, 2e-3)])
     (pressed,), instrument, (told,) = from_touch([clean], STILL)
     fit = fit_base(RIGID_PROBE, [pressed.without(pressed.position < 1.85e-3)], instrument)
     assert fit.named()["contact_position"] == pytest.approx(1.8e-3, abs=2e-6)
@@ -163,7 +163,7 @@ def test_the_touch_point_is_fitted_and_the_law_of_contact_found():
 
 
 def test_the_samples_before_the_touch_are_left_out():
-    clean, _ = cleaned([Measurement(*touching(), 2e-3)])
+    clean, _ = clean_measurements([Measurement(*touching(), 2e-3)])
     (kept,), instrument, (told,) = from_touch(clean, STILL)
     assert kept.begins == pytest.approx(2e-3 * (2000 - kept.position.size))
     assert np.isinf(instrument.constants["contact_position"][1])
@@ -193,7 +193,7 @@ def of_a_command(seed=0, noise=1e-6):
 
 
 def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
-    clean, findings = cleaned([of_a_command()])
+    clean, findings = clean_measurements([of_a_command()])
     assert not findings  # a command that rests is not stuck
     held, (told,) = with_input(DRIVEN, clean, MOVED)
     assert held[0].between is Between.held
@@ -201,7 +201,7 @@ def test_a_force_that_a_converter_holds_is_told_and_the_values_are_right():
     fit = fit_base(DRIVEN, held, MOVED)
     for name, true in (("tip_mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
         assert abs(fit.named()[name] - true) < 3.0 * fit.deviations()[name]
-    assert explained(fit)
+    assert leaves_only_noise(fit)
 
 
 def test_a_force_that_goes_on_straight_between_its_samples_is_told_and_the_values_are_right():
@@ -210,14 +210,14 @@ def test_a_force_that_goes_on_straight_between_its_samples_is_told_and_the_value
     force = np.where(np.arange(3000) // 170 % 2 == 1, 1.0, 0.0)
     position = pushed(force, 2e-3, held=False) + 1e-6 * random.standard_normal(force.size)
     record = Measurement(position, force, 2e-3, at_rest=True, output=POSITION)
-    clean, _ = cleaned([record])
+    clean, _ = clean_measurements([record])
     straight, (told,) = with_input(DRIVEN, clean, MOVED)
     assert straight[0].between is Between.straight
     assert "straight lines" in told.sentence
     fit = fit_base(DRIVEN, straight, MOVED)
     for name, true in (("tip_mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
         assert abs(fit.named()[name] - true) < 3.0 * fit.deviations()[name]
-    assert explained(fit)
+    assert leaves_only_noise(fit)
 
 
 def test_a_step_before_a_long_rest_is_motion_and_has_the_right_sign():
@@ -235,7 +235,7 @@ def test_a_measured_force_is_not_taken_for_a_command():
     force = np.sin(2 * np.pi * 2.0 * time) + 0.3 * np.sin(2 * np.pi * 7.0 * time)
     position = pushed(force, 1e-3, held=False) + 1e-6 * random.standard_normal(time.size)
     noisy = force + 2e-3 * random.standard_normal(time.size)
-    clean, _ = cleaned([Measurement(position, noisy, 1e-3, output=POSITION)])
+    clean, _ = clean_measurements([Measurement(position, noisy, 1e-3, output=POSITION)])
     same, told = with_input(DRIVEN, clean, MOVED)
     assert same[0].between is None
     assert not told
@@ -289,7 +289,9 @@ def test_creep_of_an_unknown_mass_is_that_of_a_relaxing_solid():
     random = np.random.default_rng(3)
     position = answer.y[0] + 5e-6 * random.standard_normal(time.size)
     force = load + 1e-3 * random.standard_normal(time.size)
-    clean, _ = cleaned([Measurement(position, force, 1.0 / rate, at_rest=True, output=POSITION)])
+    clean, _ = clean_measurements(
+        [Measurement(position, force, 1.0 / rate, at_rest=True, output=POSITION)]
+    )
     base = fit_base(DRIVEN, clean, MOVED)
     (found,) = fit_candidates(base, [EFFECTS["standard_linear_solid"]], MOVED)
     assert found.ratio < 1.15
@@ -309,7 +311,7 @@ def test_clean_records_of_uneven_times_are_explained(jitter):
         table = {"t": time, "u": position, "F": force}
         read = tp.read(table, force_polarity="compression")
         fit = tp.compare(read, rig="rigid_probe", constants={"tip_mass": 0.0}).fit
-        right += explained(fit)
+        right += leaves_only_noise(fit)
         for name, true in (("stiffness", 300.0), ("damping", 8.0)):
             inside += abs(fit.named()[name] - true) <= 1.96 * fit.deviations()[name]
     assert right >= count - 1
@@ -334,7 +336,7 @@ def out_of_the_air(seed, damping=2000.0, period=1e-2):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_touch_is_found_where_the_tissue_resists_by_damping_at_once(seed):
     measurement, place = out_of_the_air(seed)
-    (clean,), _ = cleaned([measurement])
+    (clean,), _ = clean_measurements([measurement])
     (pressed,), instrument, _ = from_touch([clean], STILL)
     base = fit_base(RIGID_PROBE, [pressed], instrument)
     (found,) = fit_candidates(base, [EFFECTS["contact_loss"]], instrument)

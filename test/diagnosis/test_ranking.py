@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.evidence.posterior import (
     posterior,
 )
 from tissue_probe.diagnosis.ranking.candidates import fit_base
-from tissue_probe.diagnosis.ranking.rules import added, in_limit, ranked, significant
+from tissue_probe.diagnosis.ranking.rules import find_added_effect, in_limit, rank_fits, significant
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -49,7 +49,7 @@ def fit(effects, bic, ratio=1.0):
 
 
 def names(fits):
-    return [added(each).name for each in fits]
+    return [find_added_effect(each).name for each in fits]
 
 
 def test_the_figures_of_the_fits_are_those_asked_for():
@@ -85,7 +85,7 @@ def test_the_criterion_rises_with_what_is_left_however_much_is_rounding(share, l
 
 def test_the_most_probable_model_comes_first():
     fits = [fit("mains_hum", 300.0), fit("cubic_stiffening", 100.0), fit("force_bias", 200.0)]
-    assert names(ranked(base(), fits)) == ["cubic_stiffening", "force_bias", "mains_hum"]
+    assert names(rank_fits(base(), fits)) == ["cubic_stiffening", "force_bias", "mains_hum"]
 
 
 def test_a_fit_is_better_where_it_alone_would_be_sure_beside_the_other():
@@ -121,7 +121,7 @@ def test_a_second_effect_is_less_likely_than_one_before_anything_was_measured():
 )
 def test_an_effect_that_contains_another_stands_back_where_it_explains_no_more(richer, simpler):
     more, less = (replace(fit(name, 0.0), cost=base().cost) for name in (richer, simpler))
-    assert names(ranked(base(), [more, less])) == [simpler, richer]
+    assert names(rank_fits(base(), [more, less])) == [simpler, richer]
 
 
 def test_an_effect_is_the_one_that_it_contains_where_it_ended_in_that_limit():
@@ -154,7 +154,7 @@ def test_an_effect_is_the_one_that_it_contains_where_it_ended_in_that_limit():
 @given(st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=4))
 def test_ranking_loses_nothing(criteria):
     fits = [fit(name, bic) for name, bic in zip(NAMES, criteria, strict=False)]
-    order = ranked(base(), fits)
+    order = rank_fits(base(), fits)
     assert sorted(names(order)) == sorted(names(fits))
     worse = [evidence(order[0], base()) < evidence(each, base()) for each in fits]
     assert not any(worse)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tissue_probe.diagnosis.cleaning import cleaned
+from tissue_probe.diagnosis.cleaning import clean_measurements
 from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -80,7 +80,7 @@ def test_mass_and_friction_of_a_drive_are_found():
 
 
 def test_the_mass_is_found_through_the_steps_of_the_position_without_a_filter():
-    (clean,), _ = cleaned([measured(drive())])
+    (clean,), _ = clean_measurements([measured(drive())])
     for measurement in (measured(drive()), clean):
         found = fit_base(RIG, [measurement], NO_TISSUE).named()["tip_mass"]
         assert found == pytest.approx(MASS, rel=0.01)

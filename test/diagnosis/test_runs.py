@@ -12,7 +12,7 @@ from tissue_probe.diagnosis.diagnosis import diagnose
 from tissue_probe.diagnosis.fitting.runs import Runs
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 
@@ -70,7 +70,7 @@ def test_two_runs_have_each_its_own_phase_or_instant(name):
     assert set(final.names) - set(final.composition.kernel.values) == own
     # Each run's own values are those that it has alone, all else being held.
     for number, one in enumerate(both):
-        alone = carried(final.composition, final.named(), [one], EXACT)
+        alone = carry_model(final.composition, final.named(), [one], EXACT)
         assert alone.misfits[0] == pytest.approx(final.misfits[number], rel=0.01)
 
 
@@ -96,7 +96,7 @@ def test_a_phase_or_an_instant_is_found_wherever_it_is_in_the_other_run(name, la
         used=None,
         at_rest=False,
     )
-    assert carried(fit.composition, fit.named(), [late], EXACT).rmse < 1.05 * other.noise.own
+    assert carry_model(fit.composition, fit.named(), [late], EXACT).rmse < 1.05 * other.noise.own
 
 
 @given(runs=st.lists(st.sampled_from(["", "a", "b"]), min_size=1, max_size=5))

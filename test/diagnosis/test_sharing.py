@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tissue_probe.diagnosis.fitting.search import Bar
-from tissue_probe.diagnosis.sharing import in_turns, mapped
+from tissue_probe.diagnosis.sharing import in_turns, map_shared
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -31,7 +31,7 @@ def _processes(number: int) -> tuple[int, int]:
 @given(st.lists(st.integers(), max_size=40))
 @settings(max_examples=25, deadline=None)
 def test_mapped_makes_of_each_thing_what_map_does(numbers: list[int]) -> None:
-    assert mapped(lambda number: 3 * number, numbers) == [3 * number for number in numbers]
+    assert map_shared(lambda number: 3 * number, numbers) == [3 * number for number in numbers]
 
 
 @given(st.lists(st.lists(st.text(), max_size=5), max_size=12))
@@ -52,7 +52,7 @@ def test_none_is_advanced_twice_before_all_have_begun() -> None:
         in_turns([work(number) for number in (1, 2, 3)])
         return advanced
 
-    assert mapped(order_in_one_process, [0, 1]) == [[1, 2, 3, 2, 3, 3]] * 2
+    assert map_shared(order_in_one_process, [0, 1]) == [[1, 2, 3, 2, 3, 3]] * 2
 
 
 def test_two_processes_take_part_and_no_more_within_them() -> None:
@@ -63,9 +63,9 @@ def test_two_processes_take_part_and_no_more_within_them() -> None:
             meeting.value += 1
         while meeting.value < 2:  # until the other process has come, too
             pass
-        return mapped(_processes, [number, number + 1])
+        return map_shared(_processes, [number, number + 1])
 
-    inner = mapped(within, [0, 10])
+    inner = map_shared(within, [0, 10])
     assert [[number for number, _ in each] for each in inner] == [[0, 1], [10, 11]]
     processes = [{process for _, process in each} for each in inner]
     assert [len(each) for each in processes] == [1, 1]
@@ -75,7 +75,9 @@ def test_two_processes_take_part_and_no_more_within_them() -> None:
 
 def test_what_both_processes_know_stays_what_it_is() -> None:
     known = [object() for _ in range(30)]
-    assert all(a is b for a, b in zip(mapped(lambda one: one, known, known), known, strict=True))
+    assert all(
+        a is b for a, b in zip(map_shared(lambda one: one, known, known), known, strict=True)
+    )
 
 
 @pytest.mark.parametrize("here", [True, False])
@@ -92,7 +94,7 @@ def test_an_error_is_raised_wherever_it_happens(here: bool) -> None:
             raise ValueError("no such tissue")
 
     with pytest.raises(ValueError, match="no such tissue"):
-        mapped(fail, [0, 1])
+        map_shared(fail, [0, 1])
     with pytest.raises(ChildProcessError):  # none is left behind
         os.waitpid(-1, os.WNOHANG)
 
@@ -119,7 +121,7 @@ def test_a_copy_that_is_killed_is_told() -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     with pytest.raises(RuntimeError, match="ended from outside"):
-        mapped(be_killed, [0, 1])
+        map_shared(be_killed, [0, 1])
 
 
 INTERRUPTED = """
@@ -150,11 +152,11 @@ def test_ctrl_c_ends_both_and_the_copy_says_nothing() -> None:
 
 def test_the_lowest_cost_is_known_to_both_processes() -> None:
     bar = Bar(100.0)
-    mapped(bar.reached, [70.0, 50.0, 90.0, 60.0])
+    map_shared(bar.note_cost, [70.0, 50.0, 90.0, 60.0])
     assert bar.cost == 50.0
 
 
 def test_a_process_with_other_threads_makes_no_copy_of_itself(monkeypatch) -> None:
     """A lock that one of them holds would stay locked in the copy."""
     monkeypatch.setattr(threading, "active_count", lambda: 2)
-    assert {process for _, process in mapped(_processes, range(8))} == {os.getpid()}
+    assert {process for _, process in map_shared(_processes, range(8))} == {os.getpid()}

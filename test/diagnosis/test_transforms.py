@@ -57,7 +57,7 @@ def test_no_line_is_left(values):
 
 @given(sizes(31), st.sampled_from([(9, 4), (31, 3), (5, 2)]), st.integers(0, 2))
 def test_a_derivative_is_that_of_the_polynomial_through_a_window(values, shape, order):
-    found = transforms.smoothed(values, *shape, order, 1.0 / RATE)
+    found = transforms.smooth_values(values, *shape, order, 1.0 / RATE)
     wanted = signal.savgol_filter(values, *shape, deriv=order, delta=1.0 / RATE)
     close(found, wanted, np.abs(values).max() * RATE**order)
 

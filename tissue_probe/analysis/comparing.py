@@ -22,14 +22,14 @@ from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.diagnosis.fit_checks import check_fit
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.input_noise import whitened
+from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import prepared
+from tissue_probe.diagnosis.prepared import prepare_question
 from tissue_probe.diagnosis.ranking.candidates import fit_base, refit
-from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.diagnosis.sizing import library_of_size
 from tissue_probe.errors import MeasurementError
@@ -239,7 +239,7 @@ def _compared(
     found = put.segments(fitted)
     taken = [each.measurement(put.composition.output) for each in found]
     known, at = put.instrument_for(fitted), put.model.values
-    ready = prepared(put.composition, taken, known, begin_at=at)
+    ready = prepare_question(put.composition, taken, known, begin_at=at)
     composition, clean, instrument = ready.composition, ready.measurements, ready.instrument
     findings = list(ready.findings)
     if model is not None:
@@ -267,12 +267,12 @@ def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
         If it cannot be simulated on these measurements.
     """
     rig = Instrument(model.composition.rig, {})
-    fit = carried(model.composition, model.values, clean, rig)
+    fit = carry_model(model.composition, model.values, clean, rig)
     if fit is None:
         raise MeasurementError(
             "`model`: it diverges on these measurements; was it fitted to other units?"
         )
-    return whitened(fit, rig, fit.named())
+    return whiten_input_noise(fit, rig, fit.named())
 
 
 def _errors(fit: Fit, model: str) -> list[str]:

@@ -27,7 +27,7 @@ from tissue_probe.diagnosis.answer import Answer, Verdict, answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.diagnosis import diagnose as search
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.sharing import WORKERS, among
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.fitted_model import FittedModel
@@ -186,7 +186,7 @@ class DiagnosisResult(Alike):
             If the ranking has no such effect.
         """
         for fit in self.found.ladder.ranking:
-            if added(fit).name == effect:
+            if find_added_effect(fit).name == effect:
                 return fit
         raise ParameterError(f"`effect` {effect}: the ranking does not have it")
 
@@ -308,7 +308,7 @@ def _diagnosed(
             tuple(add),
             put.model.values,
             progress,
-            lambda fit: found(added(fit).name, fit),
+            lambda fit: found(find_added_effect(fit).name, fit),
         )
         return diagnosis
 

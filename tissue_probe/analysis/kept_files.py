@@ -25,7 +25,7 @@ from tissue_probe.analysis.symbols import latex, letter
 from tissue_probe.diagnosis.answer import correlations, values
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.shape import draw_shape
@@ -135,13 +135,13 @@ def story(result: DiagnosisResult) -> Figure:
     )
     ranking = [
         Candidate(
-            added(fit).name,
+            find_added_effect(fit).name,
             diagnosis.heldout(fit),
-            added(fit).name in diagnosis.effects,
-            added(fit).name in diagnosis.indistinguishable,
+            find_added_effect(fit).name in diagnosis.effects,
+            find_added_effect(fit).name in diagnosis.indistinguishable,
         )
         for fit in (() if ladder.asked else ladder.ranking)
-        if fit.converged or added(fit).name in diagnosis.effects
+        if fit.converged or find_added_effect(fit).name in diagnosis.effects
     ]
     verdict, *_ = words.verdict(diagnosis)[0].split(". ")
     name = fit_shown.stretch(base, shown, sources)
@@ -182,13 +182,13 @@ def report(result: DiagnosisResult) -> Report:
         ),
         ranking=tuple(
             ReportCandidate(
-                added(fit).name,
-                added(fit).family,
-                added(fit).physics,
+                find_added_effect(fit).name,
+                find_added_effect(fit).family,
+                find_added_effect(fit).physics,
                 diagnosis.heldout(fit),
                 base.bic - fit.bic,
-                _parameters(fit, {entry.name for entry in added(fit).parameters}),
-                added(fit).name in diagnosis.indistinguishable,
+                _parameters(fit, {entry.name for entry in find_added_effect(fit).parameters}),
+                find_added_effect(fit).name in diagnosis.indistinguishable,
                 fit.converged,
             )
             for fit in ladder.ranking

@@ -12,8 +12,8 @@ from typing import cast
 from tissue_probe.analysis.choices import TissueName
 from tissue_probe.analysis.question import Question, question
 from tissue_probe.analysis.segments import Segment
-from tissue_probe.diagnosis.diagnosis import Diagnosis, plainly
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.diagnosis import Diagnosis, fit_plainly
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.physics.rigs import RIGS, named
 from tissue_probe.quantities import FORCE, POSITION
@@ -43,8 +43,8 @@ def other_rig(found: Diagnosis, asked: Question, taken: Sequence[Segment]) -> st
         other = question(rig=rig, tissue=cast(TissueName, own.tissue))
         measurements = [each.measurement(other.composition.output) for each in taken]
         try:
-            plain = plainly(other.composition, measurements, other.instrument)
-            if explained(plain):
+            plain = fit_plainly(other.composition, measurements, other.instrument)
+            if leaves_only_noise(plain):
                 return (EXPLAINS + ASKED).format(rig)
         except TissueProbeError:  # on that rig they make no sense
             continue

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.evidence.adequacy import adequacy
 from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
@@ -543,16 +543,16 @@ def _models(diagnosis: Diagnosis) -> list[Model]:
 
 def _candidate(diagnosis: Diagnosis, fit: Fit) -> Candidate:
     ladder = diagnosis.ladder
-    others = {entry.name for entry in fit.composition.without(added(fit).name).values}
+    others = {entry.name for entry in fit.composition.without(find_added_effect(fit).name).values}
     values = parameters(fit)
     kept = set(fit.names) - others | {"stiffness", "damping"}
     return Candidate(
-        effect=added(fit).name,
-        family=added(fit).family,
+        effect=find_added_effect(fit).name,
+        family=find_added_effect(fit).family,
         heldout_rmse=diagnosis.heldout(fit),
         rmse=fit.rmse,
         gain=diagnosis.ladder.base.bic - fit.bic,
-        probability=None if ladder.asked else ladder.posterior.effect(added(fit).name),
+        probability=None if ladder.asked else ladder.posterior.effect(find_added_effect(fit).name),
         parameters={name: value for name, value in values.items() if name in kept},
         converged=fit.converged,
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.problem import CONTACT
 from tissue_probe.diagnosis.inspection.contact import touch_within
-from tissue_probe.diagnosis.inspection.disturbances import bridged
+from tissue_probe.diagnosis.inspection.disturbances import bridge_disturbed
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.grating import REPEATS, repeats
 from tissue_probe.diagnosis.inspection.inspection import inspect
@@ -43,7 +43,7 @@ TOUCH = (
 ZERO = " The force there, {:.3g} N, is taken off: it is the zero."
 
 
-def cleaned(
+def clean_measurements(
     measurements: Sequence[Measurement],
 ) -> tuple[list[Measurement], list[Finding]]:
     """Inspect measurements, leave spoilt samples out of the fit, and smooth the position.
@@ -55,7 +55,7 @@ def cleaned(
     MeasurementError
         If the samples are such that any fit would be worthless; says why, and the remedy.
     """
-    inspected = [_inspected(each) for each in measurements]
+    inspected = [_inspect_measurement(each) for each in measurements]
     findings = [finding for each in inspected for finding in each]
     fatal = next((finding for finding in findings if finding.fatal), None)
     if fatal:
@@ -112,7 +112,7 @@ def with_any_touch(measurements: Sequence[Measurement], instrument: Instrument) 
     return replace(instrument, constants={**instrument.constants, CONTACT: (0.0, within)})
 
 
-def _inspected(measurement: Measurement) -> tuple[Finding, ...]:
+def _inspect_measurement(measurement: Measurement) -> tuple[Finding, ...]:
     found = inspect(
         measurement.position,
         measurement.force,
@@ -141,7 +141,7 @@ def _without_spoilt(measurement: Measurement, findings: Sequence[Finding]) -> Me
     if steady.all() and used.all():
         return measurement
     # A spike of the input would move the tip, and a force's spike ever after: it is bridged.
-    driven_by = bridged(measurement.input_values, steady)
+    driven_by = bridge_disturbed(measurement.input_values, steady)
     force, position = measurement.force, measurement.position
     if measurement.input is FORCE:
         force = driven_by

@@ -19,20 +19,20 @@ from tissue_probe.diagnosis.advice.separation import Suggestion, suggest
 from tissue_probe.diagnosis.advice.visibility import unseen
 from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict
 from tissue_probe.diagnosis.fit_checks import check_fit, check_held_out
-from tissue_probe.diagnosis.fitting.accuracy import widened
+from tissue_probe.diagnosis.fitting.accuracy import widen_covariance
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
-from tissue_probe.diagnosis.input_course import COURSE, told
+from tissue_probe.diagnosis.input_course import COURSE, report_course
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.instrument_values import InstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.prepared import Prepared, prepared
+from tissue_probe.diagnosis.prepared import Prepared, prepare_question
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base
-from tissue_probe.diagnosis.ranking.rules import added
-from tissue_probe.diagnosis.ranking.screen import Promise, screened
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
+from tissue_probe.diagnosis.ranking.screen import Promise, screen_effects
 from tissue_probe.diagnosis.revisions.table import FLICKER, observed_with
 from tissue_probe.diagnosis.second_recording import FAR, SecondRecording
 from tissue_probe.physics.composition import Composition
@@ -195,8 +195,10 @@ def diagnose(
         wanted effect acts on; says why, and the remedy.
     """
     begun = time.perf_counter()
-    asked = prepared(composition, measurements, instrument, library, validation, wanted, begin_at)
-    ladder = _climbed(asked, begin_at, progress, tell)
+    asked = prepare_question(
+        composition, measurements, instrument, library, validation, wanted, begin_at
+    )
+    ladder = _climb_ladder(asked, begin_at, progress, tell)
     instrument = observed_with(asked.instrument, ladder.revisions)
     ladder, coarse = _as_sure(ladder, instrument)
     hidden = _unseen(ladder, asked, instrument)
@@ -205,14 +207,14 @@ def diagnose(
         progress("the models are tried on the second recording")
     second = SecondRecording.of(ladder, asked.validation, instrument)
     if not wanted and ladder.harmonic is None:
-        by_first, ladder = ladder, second.concluded(ladder)
+        by_first, ladder = ladder, second.conclude_ladder(ladder)
         if (ladder.verdict, ladder.final) != (by_first.verdict, by_first.final):
             hidden = _unseen(ladder, asked, instrument)
     progress("the next experiment is chosen")
-    suggestion = _suggested(ladder, hidden, asked, instrument)
+    suggestion = _suggest_experiment(ladder, hidden, asked, instrument)
     own = instrument_values.instrument_values(ladder.final, instrument)
     findings = [
-        *_revised(asked.findings, ladder),
+        *_revise_findings(asked.findings, ladder),
         *coarse,
         *left_out(asked.measurements, ladder.final, instrument),
         *_of_fit(ladder, second),
@@ -243,7 +245,7 @@ def _shape(ladder: Ladder, instrument: Instrument) -> FoundShape:
     return found_shape((ladder.base, *ladder.steps), instrument)
 
 
-def _climbed(
+def _climb_ladder(
     asked: Prepared, begin_at: Mapping[str, float] | None, progress: Progress, tell: Tell
 ) -> Ladder:
     question = asked.composition, asked.measurements, asked.instrument
@@ -266,11 +268,11 @@ def _hidden_first(ladder: Ladder, hidden: Sequence[str]) -> Ladder:
     """Put effects that may hide before those that would have shown, where none is missing."""
     if ladder.verdict != "adequate":
         return ladder
-    order = sorted(ladder.ranking, key=lambda fit: added(fit).name not in hidden)
+    order = sorted(ladder.ranking, key=lambda fit: find_added_effect(fit).name not in hidden)
     return replace(ladder, ranking=tuple(order))
 
 
-def _suggested(
+def _suggest_experiment(
     ladder: Ladder, hidden: Sequence[str], asked: Prepared, instrument: Instrument
 ) -> Suggestion | None:
     rivals = ladder.rivals if ladder.alternatives and ladder.tied else [ladder.final]
@@ -289,7 +291,7 @@ def _of_fit(ladder: Ladder, second: SecondRecording) -> Iterator[Finding]:
     yield from second.noisier(ladder.final)
 
 
-def plainly(
+def fit_plainly(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> Fit:
     """Fit a model as ``diagnose`` does, and add nothing.
@@ -299,7 +301,7 @@ def plainly(
     MeasurementError
         If any samples are such that a fit would be worthless, or no start leads to a fit.
     """
-    asked = prepared(composition, measurements, instrument)
+    asked = prepare_question(composition, measurements, instrument)
     return climb(asked.composition, asked.measurements, asked.instrument, {}).base
 
 
@@ -324,20 +326,20 @@ def promises(
     findings : list of Finding
         Of reading and of the inspection.
     """
-    asked = prepared(composition, measurements, instrument, library, begin_at=begin_at)
+    asked = prepare_question(composition, measurements, instrument, library, begin_at=begin_at)
     composition, instrument = asked.composition, asked.instrument
     base = fit_base(composition, asked.measurements, instrument, begin_at)
     allowed = addable(composition, asked.library).values()
-    (ranking,) = screened([(base, allowed)], composition, instrument)
+    (ranking,) = screen_effects([(base, allowed)], composition, instrument)
     return base, ranking, list(asked.findings)
 
 
-def _revised(findings: Sequence[Finding], ladder: Ladder) -> list[Finding]:
+def _revise_findings(findings: Sequence[Finding], ladder: Ladder) -> list[Finding]:
     """Return findings after the revisions of a ladder: the input's course may be another one."""
     found = list(findings)
     if COURSE in ladder.revisions:
         found = [each for each in found if each.name != COURSE]
-        found += told(ladder.final.measurements[0].between)
+        found += report_course(ladder.final.measurements[0].between)
     return [*found, QUIET] if FLICKER in ladder.revisions else found
 
 
@@ -345,10 +347,10 @@ def _as_sure(ladder: Ladder, instrument: Instrument) -> tuple[Ladder, list[Findi
     """Widen the intervals of models that no simulation of these samples follows finely enough."""
     findings = []
     for fit in dict.fromkeys((ladder.base, ladder.final)):
-        wider = widened(fit, instrument)
+        wider = widen_covariance(fit, instrument)
         if wider is not fit:
             findings = [Finding("coarse", COARSE)]
-            ladder = ladder.exchanged(fit, wider)
+            ladder = ladder.exchange_model(fit, wider)
     return ladder, findings
 
 

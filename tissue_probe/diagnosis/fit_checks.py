@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -52,7 +52,7 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
         The best that came of it: where that explains everything, the units are right; and a
         stiffness is suspicious only if it is so in both.
     """
-    if _loses(base) and not explained(final):
+    if _loses(base) and not leaves_only_noise(final):
         yield Finding(
             "not_followed",
             "The model cannot follow the force at all: its error of "
@@ -60,12 +60,13 @@ def check_fit(base: Fit, final: Fit) -> Iterator[Finding]:
             "Check the units of position and force (`position_unit`, `force_unit`), their "
             "polarity, whether both belong together in time, and the rig's constants.",
         )
-    elif _felt(base) > BEYOND_CELL * _cell(base) and not explained(final):
+    elif _measure_force_slope(base) > BEYOND_CELL * _cell(base) and not leaves_only_noise(final):
         yield Finding(
             "suspicious_units",
-            f"Force over position is {_felt(base):.3g} N/m, and the load cell's spring, through "
-            f"which it is felt, has {_cell(base):.4g} N/m: check the units (`position_unit`, "
-            "`force_unit`), or state the spring (`constant` load_cell_stiffness).",
+            f"Force over position is {_measure_force_slope(base):.3g} N/m, and the load cell's "
+            f"spring, through which it is felt, has {_cell(base):.4g} N/m: check the units "
+            "(`position_unit`, `force_unit`), or state the spring (`constant` "
+            "load_cell_stiffness).",
         )
     elif _is_too_stiff(base) and _is_too_stiff(final):
         yield Finding("no_tissue", _no_tissue(final))
@@ -110,7 +111,7 @@ def _is_too_stiff(fit: Fit) -> bool:
     return stiffness > max(STIFFEST, CERTAIN * deviation)
 
 
-def _felt(fit: Fit) -> float:
+def _measure_force_slope(fit: Fit) -> float:
     """Return the rms of the force's changes over that of the position's [N/m].
 
     Through a spring it is no more than that of the spring, if no mass is in resonance with it.

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.inspection.finding import Finding
@@ -75,7 +75,7 @@ def with_input(
     if any(each.between is not None for each in given):
         return given, []
     best = _likeliest(composition, given, instrument, begin_at)
-    return (given, []) if best is Between.smooth else (_with(given, best), told(best))
+    return (given, []) if best is Between.smooth else (_with(given, best), report_course(best))
 
 
 def _likeliest(
@@ -92,8 +92,8 @@ def _likeliest(
     best = min(taken, key=lambda kind: fits[kind].bic - 2.0 * RIVAL * (kind is usual))
     smooth = fits[Between.smooth]
     if not at_once and best is not Between.smooth:
-        delayed = _delayed(smooth, instrument) if best is Between.held else []
-        if not (explained(fits[best]) and _is_as_good(fits[best], delayed)):
+        delayed = _fit_delay(smooth, instrument) if best is Between.held else []
+        if not (leaves_only_noise(fits[best]) and _is_as_good(fits[best], delayed)):
             return Between.smooth
     return best
 
@@ -116,7 +116,7 @@ def told_anew(final: Fit, instrument: Instrument) -> list[Measurement]:
     return list(min(found, key=lambda fit: fit.bic).measurements) if found else []
 
 
-def told(course: Between | None) -> list[Finding]:
+def report_course(course: Between | None) -> list[Finding]:
     """Return the finding of a course that the record told; a smooth course needs none."""
     sentences = {Between.held: HELD, Between.straight: STRAIGHT, Between.jumping: JUMPING}
     return [Finding(COURSE, sentences[course])] if course in sentences else []
@@ -141,7 +141,7 @@ def _is_as_good(held: Fit, delayed: Sequence[Fit]) -> bool:
     return all(held.bic < fit.bic + 2.0 * RIVAL for fit in delayed)
 
 
-def _delayed(fit: Fit, instrument: Instrument) -> list[Fit]:
+def _fit_delay(fit: Fit, instrument: Instrument) -> list[Fit]:
     """Return the model with a delay between its channels, if that can be fitted."""
     from tissue_probe.physics.effects import EFFECTS
     from tissue_probe.physics.resized import sized

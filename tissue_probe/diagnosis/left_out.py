@@ -11,7 +11,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.corners import corners_that_count
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.undecided import undecided
+from tissue_probe.diagnosis.fitting.undecided import find_undecided
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -46,7 +46,7 @@ def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -
     instrument : Instrument
         Constants of the rig with their tolerances.
     """
-    hidden = undecided(final, instrument)
+    hidden = find_undecided(final, instrument)
     for one, rest, unknown in zip(given, final.measurements, hidden, strict=True):
         missing = one.used & ~rest.used
         # A noisy motion is told anew on the way, and its corners with it.
@@ -54,12 +54,14 @@ def left_out(given: Sequence[Measurement], final: Fit, instrument: Instrument) -
         turns = missing & np.logical_or(*near)
         unknown = missing & unknown & ~turns
         others = missing & ~turns & ~unknown
-        yield from _told("corners", CORNERS, one, turns)
-        yield from _told("undecided", UNDECIDED, one, unknown)
-        yield from _told("outliers", OUTLIERS, one, others)
+        yield from _report_left_out("corners", CORNERS, one, turns)
+        yield from _report_left_out("undecided", UNDECIDED, one, unknown)
+        yield from _report_left_out("outliers", OUTLIERS, one, others)
 
 
-def _told(name: str, sentence: str, of: Measurement, samples: BoolArray) -> Iterator[Finding]:
+def _report_left_out(
+    name: str, sentence: str, of: Measurement, samples: BoolArray
+) -> Iterator[Finding]:
     if not samples.any():
         return
     spans, told = tuple(spans_of(samples)), f"{of.source}: " if of.source else ""

@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.cleaning import SPOILT, cleaned, from_touch, with_any_touch
+from tissue_probe.diagnosis.cleaning import SPOILT, clean_measurements, from_touch, with_any_touch
 from tissue_probe.diagnosis.input_course import COURSE, with_input
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.waves import fastest_shown, slowest_wave
-from tissue_probe.diagnosis.sizing import library_of_size, of_size, sized, told_of_size
+from tissue_probe.diagnosis.sizing import library_of_size, of_size, size_question, told_of_size
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 
@@ -63,7 +63,7 @@ class Prepared:
         return tuple(name for name in SPOILT if any(f.name == name for f in self.findings))
 
 
-def prepared(
+def prepare_question(
     composition: Composition,
     measurements: Sequence[Measurement],
     instrument: Instrument,
@@ -84,29 +84,29 @@ def prepared(
     """
     read = [Finding("as_read", n) for each in (*measurements, *validation) for n in each.notes]
     given = (COURSE,) if any(each.between is not None for each in measurements) else ()
-    composition, measurements, instrument = sized(composition, measurements, instrument)
+    composition, measurements, instrument = size_question(composition, measurements, instrument)
     scale = composition.scale
     library = library_of_size(library or {}, scale, wanted)
     asked_for = [library[name] for name in wanted]
     _refuse(composition.rig, asked_for)
     if any(effect.zero for effect in asked_for):
         instrument = replace(instrument, any_zero=False)
-    clean, found = cleaned(measurements)
+    clean, found = clean_measurements(measurements)
     clean, instrument, touched = from_touch(clean, instrument)
     instrument = with_any_touch(clean, instrument)
     clean, held = with_input(composition, clean, instrument, begin_at)
-    others, of_others = cleaned([of_size(each, scale) for each in validation])
+    others, of_others = clean_measurements([of_size(each, scale) for each in validation])
     others, _, touched_there = from_touch(others, instrument)
     findings = [
         *(*read, *told_of_size(scale), *found, *touched, *held),
         *(*of_others, *touched_there),
     ]
     _refuse_unheard(composition, asked_for, [*clean, *others])
-    admitted = _admitted(composition, library, clean, instrument)
+    admitted = _admit_effects(composition, library, clean, instrument)
     return Prepared(composition, clean, instrument, findings, admitted, asked_for, others, given)
 
 
-def _admitted(
+def _admit_effects(
     composition: Composition,
     library: Mapping[str, Effect],
     measurements: Sequence[Measurement],

@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.conclusion import Ladder, concluded
+from tissue_probe.diagnosis.evidence.conclusion import Ladder, conclude_search
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.force_errors import feels_force
@@ -24,8 +24,8 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
-from tissue_probe.diagnosis.ranking.carried import carried, of_specimen
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.ranking.carried import carry_model, of_specimen
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.response import Fineness
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -71,10 +71,10 @@ class SecondRecording:
         # As the input goes on between samples of the first recording, it does in the second.
         alike = [replace(m, between=first[0].between, fineness=_finest(first)) for m in given]
         told = told_by(ladder.final, alike, instrument)
-        tried = _tried(ladder)
+        tried = _list_tried(ladder)
         known = [*told, *(fit.composition for fit in tried)]
-        found = mapped(
-            lambda fit: carried(fit.composition, fit.named(), told, instrument), tried, known
+        found = map_shared(
+            lambda fit: carry_model(fit.composition, fit.named(), told, instrument), tried, known
         )
         moved = {fit.composition.names: on for fit, on in zip(tried, found, strict=True)}
         return cls(tuple(told), moved, instrument)
@@ -96,14 +96,14 @@ class SecondRecording:
         counts = [int(np.sum(each.used)) for each in self.measurements]
         return math.sqrt(np.average([m.noise.power for m in self.measurements], weights=counts))
 
-    def concluded(self, ladder: Ladder) -> Ladder:
+    def conclude_ladder(self, ladder: Ladder) -> Ladder:
         """Return the ladder with the verdict of both recordings.
 
         A model that diverges on the second one is none of those that it may make probable.
         """
         likely = {
             frozenset(fit.composition.names): _likelihood(fit, other, self.instrument)
-            for fit in _tried(ladder)
+            for fit in _list_tried(ladder)
             if (other := self.moved.get(fit.composition.names)) is not None
         }
         if not likely:
@@ -113,7 +113,7 @@ class SecondRecording:
         better = {frozenset(n) for n, error in self.errors.items() if error <= plain}
         no_worse = {names: value for names, value in likely.items() if names in better}
         second = no_worse if len(no_worse) > 1 else likely
-        again = concluded(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
+        again = conclude_search(ladder.base, ladder.ranking, ladder.steps, ladder.tried, second)
         return replace(again, curtailed=ladder.curtailed, revisions=ladder.revisions)
 
     def noisier(self, final: Fit) -> list[Finding]:
@@ -136,7 +136,7 @@ class SecondRecording:
         return math.sqrt(max(squares, 0.0) / len(used))
 
 
-def _tried(ladder: Ladder) -> list[Fit]:
+def _list_tried(ladder: Ladder) -> list[Fit]:
     """Return the models that are told, and those that the recording might make probable."""
     pairs = zip(ladder.posterior.models, ladder.posterior.probabilities, strict=True)
     possible = [fit for fit, probability in pairs if probability > POSSIBLE]
@@ -157,11 +157,11 @@ def told_by(
     and the output no more than there, unless the residual has.
     """
 
-    def moved(samples: Sequence[Measurement]) -> Fit | None:
-        return carried(fit.composition, fit.named(), samples, instrument)
+    def transfer_fit(samples: Sequence[Measurement]) -> Fit | None:
+        return carry_model(fit.composition, fit.named(), samples, instrument)
 
     of_force = float(np.fmax.reduce([each.input_noise for each in fit.measurements]))
-    found = moved([replace(each, input_noise=of_force) for each in measurements])
+    found = transfer_fit([replace(each, input_noise=of_force) for each in measurements])
     if found is None:
         return measurements
     quiet = [
@@ -169,11 +169,11 @@ def told_by(
         for each, residual in zip(found.measurements, found.residuals, strict=True)
     ]
     found = replace(found, measurements=tuple(quiet))
-    found = moved(with_input_noise(found, instrument)) or found
+    found = transfer_fit(with_input_noise(found, instrument)) or found
     undecided = partial(without_undecided, instrument=instrument)
     for without in (without_corners, undecided, without_outliers):
         kept = without(found)
-        found = (moved(kept) if kept else found) or found
+        found = (transfer_fit(kept) if kept else found) or found
     return found.measurements
 
 

@@ -37,7 +37,7 @@ _Told = TypeVar("_Told")
 _alone = ContextVar("alone", default=False)
 
 
-def mapped(
+def map_shared(
     function: Callable[[_Given], _Told], given: Iterable[_Given], known: Sequence[object] = ()
 ) -> list[_Told]:
     """Return the results of a function for each of several things, as ``map`` does.
@@ -79,7 +79,7 @@ def in_turns(works: Sequence[Iterator[_Told]], known: Sequence[object] = ()) -> 
         If the copy is ended from outside.
     """
     if _alone.get() or len(works) < 2 or not _may_copy():
-        told = _advanced(works, iter(range(len(works))))
+        told = _advance_works(works, iter(range(len(works))))
     else:
         told = _in_two(works, known)
     return [told[number] for number in range(len(works))]
@@ -96,7 +96,9 @@ def _may_copy() -> bool:
     return by_fork and alone and not multiprocessing.current_process().daemon
 
 
-def _advanced(works: Sequence[Iterator[_Told]], numbers: Iterator[int]) -> dict[int, list[_Told]]:
+def _advance_works(
+    works: Sequence[Iterator[_Told]], numbers: Iterator[int]
+) -> dict[int, list[_Told]]:
     """Advance by turns those works whose numbers are given, the first of each before any second."""
     told: dict[int, list[_Told]] = {}
     begun: deque[int] = deque()
@@ -124,12 +126,12 @@ def _in_two(works: Sequence[Iterator[_Told]], known: Sequence[object]) -> dict[i
     numbers = iter(waiting.get, None)
     copy = fork.Process(target=_tell, args=(works, numbers, say, known), daemon=True)
     try:
-        with _uninterrupted():
+        with _hold_off_interrupt():
             copy.start()
         say.close()
-        with _sharing():
-            told = _advanced(works, numbers)
-        others = _heard(answer, known)
+        with _forbid_sharing():
+            told = _advance_works(works, numbers)
+        others = _hear_answer(answer, known)
     except BaseException:
         if copy.is_alive():
             copy.kill()
@@ -154,8 +156,8 @@ def _tell(
     gc.disable()  # the copy ends before there is much
     told: object
     try:
-        with _sharing():
-            told = _advanced(works, numbers)
+        with _forbid_sharing():
+            told = _advance_works(works, numbers)
     except BaseException as error:
         told = error
     file = io.BytesIO()
@@ -163,7 +165,7 @@ def _tell(
     say.send_bytes(file.getbuffer())
 
 
-def _heard(answer: Connection, known: Sequence[object]) -> Any:
+def _hear_answer(answer: Connection, known: Sequence[object]) -> Any:
     """Return the answer of the copy."""
     try:
         return _Reader(io.BytesIO(answer.recv_bytes()), known).load()
@@ -175,7 +177,7 @@ def _heard(answer: Connection, known: Sequence[object]) -> Any:
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def _hold_off_interrupt() -> Iterator[None]:
     """Let a copy that is made meanwhile never hear of Ctrl-C: this process does, and ends it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -194,7 +196,7 @@ def among(workers: int) -> Iterator[None]:
         _alone.reset(before)
 
 
-def _sharing() -> AbstractContextManager[None]:
+def _forbid_sharing() -> AbstractContextManager[None]:
     """Make no further copies meanwhile: all cores have something to do."""
     return among(1)
 

@@ -52,7 +52,7 @@ def size_of(measurements: Sequence[Measurement]) -> Scale:
     return Scale(nearest(travel, TRAVEL), nearest(force, RANGE), nearest(time, TIME), second)
 
 
-def sized(
+def size_question(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> tuple[Composition, list[Measurement], Instrument]:
     """Return a question about measurements in their own size.
@@ -74,7 +74,7 @@ def of_size(measurement: Measurement, scale: Scale) -> Measurement:
     noise = measurement.noise
     # Where there is none, there is none of this size either.
     if noise.own <= LEAST * measurement.scale.of(measurement.output.unit):
-        noise = noise.anew()
+        noise = noise.restart_estimate()
     return replace(measurement, scale=scale, noise=noise)
 
 

@@ -78,7 +78,7 @@ def without_line(values: FloatArray) -> FloatArray:
     return centred - at * (at @ centred) / (at @ at)
 
 
-def smoothed(
+def smooth_values(
     values: FloatArray, window: int, degree: int, derivative: int = 0, sample_period: float = 1.0
 ) -> FloatArray:
     """Return values, or a derivative of them, of the polynomial through a window about each.

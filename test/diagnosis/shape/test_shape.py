@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tissue_probe.diagnosis.diagnosis import plainly
+from tissue_probe.diagnosis.diagnosis import fit_plainly
 from tissue_probe.diagnosis.improvement.ladder import climb_by
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.carried import carried
+from tissue_probe.diagnosis.ranking.carried import carry_model
 from tissue_probe.diagnosis.shape.effect_file import NAME, effect_text
 from tissue_probe.diagnosis.shape.found import FoundShape, found_shape
 from tissue_probe.errors import MeasurementError
@@ -40,7 +40,7 @@ def measured(motion, law, seed=1):
 
 
 def learnt(motion, law) -> FoundShape:
-    base = plainly(Composition("rigid_probe"), [measured(motion, law)], KNOWN)
+    base = fit_plainly(Composition("rigid_probe"), [measured(motion, law)], KNOWN)
     return found_shape([base], KNOWN)
 
 
@@ -126,7 +126,7 @@ def test_the_file_of_a_shape_is_an_effect_that_carries_over(variables, tmp_path)
     assert with_it.ratio < 1.05
     t, x, v = moved(seed=3)
     other = measured((t, 0.5 * x, 0.5 * v), law, seed=4)
-    on = carried(with_it.composition, with_it.named(), [other], KNOWN)
+    on = carry_model(with_it.composition, with_it.named(), [other], KNOWN)
     assert on.rmse < 1.1 * NOISE
 
 

@@ -68,7 +68,7 @@ def driver_command(suggestion: Suggestion, gain: float) -> DriverCommand | None:
     volts, told = _amplitude(float(str(suggestion.excitation["amplitude"])), gain)
     settings = {**suggestion.excitation, "amplitude": volts}
     words = (f"-p excitation.{name}:={_ros(value)}" for name, value in settings.items())
-    notes = (_contact(suggestion.preload), told, _recorded(suggestion.duration))
+    notes = (_contact(suggestion.preload), told, _describe_recording(suggestion.duration))
     return DriverCommand(" ".join([DRIVER, *words]), notes)
 
 
@@ -106,7 +106,7 @@ def _contact(preload: float) -> str:
     )
 
 
-def _recorded(duration: float) -> str:
+def _describe_recording(duration: float) -> str:
     """Say how the experiment is begun, recorded and ended."""
     return (
         f"In another shell: {RECORDER}. In a third: ros2 lifecycle set /probe/driver configure, "

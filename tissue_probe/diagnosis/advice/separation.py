@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from tissue_probe.diagnosis.advice.visibility import SEEN, visibilities
-from tissue_probe.diagnosis.evidence.conclusion import differing
+from tissue_probe.diagnosis.evidence.conclusion import name_differences
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.inspection.sampling_checks import PER_CYCLE
@@ -22,7 +22,7 @@ from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import SETTLING, Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
 from tissue_probe.diagnosis.ranking.candidates import refit
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.response import course, respond
 from tissue_probe.quantities import FORCE
 
@@ -138,7 +138,7 @@ def suggest(
     """
     if len(rivals) > 1:
         return _between(rivals, instrument)
-    return _showing(rivals[0], instrument, library, unseen) if unseen else None
+    return _choose_experiment(rivals[0], instrument, library, unseen) if unseen else None
 
 
 def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None:
@@ -146,7 +146,10 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
 
     Where each could follow the best, being faint, one of the others may be the missing one.
     """
-    stated, known = _constants(rivals, instrument), _calibrations(differing(rivals), instrument)
+    stated, known = (
+        _constants(rivals, instrument),
+        _calibrations(name_differences(rivals), instrument),
+    )
     helps = "; ".join(filter(None, (stated, known)))
     if rivals[0].composition.input is FORCE:
         # The experiments are motions of a coil; which forces another drive can make is not known.
@@ -154,7 +157,7 @@ def _between(rivals: Sequence[Fit], instrument: Instrument) -> Suggestion | None
     apart, best = 0.0, None
     for right in rivals[:COMPARED]:
         wrong = [rival for rival in rivals[:COMPARED] if rival is not right]
-        for made, left in _tried(right, partial(_least_misfit, wrong, instrument)):
+        for made, left in _try_experiments(right, partial(_least_misfit, wrong, instrument)):
             if left > apart:
                 apart, best = left, made
         if apart >= TOLD:
@@ -184,7 +187,7 @@ def _more(fit: Fit) -> str:
     return " + ".join(fit.composition.names)
 
 
-def _showing(
+def _choose_experiment(
     base: Fit, instrument: Instrument, library: Mapping[str, Effect], unseen: Sequence[str]
 ) -> Suggestion | None:
     """Choose the experiment that shows most of the unseen effects, and name those it shows."""
@@ -197,7 +200,7 @@ def _showing(
         return () if fit is None else visibilities(fit, effects, instrument, fit.composition)
 
     most, best = (0, 0.0), None
-    for (excitation, preload, duration, _), seen in _tried(base, seen_in):
+    for (excitation, preload, duration, _), seen in _try_experiments(base, seen_in):
         if not seen:
             continue
         shows = tuple(n for n, each in zip(unseen, seen, strict=True) if each > SEEN)
@@ -216,10 +219,12 @@ def _calibrations(names: Sequence[str], instrument: Instrument) -> str:
     return "; ".join(dict.fromkeys(known[name] for name in names if name in known))
 
 
-def _tried(right: Fit, judged: Callable[[Measurement], _Told]) -> list[tuple[_Made, _Told]]:
+def _try_experiments(
+    right: Fit, judged: Callable[[Measurement], _Told]
+) -> list[tuple[_Made, _Told]]:
     """Simulate experiments with a fitted model, and judge each."""
     experiments = list(_experiments(right))
-    told = mapped(judged, [measurement for *_, measurement in experiments])
+    told = map_shared(judged, [measurement for *_, measurement in experiments])
     return list(zip(experiments, told, strict=True))
 
 
@@ -228,13 +233,16 @@ def _experiments(right: Fit) -> Iterator[_Made]:
     scale = right.composition.scale
     for excitation, preload, duration in EXPERIMENTS:
         if _is_sampled(excitation, right.measurements[0].sample_period / scale.time):
-            measurement = _made(right, excitation, preload, duration)
+            measurement = _simulate_experiment(right, excitation, preload, duration)
             if measurement is not None:
-                told = {**_slowed(excitation, scale), "amplitude": AMPLITUDE * scale.length}
+                told = {
+                    **_slow_excitation(excitation, scale),
+                    "amplitude": AMPLITUDE * scale.length,
+                }
                 yield told, preload * scale.length, duration * scale.time, measurement
 
 
-def _slowed(excitation: Mapping[str, object], scale: Scale) -> dict[str, object]:
+def _slow_excitation(excitation: Mapping[str, object], scale: Scale) -> dict[str, object]:
     """Return an excitation for a record of a size."""
     slowed = {name: float(str(excitation[name])) / scale.time for name in RATES & {*excitation}}
     if "duration" in excitation:
@@ -248,7 +256,7 @@ def _is_sampled(excitation: Mapping[str, object], period: float) -> bool:
     return fastest * period * PER_CYCLE <= 1.0
 
 
-def _made(
+def _simulate_experiment(
     fit: Fit, excitation: Mapping[str, object], preload: float, duration: float
 ) -> Measurement | None:
     """Simulate an experiment with a fitted model, from rest, with the noise it was fitted to."""

@@ -16,9 +16,9 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, unknown
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.ranking.starts import begin_states, start_values
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.composition import Composition
 from tissue_probe.signals import FloatArray
 
@@ -58,7 +58,7 @@ def visibilities(
     """
     with np.errstate(all="ignore"):  # a change beyond all bounds shows nothing
         own = _Absorbed(fit, instrument)
-        return mapped(lambda effect: _visibility(fit, own, effect, instrument, alone), effects)
+        return map_shared(lambda effect: _visibility(fit, own, effect, instrument, alone), effects)
 
 
 def unseen(
@@ -76,7 +76,7 @@ def unseen(
     """
     others = addable(fit.composition, library)
     seen = visibilities(fit, others.values(), instrument, alone)
-    hidden = {added(each).name for each in tried if _is_unknown(each)}
+    hidden = {find_added_effect(each).name for each in tried if _is_unknown(each)}
     return tuple(
         name for name, size in zip(others, seen, strict=True) if size < SEEN or name in hidden
     )
@@ -84,7 +84,7 @@ def unseen(
 
 def _is_unknown(fit: Fit) -> bool:
     """Whether the strength of the effect that a model has more may be as large as is typical."""
-    strengths = added(fit).parameters[:1]
+    strengths = find_added_effect(fit).parameters[:1]
     known = fit.deviations()
     return any(known.get(each.name, 0.0) > abs(each.default) for each in strengths)
 
@@ -98,7 +98,7 @@ class _Absorbed:
         self.columns = by_unknown(problem, fit.values, fit.starts)[:, free]
         self.precision = precision(problem, fit.values)[free]
 
-    def left(self, change: FloatArray, further: FloatArray, known: FloatArray) -> float:
+    def measure_rest(self, change: FloatArray, further: FloatArray, known: FloatArray) -> float:
         """Sum of squares of a change, less the part that the model and further columns absorb.
 
         Parameters
@@ -137,5 +137,5 @@ def _visibility(
     whole = float(change @ change)
     if not np.isfinite(whole) or whole == 0.0:
         return 0.0
-    left = own.left(change, columns[:, begun] / FAINT, precision(problem, values)[begun])
+    left = own.measure_rest(change, columns[:, begun] / FAINT, precision(problem, values)[begun])
     return max(left, 0.0) * min(1.0, PLAIN**2 * fit.samples / whole)

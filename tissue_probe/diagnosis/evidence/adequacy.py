@@ -69,7 +69,7 @@ def _most(unknown: float, nearly: float, fit: Fit) -> float:
     return float(np.hypot(unknown / np.sqrt(fit.samples), nearly))
 
 
-def explained(fit: Fit) -> bool:
+def leaves_only_noise(fit: Fit) -> bool:
     """Whether a fit leaves noise only."""
     return adequacy(fit) < 1.0
 
@@ -77,7 +77,9 @@ def explained(fit: Fit) -> bool:
 def removes(fit: Fit, better: Fit) -> bool:
     """Whether a further effect removes most of the error beyond the noise, or leaves noise only."""
     excess, left = fit.ratio**2 - 1.0, better.ratio**2 - 1.0
-    return left < (1.0 - SHARE) * excess or (explained(better) and not explained(fit))
+    return left < (1.0 - SHARE) * excess or (
+        leaves_only_noise(better) and not leaves_only_noise(fit)
+    )
 
 
 def is_quiet(fit: Fit) -> bool:

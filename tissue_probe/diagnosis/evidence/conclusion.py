@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, explained, removes
+from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, leaves_only_noise, removes
 from tissue_probe.diagnosis.evidence.posterior import FORM, SURE, Posterior, posterior
 from tissue_probe.diagnosis.fitting.fit import Fit
 
@@ -59,21 +59,21 @@ class Ladder:
     curtailed: bool = False
     revisions: tuple[str, ...] = ()
 
-    def exchanged(self, old: Fit, new: Fit) -> Ladder:
+    def exchange_model(self, old: Fit, new: Fit) -> Ladder:
         """Return the same, of a model of which more is known: wherever it stands, another."""
 
-        def now(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
+        def exchange_fits(fits: tuple[Fit, ...]) -> tuple[Fit, ...]:
             return tuple(new if fit is old else fit for fit in fits)
 
-        told = replace(self.posterior, models=now(self.posterior.models))
+        told = replace(self.posterior, models=exchange_fits(self.posterior.models))
         if self.base is old:
             told = replace(told, base=new)
         return replace(
             self,
             base=new if self.base is old else self.base,
-            ranking=now(self.ranking),
-            steps=now(self.steps),
-            tried=now(self.tried),
+            ranking=exchange_fits(self.ranking),
+            steps=exchange_fits(self.steps),
+            tried=exchange_fits(self.tried),
             posterior=told,
         )
 
@@ -98,7 +98,7 @@ class Ladder:
         """Effects by which the rivals differ; where there is one only, the first that was added."""
         if not self.rivals:
             return ()
-        return differing(self.rivals) or (self.steps[0].composition.names[-1],)
+        return name_differences(self.rivals) or (self.steps[0].composition.names[-1],)
 
     @property
     def alternatives(self) -> tuple[tuple[str, ...], ...]:
@@ -106,7 +106,7 @@ class Ladder:
         return tuple(map(self.posterior.more, self.rivals)) if len(self.rivals) > 1 else ()
 
 
-def concluded(
+def conclude_search(
     base: Fit,
     ranking: Sequence[Fit],
     steps: Sequence[Fit],
@@ -137,20 +137,20 @@ def concluded(
     accepted, steps = bool(steps), _path(best, ranking, steps, told)
     ladder = Ladder(base, tuple(ranking), tuple(steps), every, told, "unexplained")
     family = _family(told)
-    if explained(best):
+    if leaves_only_noise(best):
         sure = len(told.likely) == 1
         family = None if sure else family
         verdict: Verdict = "missing" if sure else "ambiguous"
-        return _ordered(
+        return _order_ranking(
             replace(ladder, verdict=verdict if ladder.steps else "adequate", family=family)
         )
     # Where no form was accepted none of them is nearly right.
     if family and accepted and (nearest := _nearest(family, told)):
-        return _ordered(replace(ladder, steps=(nearest,), verdict="ambiguous", family=family))
+        return _order_ranking(replace(ladder, steps=(nearest,), verdict="ambiguous", family=family))
     return ladder
 
 
-def differing(rivals: Sequence[Fit]) -> tuple[str, ...]:
+def name_differences(rivals: Sequence[Fit]) -> tuple[str, ...]:
     """Name the effects by which models differ, those of the first model first."""
     named = [fit.composition.names for fit in rivals]
     common = set(named[0]).intersection(*named[1:])
@@ -204,7 +204,7 @@ def _path(best: Fit, ranking: Sequence[Fit], steps: Sequence[Fit], told: Posteri
     return [*earlier, best]
 
 
-def _ordered(ladder: Ladder) -> Ladder:
+def _order_ranking(ladder: Ladder) -> Ladder:
     """Put the most probable effect first in the ranking, of equally probable ones the better."""
     order = sorted(
         ladder.ranking,

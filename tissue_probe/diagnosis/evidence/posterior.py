@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import adequacy, explained, leaves_more
+from tissue_probe.diagnosis.evidence.adequacy import adequacy, leaves_more, leaves_only_noise
 from tissue_probe.diagnosis.evidence.line import is_multiple
 from tissue_probe.diagnosis.fitting.fit import Fit
 
@@ -118,7 +118,7 @@ def posterior(
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
         told = _Told(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
-    weighed = [pair for group in groups.values() for pair in _tempered(group, best)]
+    weighed = [pair for group in groups.values() for pair in _temper_group(group, best)]
     weighed.sort(key=lambda pair: (-pair[1], pair[0].fit.misfit))
     weighed = _with_twins(weighed, base)
     models, weights = [told.fit for told, _ in weighed], np.array([each for _, each in weighed])
@@ -132,7 +132,9 @@ def _possible(
     best: Mapping[frozenset[str], Fit], base: Fit, second: Mapping[frozenset[str], float] | None
 ) -> dict[frozenset[str], Fit]:
     """Return the models of which one is to be probable, by the names of their effects."""
-    enough = [names for names, fit in best.items() if explained(fit) and not leaves_more(fit)]
+    enough = [
+        names for names, fit in best.items() if leaves_only_noise(fit) and not leaves_more(fit)
+    ]
     found = {
         names: fit
         for names, fit in best.items()
@@ -240,8 +242,8 @@ def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
         sorted(_families(fit, base)) != sorted(_families(other, base))
         and 0 < len(_names(fit, base)) <= len(_names(other, base))
         and abs(best.likely - told.likely) <= 0.5 * CHANCE
-        and explained(fit)
-        and explained(other)
+        and leaves_only_noise(fit)
+        and leaves_only_noise(other)
         and not _contains(fit, other)
         and not _contains(other, fit)
         and not _at_an_end(fit, base)
@@ -274,7 +276,7 @@ def _contains(fit: Fit, other: Fit) -> bool:
     return fit is not other and within.issuperset(other.composition.names)
 
 
-def _tempered(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> list[_Weighed]:
+def _temper_group(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> list[_Weighed]:
     """Share the evidence of a group of forms among them, told apart as far as forms may be.
 
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that
@@ -293,7 +295,7 @@ def _tempered(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> li
     )
     more = samples * np.expm1(np.minimum((2.0 / samples) * (likely[first] - likely), MUCH))
     told = thought - 0.5 * more / (1.0 + FORM**2 * removed)
-    enough = np.array([explained(each.fit) for each in group])
+    enough = np.array([leaves_only_noise(each.fit) for each in group])
     if enough.any():
         told = np.where(enough, told, np.minimum(told, told[enough].max()))
     shares = told - np.logaddexp.reduce(told) + np.logaddexp.reduce(likely + thought)
@@ -329,7 +331,7 @@ def _is_another(fit: Fit, best: Mapping[frozenset[str], Fit], base: Fit) -> bool
         if (each := names - {effect.name} | {simpler}) in best
     ]
     least = evidence(fit, base) - RIVAL
-    return any(explained(other) or evidence(other, base) > least for other in others)
+    return any(leaves_only_noise(other) or evidence(other, base) > least for other in others)
 
 
 def _is_nothing(effect: Effect, fit: Fit) -> bool:

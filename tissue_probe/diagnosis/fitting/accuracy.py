@@ -72,7 +72,7 @@ def doubt(fit: Fit, instrument: Instrument) -> Doubt:
     return Doubt(step, course)
 
 
-def widened(fit: Fit, instrument: Instrument) -> Fit:
+def widen_covariance(fit: Fit, instrument: Instrument) -> Fit:
     """Return a fit whose covariance has the errors that no finer simulation takes away."""
     told = doubt(fit, instrument)
     # Of a course that is not smooth another one tells nothing.

@@ -32,7 +32,7 @@ def covariance(problem: Problem, point: Point) -> FloatArray:
     scale = np.outer(root, root)
     found = _by_noise(problem, point)
     if found is None:
-        sizes, directions = _told(point.normal[place] / scale)
+        sizes, directions = _decompose_information(point.normal[place] / scale)
         inverse = (directions / sizes) @ directions.T
     else:
         noise, pull = found
@@ -49,7 +49,7 @@ def free(problem: Problem, point: Point) -> np.ndarray:
     return told[(told >= q) | problem.free[np.minimum(told, q - 1)]]
 
 
-def _told(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _decompose_information(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return how much the samples tell in each direction, and the directions.
 
     Where they tell nothing that is not the arithmetic's, nothing is known: the variance there is as
@@ -67,7 +67,7 @@ def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:
     is too small by as much, and the gradient varies by 1 + s (W. Fuller, Measurement Error Models
     (1987), section 1.2).
     """
-    sizes, directions = _told(normal)
+    sizes, directions = _decompose_information(normal)
     whiten = directions / np.sqrt(sizes)
     shares, turned = np.linalg.eigh(whiten.T @ noise @ whiten)
     shares = np.clip(shares, 0.0, MOSTLY)

@@ -37,7 +37,7 @@ class Effort:
         return float(self._counted.both.sum()) / self._samples
 
     @contextmanager
-    def counted(self) -> Iterator[None]:
+    def count_responses(self) -> Iterator[None]:
         """Count the responses of the block, from nothing; an outer block counts them, too."""
         self._counted = Numbers(0.0)
         self._within = _counting.get()

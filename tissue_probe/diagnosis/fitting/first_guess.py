@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.transforms import smoothed
+from tissue_probe.diagnosis.transforms import smooth_values
 from tissue_probe.quantities import FORCE
 
 #: Stiffnesses [N/m] from which the force of a known motion is fitted.
@@ -32,16 +32,18 @@ def first_guesses(measurements: Sequence[Measurement]) -> list[dict[str, float]]
         return [{"stiffness": times * stiffness} for stiffness in STIFFNESSES]
     longest = max(measurements, key=lambda each: each.position.size)
     windows = [window for window in WINDOWS if 2 * window < longest.position.size]
-    return [_regressed(longest, window) for window in windows]
+    return [_regress_force(longest, window) for window in windows]
 
 
-def _regressed(measurement: Measurement, window: int) -> dict[str, float]:
+def _regress_force(measurement: Measurement, window: int) -> dict[str, float]:
     """Regress F = c + k x + beta x' + m x''; a negative value is left to its default."""
     period = measurement.sample_period
-    columns = [smoothed(measurement.position, window, DEGREE, order, period) for order in range(3)]
+    columns = [
+        smooth_values(measurement.position, window, DEGREE, order, period) for order in range(3)
+    ]
     columns = np.stack([*columns, np.ones_like(columns[0])], axis=1)
     scale = np.abs(columns).max(axis=0) + 1e-300
-    force = smoothed(measurement.force, window, DEGREE)
+    force = smooth_values(measurement.force, window, DEGREE)
     found = np.linalg.lstsq(columns / scale, force, rcond=None)[0] / scale
     names = ("stiffness", "damping", "tip_mass")
     return {name: value for name, value in zip(names, found[:3], strict=True) if value > 0}

@@ -31,13 +31,13 @@ def feels_force(fit: Fit) -> bool:
     return fit.output is POSITION and fit.is_coloured
 
 
-def filtered(fit: Fit, instrument: Instrument) -> list[Measurement]:
+def filter_measurements(fit: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit, with filters for the noise in its model."""
     problem = Problem(fit.composition, fit.measurements, instrument)
-    return [_filtered(problem, fit, index) for index in range(len(fit.measurements))]
+    return [_estimate_force_noise(problem, fit, index) for index in range(len(fit.measurements))]
 
 
-def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
+def _estimate_force_noise(problem: Problem, fit: Fit, index: int) -> Measurement:
     """Draw errors that the force's noise makes."""
     measurement = fit.measurements[index]
     force, noise = measurement.force, measurement.force_noise
@@ -46,12 +46,12 @@ def _filtered(problem: Problem, fit: Fit, index: int) -> Measurement:
     random = np.random.default_rng(0)
     right = problem.response(index, force, fit.values, fit.starts[index]).output
 
-    def drawn() -> FloatArray:
+    def draw_error() -> FloatArray:
         noisy = force + noise * random.standard_normal(force.size)
         return problem.response(index, noisy, fit.values, fit.starts[index]).output - right
 
-    errors = [drawn()]
+    errors = [draw_error()]
     if faint(errors[0], measurement.noise):
         return measurement
-    errors += [drawn() for _ in range(LEARNT * ORDER // force.size)]
+    errors += [draw_error() for _ in range(LEARNT * ORDER // force.size)]
     return replace(measurement, noise=Coloured.of(errors, ORDER, noise, measurement.noise.own))

@@ -8,15 +8,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.force_errors import filtered
-from tissue_probe.diagnosis.fitting.position_errors import felt, no_louder, shaken
-from tissue_probe.diagnosis.fitting.refitted import refitted
+from tissue_probe.diagnosis.fitting.force_errors import filter_measurements
+from tissue_probe.diagnosis.fitting.position_errors import (
+    add_position_noise,
+    estimate_motions,
+    no_louder,
+)
+from tissue_probe.diagnosis.fitting.refitted import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.quantities import FORCE
 
 
-def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None) -> Fit:
+def whiten_input_noise(
+    fit: Fit, instrument: Instrument, held: Mapping[str, float] | None = None
+) -> Fit:
     """Fit again with the noise that the driving force leaves, if it is seen and not known yet.
 
     The criteria of ``ranking`` suppose least squares on white residuals: effects would else follow
@@ -33,27 +39,27 @@ def whitened(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None 
     if fit.is_coloured:
         return fit
     if fit.composition.input is not FORCE:
-        return _steadied(fit, instrument, held)
-    return _again(fit, filtered(fit, instrument), instrument, held)
+        return _fit_position_noise(fit, instrument, held)
+    return _fit_again(fit, filter_measurements(fit, instrument), instrument, held)
 
 
 def with_input_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit with the noise that errors of the input make."""
     of_force = fit.composition.input is FORCE
-    return filtered(fit, instrument) if of_force else shaken(fit, instrument)
+    return filter_measurements(fit, instrument) if of_force else add_position_noise(fit, instrument)
 
 
-def _steadied(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None) -> Fit:
+def _fit_position_noise(fit: Fit, instrument: Instrument, held: Mapping[str, float] | None) -> Fit:
     """Fit again with the noise that a noisy position leaves, estimated from the output, too."""
     if all(m.motion is None for m in fit.measurements):
         return fit
-    seen = _again(fit, shaken(fit, instrument), instrument, held)
-    told = _again(seen, felt(seen), instrument, held)
-    known = _again(told, shaken(told, instrument), instrument, held)
-    return _again(known, no_louder(known), instrument, held)
+    seen = _fit_again(fit, add_position_noise(fit, instrument), instrument, held)
+    told = _fit_again(seen, estimate_motions(seen), instrument, held)
+    known = _fit_again(told, add_position_noise(told, instrument), instrument, held)
+    return _fit_again(known, no_louder(known), instrument, held)
 
 
-def _again(
+def _fit_again(
     fit: Fit,
     measurements: Sequence[Measurement],
     instrument: Instrument,
@@ -62,4 +68,4 @@ def _again(
     """Fit the model to the same measurements, of which something else is known now."""
     if all(new is old for new, old in zip(measurements, fit.measurements, strict=True)):
         return fit
-    return refitted(fit, measurements, instrument, held) or fit
+    return refit_measurements(fit, measurements, instrument, held) or fit

@@ -25,7 +25,7 @@ BLOCKS = 8
 REASON = 1e-2
 
 
-def finished(problem: Problem, point: Point, converged: bool) -> Fit:
+def finish_fit(problem: Problem, point: Point, converged: bool) -> Fit:
     """Return the fit at a point: covariance, residual, and its statements on noise and rig."""
     q = problem.count
     told, inverse = free(problem, point), covariance(problem, point)
@@ -57,16 +57,16 @@ def finished(problem: Problem, point: Point, converged: bool) -> Fit:
         unknowns=problem.unknowns,
         start_penalty=_start_penalty(problem, point),
         converged=converged,
-        rounding=_rounding(problem, point),
+        rounding=_estimate_rounding(problem, point),
         colour=colour(cosines, least),
         unevenness=unevenness(cosines, least),
         strain=point.cost - sum(point.misfits),
-        exhausted=_exhausted(problem, point.values),
+        exhausted=_name_exhausted(problem, point.values),
         alone=alone,
     )
 
 
-def _exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
+def _name_exhausted(problem: Problem, values: FloatArray) -> tuple[str, ...]:
     """Name the values that a fit has moved as far as the search of them goes."""
     ended = _at_end(problem, values) & problem.free
     return tuple(problem.runs.names[index] for index in np.flatnonzero(ended))
@@ -77,7 +77,7 @@ def _at_end(problem: Problem, values: FloatArray) -> BoolArray:
     return (values <= problem.lower + rounding) | (values >= problem.upper - rounding)
 
 
-def _rounding(problem: Problem, point: Point) -> float:
+def _estimate_rounding(problem: Problem, point: Point) -> float:
     """Simulate an error that rounding of the position may have left; rms of the force [N].
 
     It counts where a model smooths coarse steps, and where it undoes an error of a fine encoder:

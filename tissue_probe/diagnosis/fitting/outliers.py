@@ -34,10 +34,10 @@ def without_outliers(fit: Fit) -> list[Measurement] | None:
     pairs = zip(fit.measurements, fit.residuals, strict=True)
     found = [outliers(residual, measurement) for measurement, residual in pairs]
     kept = fit.without(found, RARE)
-    return kept if kept and _left(fit, found) <= NEARLY else None
+    return kept if kept and _measure_rest(fit, found) <= NEARLY else None
 
 
-def _left(fit: Fit, outliers: Sequence[BoolArray]) -> float:
+def _measure_rest(fit: Fit, outliers: Sequence[BoolArray]) -> float:
     """Return residual over noise, root mean square, without the outliers."""
     over_noise = [
         (residual / measurement.noise.own)[measurement.used & ~each]
@@ -53,27 +53,29 @@ def outliers(residual: FloatArray, measurement: Measurement) -> BoolArray:
     number, used = np.arange(residual.size), measurement.used
     if used.any():  # samples that are left out already tell nothing of those beside them
         residual = np.interp(number, number[used], residual[used])
-    over = _over(residual, residual, measurement)
+    over = _measure_deviation(residual, residual, measurement)
     far = over > FAR
     if not far.any():
         return far
     # A long row moves the median around it, so that the samples beside it seem to be off, too.
     bridged = np.interp(number, number[~far], residual[~far])
-    over = np.pad(_over(residual, bridged, measurement), LONGEST)
+    over = np.pad(_measure_deviation(residual, bridged, measurement), LONGEST)
     found = np.zeros(over.size, dtype=bool)
-    for first, stop in _alone(over):
+    for first, stop in _find_lone_rows(over):
         if min(over[first] - over[first - 1], over[stop - 1] - over[stop]) > EDGE:
             found[first:stop] = True
     return found[LONGEST:-LONGEST] & used
 
 
-def _over(residual: FloatArray, others: FloatArray, measurement: Measurement) -> FloatArray:
+def _measure_deviation(
+    residual: FloatArray, others: FloatArray, measurement: Measurement
+) -> FloatArray:
     """Return by how many standard deviations each sample is off the median of others around it."""
     off = np.abs(residual - median_filter(others, AROUND))
     return off / np.maximum(percentile_filter(off, 68, SPREAD), measurement.noise.own)
 
 
-def _alone(over: FloatArray) -> Iterator[tuple[int, int]]:
+def _find_lone_rows(over: FloatArray) -> Iterator[tuple[int, int]]:
     """Yield (first, stop) of each row that is short, and far from any other.
 
     Up to two samples within it may be less off.

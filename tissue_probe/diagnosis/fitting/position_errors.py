@@ -25,14 +25,14 @@ REMEMBERED = 2
 DRAWS = 4
 
 
-def felt(fit: Fit) -> list[Measurement]:
+def estimate_motions(fit: Fit) -> list[Measurement]:
     """Return the measurements of a fit, their motions estimated from the output, too.
 
     Of a channel that is more precise than the position: where a corner of the motion is hidden in
     its noise, the output shows it. Not where the output rings: there a corner shows late.
     """
     pairs = zip(fit.measurements, fit.residuals, strict=True)
-    return [_felt(each, each.motion, each.noise, residual) for each, residual in pairs]
+    return [_estimate_motion(each, each.motion, each.noise, residual) for each, residual in pairs]
 
 
 def felt_anew(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
@@ -43,22 +43,22 @@ def felt_anew(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """
     if all(each.motion is None for each in fit.measurements):
         return None
-    seen = replace(fit, measurements=tuple(shaken(fit, instrument)))
-    told = felt(seen)
+    seen = replace(fit, measurements=tuple(add_position_noise(fit, instrument)))
+    told = estimate_motions(seen)
     pairs = zip(told, fit.measurements, strict=True)
-    if not any(_moved(*pair) for pair in pairs):
+    if not any(_has_moved(*pair) for pair in pairs):
         return None
-    return shaken(replace(fit, measurements=tuple(told)), instrument)
+    return add_position_noise(replace(fit, measurements=tuple(told)), instrument)
 
 
-def _moved(new: Measurement, old: Measurement) -> bool:
+def _has_moved(new: Measurement, old: Measurement) -> bool:
     if old.motion is None:
         return False
     moved = float(np.sqrt(np.mean((new.position - old.position) ** 2)))
     return moved > FAINT * old.motion.noise
 
 
-def _felt(
+def _estimate_motion(
     measurement: Measurement, known: Motion | None, noise: Noise, residual: FloatArray
 ) -> Measurement:
     if known is None or not isinstance(noise, Chained) or noise.memory.size:
@@ -77,7 +77,7 @@ def no_louder(fit: Fit) -> list[Measurement]:
     return [each if each.noise.is_white else each.within(residual) for each, residual in pairs]
 
 
-def shaken(fit: Fit, instrument: Instrument) -> list[Measurement]:
+def add_position_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
     """Return the measurements of a fit with the noise that errors of the position leave in each.
 
     Errors are drawn as the samples of the position leave them possible, and the model is run with

@@ -125,7 +125,7 @@ class Problem:
         self.lower = np.array([e.lower for e in entries])
         self.upper = np.array([e.upper for e in entries])
         slowest = SLOWEST / max(m.begins + m.extent.duration for m in self.measurements)
-        forgetting = np.isin(self.runs.meanings, _relaxing(composition))
+        forgetting = np.isin(self.runs.meanings, _name_relaxation_rates(composition))
         self.lower = np.where(forgetting, np.maximum(self.lower, slowest), self.lower)
         tolerated = ~own & (self.deviation > 0)
         reach = np.where(tolerated, FARTHEST * self.deviation, 0.0)
@@ -241,7 +241,7 @@ class Problem:
         return self.evenings[index].cosines(self.measurements[index].over_noise(columns))
 
 
-def _relaxing(composition: Composition) -> list[str]:
+def _name_relaxation_rates(composition: Composition) -> list[str]:
     """Name the values that are rates at which the tissue relaxes."""
     return [
         entry.name

@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 
 
-def refitted(
+def refit_measurements(
     fit: Fit,
     measurements: Sequence[Measurement],
     instrument: Instrument,

@@ -54,7 +54,7 @@ class Runs:
 
         def add(own: Sequence[int], place: IntArray, called: str) -> None:
             place[own] = len(entries) + np.arange(len(own))
-            entries.extend(_renamed(composition.values[each], called) for each in own)
+            entries.extend(_rename_entry(composition.values[each], called) for each in own)
             meanings.extend(names[each] for each in own)
 
         for index, number in enumerate(self.numbers):
@@ -116,5 +116,5 @@ def of_part(composition: Composition) -> set[str]:
     return {name for effect in composition.all_effects for name in effect.of_part}
 
 
-def _renamed(entry: Entry, called: str) -> Entry:
+def _rename_entry(entry: Entry, called: str) -> Entry:
     return replace(entry, name=f"{entry.name} of {called}")

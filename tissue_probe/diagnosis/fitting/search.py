@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.outcome import finished
+from tissue_probe.diagnosis.fitting.outcome import finish_fit
 from tissue_probe.diagnosis.fitting.point import Point, point_at
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.sharing import Numbers
@@ -64,14 +64,14 @@ def _solve(
         scaled.flat[:: index.size + 1] += damping + 1e-12
         rest = (point.gradient - point.normal @ np.where(free, 0.0, step))[index]
         step[index] = _solution(scaled, rest / root) / root
-        moved = _moved(logarithmic, whole, step)
+        moved = _move_point(logarithmic, whole, step)
         beyond = free & ((moved < lower) | (moved > upper))
         if not beyond.any():
             break
         held = np.clip(moved, lower, upper)
-        step[beyond] = _unmoved(logarithmic, whole, held)[beyond]
+        step[beyond] = _find_unmoved(logarithmic, whole, held)[beyond]
         free &= ~beyond
-    moved = np.clip(_moved(logarithmic, whole, step), lower, upper)
+    moved = np.clip(_move_point(logarithmic, whole, step), lower, upper)
     promised = point.cost - 2 * point.gradient @ step + step @ point.normal @ step
     return moved[:q], [moved[q + i * n :][:n] for i in range(len(point.starts))], float(promised)
 
@@ -100,12 +100,12 @@ def _bounds(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray]:
     return np.concatenate(lower), np.concatenate(upper)
 
 
-def _moved(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
+def _move_point(logarithmic: BoolArray, at: FloatArray, step: FloatArray) -> FloatArray:
     grown = at * np.exp(np.clip(step, -3.0, 3.0))
     return np.where(logarithmic, grown, at + step)
 
 
-def _unmoved(logarithmic: BoolArray, at: FloatArray, held: FloatArray) -> FloatArray:
+def _find_unmoved(logarithmic: BoolArray, at: FloatArray, held: FloatArray) -> FloatArray:
     ratio = np.where(logarithmic, held / np.where(at != 0, at, 1.0), 1.0)
     return np.where(logarithmic, np.log(np.maximum(ratio, 1e-300)), held - at)
 
@@ -133,7 +133,7 @@ class Bar:
         """The lowest cost so far."""
         return float(self._lowest.both.min())
 
-    def reached(self, cost: float) -> None:
+    def note_cost(self, cost: float) -> None:
         """Note a cost that a search has reached."""
         self._lowest.own = min(cost, self._lowest.own)
 
@@ -196,8 +196,8 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
         point, damping, ease = trial, damping * ease, max(ease**2, EASE)
         if settled:
             break
-    bar.reached(point.cost)
-    return finished(problem, point, settled)
+    bar.note_cost(point.cost)
+    return finish_fit(problem, point, settled)
 
 
 def _least(point: Point) -> float:

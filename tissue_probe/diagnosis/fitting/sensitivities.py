@@ -18,10 +18,10 @@ def by_unknown(problem: Problem, values: FloatArray, starts: Sequence[FloatArray
     """Return columns of all values, then of the starts of each measurement: (N, q + n m)."""
     n = problem.states
     simulated = [sensitivity for _, sensitivity in problem.simulate(values, starts)]
-    columns = [stacked(problem, [each[:, n:] for each in simulated])]
+    columns = [stack_parts(problem, [each[:, n:] for each in simulated])]
     for index in range(len(simulated)):
         parts = [each[:, :n] * (i == index) for i, each in enumerate(simulated)]
-        columns.append(stacked(problem, parts))
+        columns.append(stack_parts(problem, parts))
     return np.concatenate(columns, axis=1)
 
 
@@ -38,6 +38,6 @@ def precision(problem: Problem, values: FloatArray) -> FloatArray:
     return np.concatenate([known, *spreads])
 
 
-def stacked(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
+def stack_parts(problem: Problem, parts: Sequence[FloatArray]) -> FloatArray:
     """Join arrays of all measurements, each over its noise, unused samples zero."""
     return np.concatenate([problem.weighed(index, part) for index, part in enumerate(parts)])

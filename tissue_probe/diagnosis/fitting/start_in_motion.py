@@ -35,7 +35,7 @@ def started_anew(problem: Problem, fit: Fit | None, bar: Bar | None = None) -> F
     if fit is None or problem.kernel.linear or not problem.states:
         return fit
     starts = [
-        start if measurement.at_rest else _told(problem, index, fit.values, start)
+        start if measurement.at_rest else _estimate_start(problem, index, fit.values, start)
         for index, (measurement, start) in enumerate(
             zip(problem.measurements, fit.starts, strict=True)
         )
@@ -49,7 +49,9 @@ def started_anew(problem: Problem, fit: Fit | None, bar: Bar | None = None) -> F
     return found if found is not None and found.cost < fit.cost else fit
 
 
-def _told(problem: Problem, index: int, values: FloatArray, start: FloatArray) -> FloatArray:
+def _estimate_start(
+    problem: Problem, index: int, values: FloatArray, start: FloatArray
+) -> FloatArray:
     """Return the start of a measurement that the first samples tell, the values being held."""
     own = problem.runs.values_in(index, values)
     held = dict(zip(problem.kernel.values, map(float, own), strict=True))
@@ -57,7 +59,7 @@ def _told(problem: Problem, index: int, values: FloatArray, start: FloatArray) -
     counting = np.flatnonzero(measurement.used)
     found: Sequence[FloatArray] = [problem.begin(values)[index].mean]
     while size <= LAST and size < counting.size:
-        begun = measurement.begun(int(counting[size]))
+        begun = measurement.take_beginning(int(counting[size]))
         window = Problem(problem.composition, [begun], problem.instrument, held)
         fit = search(window, own, found)
         if fit is None:

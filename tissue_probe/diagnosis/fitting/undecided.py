@@ -32,10 +32,10 @@ MOST = 0.5
 
 def without_undecided(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
     """Return the measurements of a fit without such samples; None where there are none."""
-    return fit.without(undecided(fit, instrument), MOST)
+    return fit.without(find_undecided(fit, instrument), MOST)
 
 
-def undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
+def find_undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
     """Return which samples of each measurement are such: none without an effect that switches."""
     found = [np.zeros(each.position.size, dtype=bool) for each in fit.measurements]
     if not any(effect.drag != 0 for effect in fit.composition.effects):
@@ -43,11 +43,11 @@ def undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
     problem = Problem(fit.composition, fit.measurements, instrument)
     for index, each in enumerate(fit.measurements):
         if each.motion is not None:
-            found[index] = _undecided(problem, fit, index, each.motion)
+            found[index] = _find_undecided_samples(problem, fit, index, each.motion)
     return found
 
 
-def _undecided(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
+def _find_undecided_samples(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
     """Return the samples whose output changes far more than usual with the position's noise.
 
     Errors are as large as the samples leave them possible: that they are smaller elsewhere tells

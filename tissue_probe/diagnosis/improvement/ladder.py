@@ -9,18 +9,18 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tissue_probe.diagnosis.evidence.adequacy import excess_of, explained, removes
-from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, concluded
+from tissue_probe.diagnosis.evidence.adequacy import excess_of, leaves_only_noise, removes
+from tissue_probe.diagnosis.evidence.conclusion import Ladder, Verdict, conclude_search
 from tissue_probe.diagnosis.evidence.posterior import posterior
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.improvement.moves import Moves, addable
-from tissue_probe.diagnosis.improvement.queue import Queue, is_enough, queued
+from tissue_probe.diagnosis.improvement.queue import Queue, begin_queue, is_enough
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import Tell, fit_base, fit_candidates
 from tissue_probe.diagnosis.ranking.harmonic import better_harmonic
-from tissue_probe.diagnosis.ranking.rules import added, ranked, significant
+from tissue_probe.diagnosis.ranking.rules import find_added_effect, rank_fits, significant
 from tissue_probe.diagnosis.revisions.loop import Revisions
 from tissue_probe.diagnosis.revisions.table import OF_BASE, OF_BEST, OF_LAST, OF_SINGLE
 from tissue_probe.errors import MeasurementError
@@ -77,15 +77,15 @@ def climb(
     base = fit_base(composition, measurements, instrument, begin_at)
     revisions, allowed = Revisions(instrument, given), addable(composition, library)
     while True:
-        base = revisions.settled(base, OF_BASE) or base
+        base = revisions.revise_until_settled(base, OF_BASE) or base
         known = revisions.instrument
         progress(f"each of {len(allowed)} effects is added to it")
-        ranking = ranked(base, fit_candidates(base, allowed.values(), known, tell=tell))
+        ranking = rank_fits(base, fit_candidates(base, allowed.values(), known, tell=tell))
         best = ranking[0] if ranking and significant(base, ranking[0], base) else base
-        revised = revisions.settled(best, OF_BEST if best is base else OF_SINGLE)
+        revised = revisions.revise_until_settled(best, OF_BEST if best is base else OF_SINGLE)
         if revised is None:
             ladder = _from_singles(base, best, ranking, known, library, progress)
-            revised = revisions.settled(ladder.final, OF_LAST)
+            revised = revisions.revise_until_settled(ladder.final, OF_LAST)
         if revised is None:
             return replace(ladder, revisions=tuple(revisions.names))
         base = revisions.of_base(base, revised)
@@ -102,14 +102,14 @@ def _from_singles(
     """Return the ladder from a base over the best model of one effect, and the verdict."""
     # Nothing is added to a model that leaves noise: of how much there is, too little is known.
     if best is base or is_enough(base):
-        return concluded(base, ranking, [])
+        return conclude_search(base, ranking, [])
     leading = [fit for fit in ranking if _leads(base, fit)]
-    moves = Moves(base, instrument, library, [added(fit).name for fit in leading])
-    queue = queued(base, moves, ranking, Effort(base.measurements))
+    moves = Moves(base, instrument, library, [find_added_effect(fit).name for fit in leading])
+    queue = begin_queue(base, moves, ranking, Effort(base.measurements))
     steps = _steps(queue, best, leading, progress)
-    ranking = ranked(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
-    ladder = concluded(base, ranking, steps, list(queue.known.values()))
-    if not explained(ladder.final):
+    ranking = rank_fits(base, [queue.known[frozenset(fit.composition.names)] for fit in ranking])
+    ladder = conclude_search(base, ranking, steps, list(queue.known.values()))
+    if not leaves_only_noise(ladder.final):
         return replace(ladder, curtailed=queue.curtailed)
     harmonic = better_harmonic(base, ladder.final, instrument) if ladder.steps else None
     return ladder if harmonic is None else replace(ladder, harmonic=harmonic, verdict="unexplained")
@@ -121,7 +121,7 @@ def _steps(queue: Queue, single: Fit, leading: list[Fit], progress: Progress) ->
     Where none leads, no two effects are accepted; and no third one is sought for a residual that is
     hardly more than noise.
     """
-    steps, sources = [single], ranked(queue.base, leading)
+    steps, sources = [single], rank_fits(queue.base, leading)
     for count in range(2, MOST + 1):
         if is_enough(steps[-1]) or (count > 2 and excess_of(steps[-1]) <= 1.0):
             break
@@ -156,12 +156,12 @@ def climb_by(
     revisions = Revisions(instrument, given)
     while True:
         steps = _asked_for(base, wanted, revisions.instrument)
-        revised = revisions.settled([base, *steps][-1], OF_LAST)
+        revised = revisions.revise_until_settled([base, *steps][-1], OF_LAST)
         if revised is None:
             break
         base = revisions.of_base(base, revised)
     verdict: Verdict = "missing" if significant(base, steps[-1], base) else "adequate"
-    if not explained(steps[-1]):
+    if not leaves_only_noise(steps[-1]):
         verdict = "unexplained"
     every, names = tuple(steps), tuple(revisions.names)
     known = posterior(base, every)

@@ -13,11 +13,11 @@ import numpy as np
 from tissue_probe.diagnosis.evidence.posterior import evidence, promised_evidence
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.observation.instrument import Instrument
-from tissue_probe.diagnosis.ranking.candidate import SAME, shared
+from tissue_probe.diagnosis.ranking.candidate import SAME, list_shared_objects
 from tissue_probe.diagnosis.ranking.candidates import fit_candidates, forms, refit
 from tissue_probe.diagnosis.ranking.rules import exclude
-from tissue_probe.diagnosis.ranking.screen import Promise, screened
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.ranking.screen import Promise, screen_effects
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.composition import Composition
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ class Moves:
 
     def longer(self, fits: Sequence[Fit]) -> list[Move]:
         """Return each effect that may be added to models, by the promise of the score test."""
-        pairs = [(fit, self._allowed(fit)) for fit in fits]
-        screens = screened(pairs, self._base.composition, self._instrument)
+        pairs = [(fit, self._list_allowed(fit)) for fit in fits]
+        screens = screen_effects(pairs, self._base.composition, self._instrument)
         return [
             self._move(fit, each)
             for fit, screen in zip(fits, screens, strict=True)
@@ -139,7 +139,7 @@ class Moves:
         contained = (self._library[name] for name in effect.simpler if name in self._library)
         return {effect.family, *(each.family for each in contained)}
 
-    def _allowed(self, fit: Fit) -> list[Effect]:
+    def _list_allowed(self, fit: Fit) -> list[Effect]:
         """Return effects that may be added to a fit: leading ones, where it has none of them."""
         allowed = addable(fit.composition, self._library).values()
         leads = any(map(self._leads, fit.composition.effects))
@@ -149,14 +149,14 @@ class Moves:
         """Whether an effect, or one that it contains, alone leads somewhere."""
         return not self._leading.isdisjoint((effect.name, *effect.simpler))
 
-    def made(self, moves: Iterable[Move], needed: float) -> list[Fit]:
+    def fit_moves(self, moves: Iterable[Move], needed: float) -> list[Fit]:
         """Fit the larger model of each move; searches that will not come near a cost end early."""
         moves = list(moves)
         known: list[object] = []
         for move in moves:
             larger = map(move.fit.composition.plus, forms(move.fit.composition, [move.effect]))
-            known += shared(move.fit, larger)
-        found = mapped(
+            known += list_shared_objects(move.fit, larger)
+        found = map_shared(
             lambda move: fit_candidates(move.fit, [move.effect], self._instrument, needed),
             moves,
             known,
@@ -172,9 +172,9 @@ class Moves:
             fit.composition.without(effect.name)
             for effect in fit.composition.effects[len(self._base.composition.effects) :]
         ]
-        return self._refitted(fit, models)
+        return self._refit_models(fit, models)
 
-    def nested(self, fit: Fit) -> list[Fit]:
+    def fit_nested(self, fit: Fit) -> list[Fit]:
         """Fit a model with an effect's place taken by one that it contains, or that contains it.
 
         Where both are as good one may be reached from the other only.
@@ -189,11 +189,13 @@ class Moves:
                 if each.name in own.simpler or own.name in each.simpler
                 for form in forms(rest, [each])
             ]
-        return self._refitted(fit, models)
+        return self._refit_models(fit, models)
 
-    def _refitted(self, fit: Fit, models: Sequence[Composition]) -> list[Fit]:
-        found = mapped(
-            lambda model: refit(fit, model, self._instrument), models, shared(fit, models)
+    def _refit_models(self, fit: Fit, models: Sequence[Composition]) -> list[Fit]:
+        found = map_shared(
+            lambda model: refit(fit, model, self._instrument),
+            models,
+            list_shared_objects(fit, models),
         )
         return [each for each in found if each is not None]
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from tissue_probe.diagnosis.evidence.adequacy import SHARE, doubtful, explained, removes
+from tissue_probe.diagnosis.evidence.adequacy import SHARE, doubtful, leaves_only_noise, removes
 from tissue_probe.diagnosis.evidence.posterior import RIVAL, evidence
 from tissue_probe.diagnosis.fitting.effort import Effort
 from tissue_probe.diagnosis.fitting.fit import Fit
@@ -88,14 +88,14 @@ class Queue:
         self._waiting, self._extended, self._tried = [], [], Counter()
         self._spent = {True: 0.0, False: 0.0}
         sources = list(sources)
-        with self.effort.counted():
+        with self.effort.count_responses():
             while not self._is_spent():
                 few = self._next(count)
                 if few:
                     self._make(few, count)
                 elif is_enough(best := self.best(count)):
                     break
-                elif best is not None and self._turned(best):
+                elif best is not None and self._extend_in_turn(best):
                     continue
                 elif sources:
                     self._extend(sources[:WIDTH])
@@ -180,7 +180,7 @@ class Queue:
         """Make moves; the neighbours of a model better than all before are tried at once."""
         fewer, done = self.best(count - 1) or self.base, self.effort.done
         before = self.best(count) or fewer
-        found = self.moves.made(few, self._needed(fewer))
+        found = self.moves.fit_moves(few, self._find_cost_needed(fewer))
         while True:
             self.note(found)
             better = [
@@ -193,7 +193,11 @@ class Queue:
             if not better:
                 break
             before = self.best(count) or before
-            found = [each for fit in better for each in self._neighbours(fit, self._needed(fewer))]
+            found = [
+                each
+                for fit in better
+                for each in self._neighbours(fit, self._find_cost_needed(fewer))
+            ]
         self._spent[few[0].reliable] += self.effort.done - done
 
     def _neighbours(self, fit: Fit, needed: float) -> list[Fit]:
@@ -201,7 +205,7 @@ class Queue:
 
         A model without one of its effects is extended by others later, too.
         """
-        self._turned(fit)
+        self._extend_in_turn(fit)
         names = frozenset(fit.composition.names)
         kin = [
             move
@@ -211,9 +215,9 @@ class Queue:
             and (self._is_open(move) if move.reliable else move.names not in self.known)
         ]
         self._waiting = [move for move in self._waiting if move not in kin]
-        return [*self.moves.nested(fit), *self.moves.made(kin, needed)]
+        return [*self.moves.fit_nested(fit), *self.moves.fit_moves(kin, needed)]
 
-    def _turned(self, fit: Fit) -> list[Fit]:
+    def _extend_in_turn(self, fit: Fit) -> list[Fit]:
         """Extend a model without each of its effects; return those that are new.
 
         An effect that was found badly alone is found well beside another one, and leads further
@@ -225,7 +229,7 @@ class Queue:
         self._extend(new)
         return new
 
-    def _needed(self, fewer: Fit) -> float:
+    def _find_cost_needed(self, fewer: Fit) -> float:
         """Return the cost that is asked of a model, given the best one of an effect less."""
         enough = fewer.floor * (1.0 + (1.0 - SHARE) * (fewer.ratio**2 - 1.0))
         return min(enough, *(fit.cost for fit in self.known.values()))
@@ -245,10 +249,10 @@ class Queue:
 
 def is_enough(best: Fit | None) -> bool:
     """Whether a model leaves noise only, and no rounding of an encoder may hide more."""
-    return best is not None and explained(best) and not doubtful(best)
+    return best is not None and leaves_only_noise(best) and not doubtful(best)
 
 
-def queued(base: Fit, moves: Moves, singles: Sequence[Fit], effort: Effort) -> Queue:
+def begin_queue(base: Fit, moves: Moves, singles: Sequence[Fit], effort: Effort) -> Queue:
     """Return a queue that knows the base, and it with each effect alone."""
     queue = Queue(base, moves, {}, effort)
     queue.note([base, *singles])

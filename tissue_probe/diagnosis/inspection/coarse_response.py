@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.diagnosis.transforms import correlation, smoothed, without_line
+from tissue_probe.diagnosis.transforms import correlation, smooth_values, without_line
 from tissue_probe.signals import FloatArray
 
 _WINDOW, _DEGREE = 9, 4  # of the smoothing polynomial
@@ -65,10 +65,12 @@ def regressors(position: FloatArray, force: FloatArray, sample_period: float) ->
 
     Derivatives are those of a polynomial of degree 4 through 9 samples (Savitzky and Golay).
     """
-    columns = [smoothed(position, _WINDOW, _DEGREE, order, sample_period) for order in range(3)]
+    columns = [
+        smooth_values(position, _WINDOW, _DEGREE, order, sample_period) for order in range(3)
+    ]
     return Regressors(
         np.array([without_line(column) for column in columns]),
-        without_line(smoothed(force, _WINDOW, _DEGREE)),
+        without_line(smooth_values(force, _WINDOW, _DEGREE)),
         sample_period,
     )
 
@@ -112,7 +114,7 @@ def left_by_passive(position: FloatArray, force: FloatArray, sample_period: floa
     """
     from scipy.optimize import nnls  # takes long to import, and is asked of doubtful records only
 
-    derivatives = [smoothed(position, _WINDOW, _DEGREE, k, sample_period) for k in range(3)]
+    derivatives = [smooth_values(position, _WINDOW, _DEGREE, k, sample_period) for k in range(3)]
     forgetting = np.exp(-np.geomspace(1.0, position.size / _BRANCHES, _BRANCHES) / position.size)
     moves = np.diff(derivatives[0], prepend=derivatives[0][0])
     ages = np.arange(position.size)
@@ -120,7 +122,7 @@ def left_by_passive(position: FloatArray, force: FloatArray, sample_period: floa
     line = np.stack([np.ones(position.size), np.linspace(-1.0, 1.0, position.size)])
     columns = np.array([*derivatives, *branches, *line, *-line])
     columns /= _rms(columns)[:, None] + _TINY
-    smooth = smoothed(force, _WINDOW, _DEGREE)
+    smooth = smooth_values(force, _WINDOW, _DEGREE)
     left = nnls(columns.T, smooth)[1] / np.sqrt(force.size)
     return float(left / (_rms(without_line(smooth)) + _TINY))
 

@@ -29,7 +29,7 @@ _ABRUPT = 0.6
 _BENT = 0.5
 
 
-def disturbed(
+def find_disturbed(
     values: FloatArray, large: float, least: float, excused: BoolArray, turning: BoolArray
 ) -> BoolArray:
     """Tell the samples that stand out of the curve through those before and after.
@@ -46,15 +46,15 @@ def disturbed(
         Where the other channel turns sharply: a longer disturbance there comes from it.
     """
     large = max(large * float(np.std(values)), least)
-    single = alone(values, large) & ~excused
+    single = find_lone_samples(values, large) & ~excused
     found = single.copy()
-    for first, stop in _rows(bridged(values, ~single), large):
+    for first, stop in _rows(bridge_disturbed(values, ~single), large):
         if not (excused | turning)[first:stop].any():
             found[first:stop] = True
     return found
 
 
-def alone(values: FloatArray, large: float) -> BoolArray:
+def find_lone_samples(values: FloatArray, large: float) -> BoolArray:
     """Tell the samples that stand out of the cubic through two neighbours to either side.
 
     As far as no noise does, more than ``large``, and with both neighbours thrown off by two thirds
@@ -80,7 +80,7 @@ def _off(values: FloatArray) -> FloatArray:
     return off
 
 
-def bridged(values: FloatArray, steady: BoolArray) -> FloatArray:
+def bridge_disturbed(values: FloatArray, steady: BoolArray) -> FloatArray:
     """Replace values that are not steady by those of a curve through the others."""
     number = np.arange(values.size)
     if steady.all():

@@ -109,7 +109,7 @@ def inspect(
         findings += check_times(np.asarray(time, dtype=np.float64), sample_period)
     if np.count_nonzero(known) < FEWEST:
         return Inspection(tuple(findings))
-    u, f = (Channel(*named) for named in _filled(position, force, known))
+    u, f = (Channel(*named) for named in _bridge_missing(position, force, known))
     findings += _check_information(u, f, known, sample_period)
     if beyond := list(check_size(u, f)):
         return Inspection((*findings, *beyond))
@@ -155,7 +155,7 @@ def _too_short(count: int, sample_period: float, told: str) -> str:
     )
 
 
-def _filled(
+def _bridge_missing(
     position: FloatArray, force: FloatArray, known: np.ndarray
 ) -> Iterator[tuple[str, FloatArray]]:
     """Bridge missing samples by straight lines, so that only known values decide."""

@@ -34,7 +34,7 @@ def step_size(values: FloatArray) -> float | None:
         return float(differences[0]) if differences.size else None
     divisors = np.arange(1, 10 if differences.size > _MANY else 2)
     candidates = [*(differences.min() / divisors), np.quantile(differences, 0.05)]
-    steps = (_refined(differences, step) for step in candidates)
+    steps = (_refine_step(differences, step) for step in candidates)
     return next((step for step in steps if step > 0.0 and _fits(differences, step, largest)), None)
 
 
@@ -57,7 +57,7 @@ def decimal_grain(values: FloatArray) -> float:
     return 0.0
 
 
-def _refined(differences: FloatArray, step: float) -> float:
+def _refine_step(differences: FloatArray, step: float) -> float:
     small = differences[differences < max(10.0 * step, 1.5 * differences.min())]
     return float(small.sum() / max(np.rint(small / step).sum(), 1.0))
 

@@ -56,7 +56,7 @@ def runs(values: FloatArray) -> Runs:
     return Runs(first, length)[length >= SHORTEST]
 
 
-def clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
+def find_clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
     """Return the limits at which a channel was cut off, each with its runs there.
 
     Noise makes the extreme value a rare one: then pairs of neighbours that share it are counted
@@ -81,7 +81,7 @@ def clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
     return found
 
 
-def stuck(channel: Channel, other: Channel) -> Runs:
+def find_stuck(channel: Channel, other: Channel) -> Runs:
     """Return the runs in which a channel repeated a value instead of measuring.
 
     Parameters

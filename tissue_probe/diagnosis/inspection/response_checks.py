@@ -123,7 +123,9 @@ def _response(
     if _ends_pressed(position) * _ends_pressed(force) > 0:
         return  # a body that is pressed in further, and rests there, pushes back harder
     yield from _check_sign(
-        found, force.span / position.span, lambda: _left(position, force, sample_period)
+        found,
+        force.span / position.span,
+        lambda: _measure_unexplained(position, force, sample_period),
     )
 
 
@@ -163,7 +165,9 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
     return lag if passive and right else 0
 
 
-def _left(position: Channel, force: Channel, sample_period: float) -> tuple[float, float]:
+def _measure_unexplained(
+    position: Channel, force: Channel, sample_period: float
+) -> tuple[float, float]:
     """Return the share of the force that nothing passive explains, with its sign and the other."""
     return tuple(
         left_by_passive(position.values / position.span, values / force.span, sample_period)

@@ -117,11 +117,11 @@ def _stands_still(position: Channel, force: Channel) -> bool:
         return not _answers(position, force)
     spread = np.std(position.values / position.span) * position.span
     noise = noise_beside_steps(position.values)
-    quiet = spread < 2.0 * noise and _felt(position, force) < FELT
+    quiet = spread < 2.0 * noise and _measure_likeness(position, force) < FELT
     return bool(quiet and lasting_range(position.values, LONGEST) < 2.0 * SUDDEN * noise)
 
 
-def _felt(position: Channel, force: Channel) -> float:
+def _measure_likeness(position: Channel, force: Channel) -> float:
     """Return how alike the force is to position, speed and acceleration together, from 0 to 1.
 
     A sample and its two neighbours tell these three.

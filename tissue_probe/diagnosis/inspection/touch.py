@@ -70,7 +70,7 @@ def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch 
         Standard deviation of the force's noise [N].
     """
     for back in BACK:
-        found = _touched(position, force, _first_way(position, back), noise)
+        found = _find_touch(position, force, _first_way(position, back), noise)
         if found is not None:
             return found
     return None
@@ -84,7 +84,7 @@ def _first_way(position: FloatArray, back: float) -> int:
     return int(np.argmax(position[:until])) + 1
 
 
-def _touched(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
+def _find_touch(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
     """Find a touch before a sample."""
     changed = _change(position[:until], force[:until])
     if changed is None:
@@ -148,8 +148,8 @@ def _change(position: FloatArray, force: FloatArray) -> int | None:
     air = _sums(np.linspace(-1.0, 1.0, count), means)
     tissue = _sums(2.0 * (way - way.min()) / (np.ptp(way) or 1.0) - 1.0, means)
     at = np.arange(FEWEST - 1, count - FEWEST)
-    explained = _explained(*(each[at] for each in air))
-    explained += _explained(*(each[-1] - each[at] for each in tissue))
+    explained = _sum_explained(*(each[at] for each in air))
+    explained += _sum_explained(*(each[-1] - each[at] for each in tissue))
     return (int(at[np.argmax(explained)]) + 1) * each
 
 
@@ -162,7 +162,7 @@ def _sums(over: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]
     )
 
 
-def _explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
+def _sum_explained(grams: FloatArray, sides: FloatArray) -> FloatArray:
     """Return the sums of squares that the best of linear models explain.
 
     A tip at rest tells nothing of the way: an unknown slope counts as none.

@@ -11,9 +11,13 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from tissue_probe.diagnosis.inspection.channel import Channel
-from tissue_probe.diagnosis.inspection.disturbances import alone, disturbed, turning_sharply
+from tissue_probe.diagnosis.inspection.disturbances import (
+    find_disturbed,
+    find_lone_samples,
+    turning_sharply,
+)
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.inspection.repeats import Runs, clipped, stuck
+from tissue_probe.diagnosis.inspection.repeats import Runs, find_clipped, find_stuck
 from tissue_probe.signals import BoolArray, spans_of
 
 _LARGE = 0.03  # share of the rms that a value exceeds which stands alone
@@ -33,12 +37,12 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
         Which samples were measured, not bridged.
     """
     repeated = {
-        channel.name: _known(stuck(channel, other), known)
+        channel.name: _leave_out_bridged(find_stuck(channel, other), known)
         for channel, other in ((position, force), (force, position))
     }
     limits = [
         (limit, there)
-        for limit, there in clipped(force, position)
+        for limit, there in find_clipped(force, position)
         if not _is_one_of_many(there, repeated["force"])
     ]
     if limits:
@@ -52,18 +56,18 @@ def check_values(position: Channel, force: Channel, known: np.ndarray) -> Iterat
         if channel is force:
             found = found[~np.isin(found.first, at_limits)]
         if found.first.size:
-            yield _stuck(channel, found)
+            yield _report_stuck(channel, found)
     for _, there in limits:
         for first, stop in there.spans():
             held[first:stop] = True
     # Where a channel begins to move, or is held and let go, the force turns as sharply.
-    excused = maximum_filter1d(held | alone(position.values, 0.0), 7)
+    excused = maximum_filter1d(held | find_lone_samples(position.values, 0.0), 7)
     turning = maximum_filter1d(turning_sharply(position.values), _FOLLOWING)
-    off = disturbed(force.values, _LARGE, 0.0, excused, turning) & known
+    off = find_disturbed(force.values, _LARGE, 0.0, excused, turning) & known
     if off.any():
         yield _spikes("spikes", "forces", off)
     excused = maximum_filter1d(held, 7)
-    off = disturbed(position.values, _LARGE, _COUNTS * position.step, excused, excused) & known
+    off = find_disturbed(position.values, _LARGE, _COUNTS * position.step, excused, excused) & known
     if off.any():
         yield _spikes("position_spikes", "positions", off)
 
@@ -80,7 +84,7 @@ def _spikes(name: str, values: str, off: BoolArray) -> Finding:
     )
 
 
-def _known(found: Runs, known: np.ndarray) -> Runs:
+def _leave_out_bridged(found: Runs, known: np.ndarray) -> Runs:
     """Leave out runs that bridging made."""
     return found[np.array([known[first:stop].all() for first, stop in found.spans()], dtype=bool)]
 
@@ -105,7 +109,7 @@ def _saturation(force: Channel, limits: list[tuple[float, Runs]]) -> Finding:
     )
 
 
-def _stuck(channel: Channel, found: Runs) -> Finding:
+def _report_stuck(channel: Channel, found: Runs) -> Finding:
     samples = int(found.length.sum())
     usual = int(np.median(found.length))
     # A lower rate shows in many values; a single one that is held is a channel that got stuck.

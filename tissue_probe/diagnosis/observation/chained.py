@@ -75,12 +75,12 @@ class Chained(Noise):
         They are told from how the motion changes from sample to sample. A motion that changes less
         at random than that, such as a sine, has smaller ones.
         """
-        beyond = float(np.mean(residual[self.counted(used)] ** 2)) - self.own**2
+        beyond = float(np.mean(residual[self.select_counted(used)] ** 2)) - self.own**2
         if beyond <= 0.0:
             return Noise(own), math.nan
         return self.times(min(math.sqrt(beyond) / self.size, 1.0)), math.nan
 
-    def counted(self, used: BoolArray) -> BoolArray:
+    def select_counted(self, used: BoolArray) -> BoolArray:
         """Return which of the samples that are used have neighbours on both sides, shape (n,).
 
         A state at the start is bound by none of the others.
@@ -99,7 +99,7 @@ class Chained(Noise):
             return values
         from tissue_probe.diagnosis.observation.innovations import gains, white  # compiled code
 
-        counted = self.counted(used)
+        counted = self.select_counted(used)
         about = self.chain, self.taps, self.memory
         key = counted.tobytes()
         if key not in self._filters:
@@ -111,7 +111,7 @@ class Chained(Noise):
         """Return the white noise alone: the chain is that of all samples."""
         return Noise(self.own)
 
-    def roughly(self) -> Noise:
+    def approximate(self) -> Noise:
         """Return white noise of the same power: it needs no filter."""
         return Noise(math.sqrt(self.power))
 

@@ -78,7 +78,7 @@ class Coloured(Noise):
             return Noise(own), 0.0
         return found, found.force
 
-    def anew(self) -> Coloured:
+    def restart_estimate(self) -> Coloured:
         """Return the same: its white noise is not told from the samples alone."""
         return self
 

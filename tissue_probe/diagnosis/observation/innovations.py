@@ -38,7 +38,7 @@ def gains(chain, taps, memory, variance, beside, used):  # type: ignore[no-untyp
             left = variance / spread
             covariance -= np.outer(gains[t, :whole], seen)
         if kept:
-            covariance = _remembered(covariance, seen * left, own * left, size)
+            covariance = _remember_sample(covariance, seen * left, own * left, size)
     return gains, deviations
 
 
@@ -64,7 +64,7 @@ def _onward(covariance, chain, to, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _remembered(covariance, with_felt, felt, size):  # type: ignore[no-untyped-def]
+def _remember_sample(covariance, with_felt, felt, size):  # type: ignore[no-untyped-def]
     """Return the covariance with a sample's own effect as the latest that is remembered."""
     moved = covariance.copy()
     moved[size + 1 :, size + 1 :] = covariance[size:-1, size:-1]

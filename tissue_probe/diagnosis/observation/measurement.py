@@ -139,7 +139,7 @@ class Measurement:
     @property
     def counted(self) -> BoolArray:
         """Which samples tell how large an error is, shape (n,)."""
-        return self.noise.counted(self.used)
+        return self.noise.select_counted(self.used)
 
     @property
     def position_noise(self) -> float:
@@ -218,14 +218,14 @@ class Measurement:
         """Return values of the input at the even times at which a model is simulated."""
         if self.at is None:
             return values
-        return self._driven if values is self.input_values else self._evenly(values)
+        return self._driven if values is self.input_values else self._take_evenly(values)
 
     @cached_property
     def _driven(self) -> FloatArray:
         """The input at even times: the same in all responses of a fit."""
-        return self._evenly(self.input_values)
+        return self._take_evenly(self.input_values)
 
-    def _evenly(self, values: FloatArray) -> FloatArray:
+    def _take_evenly(self, values: FloatArray) -> FloatArray:
         count = math.ceil(self.at[-1] / self.sample_period - 1e-6) + 1
         even = np.minimum(np.arange(count) * self.sample_period, self.at[-1])
         return interpolate(self.at, values, even, reach=np.inf)
@@ -236,11 +236,11 @@ class Measurement:
             return columns
         return at_times(columns, self.sample_period, self.at)
 
-    def roughly(self) -> Measurement:
+    def approximate(self) -> Measurement:
         """Return the same with noise that puts starts in order as well, and costs less."""
-        return replace(self, noise=self.noise.roughly())
+        return replace(self, noise=self.noise.approximate())
 
-    def thinned(self) -> Measurement:
+    def thin_samples(self) -> Measurement:
         """Return the same in as few samples as tell which start of a search promises most.
 
         A filter that whitens needs all samples.
@@ -248,7 +248,7 @@ class Measurement:
         times = int(OFTEN * self.scale.time / self.sample_period + 1e-6)
         if times < 2 or not self.noise.is_white or self.at is not None:
             return self
-        few = self._only(slice(None, None, times))
+        few = self._keep_only(slice(None, None, times))
         return replace(few, sample_period=self.sample_period * times, resampling=AS_MEASURED)
 
     def since(self, first: int, rig: Rig) -> Measurement:
@@ -257,21 +257,21 @@ class Measurement:
         Then no branch of a tissue is under load; the tip of a rig with a spring is moving, though.
         """
         return replace(
-            self._only(slice(first, None)),
+            self._keep_only(slice(first, None)),
             motion=None if self.motion is None else self.motion.since(first),
             at_rest=self.at_rest or rig.tip_is_position,
             begins=self.begins + float(self.times[first]),
         )
 
-    def begun(self, count: int) -> Measurement:
+    def take_beginning(self, count: int) -> Measurement:
         """Return the first samples only."""
-        return replace(self._only(slice(count)), motion=None)
+        return replace(self._keep_only(slice(count)), motion=None)
 
     def without(self, samples: BoolArray) -> Measurement:
         """Return the same, with some samples not used; its noise is estimated from the others."""
         if not samples.any():
             return self
-        return replace(self, used=self.used & ~samples, noise=self.noise.anew())
+        return replace(self, used=self.used & ~samples, noise=self.noise.restart_estimate())
 
     def within(self, residual: FloatArray, colour: bool = True) -> Measurement:
         """Return the same with no more noise than a model's residual, shape (n,), has.
@@ -283,7 +283,7 @@ class Measurement:
         told = self.input_noise if np.isnan(of_input) else of_input
         return replace(self, noise=noise, input_noise=told)
 
-    def _only(self, kept: slice) -> Measurement:
+    def _keep_only(self, kept: slice) -> Measurement:
         """Return some of the samples; their period, and the estimate of a motion, stay."""
         return replace(
             self,
@@ -296,7 +296,7 @@ class Measurement:
             noise=self.noise.of_some(),
         )
 
-    def pressed(self, stiffness: float) -> BoolArray:
+    def find_pressed(self, stiffness: float) -> BoolArray:
         """Which samples were taken with the tip in the tissue for 15 ms and more.
 
         The indentation is u - F / k0, ``stiffness`` being the load cell's k0 [N/m]; it must exceed

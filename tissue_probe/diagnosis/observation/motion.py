@@ -65,7 +65,9 @@ class Motion:
     def position(self) -> FloatArray:
         """The mean of the motion's posterior, shape (n,) [unit of the samples]."""
         return (
-            _solved(_factor(self.calmness), self.samples) if self.calmness.any() else self.samples
+            _solve_factored(_factor(self.calmness), self.samples)
+            if self.calmness.any()
+            else self.samples
         )
 
     def since(self, first: int) -> Motion:
@@ -79,14 +81,14 @@ class Motion:
     def noise_left(self, random: np.random.Generator) -> FloatArray:
         """Draw noise as the position still has it, shape (n,)."""
         shaken = random.standard_normal(self.samples.size)
-        return self.noise * _solved(_factor(self.calmness), shaken)
+        return self.noise * _solve_factored(_factor(self.calmness), shaken)
 
     def error(self, random: np.random.Generator) -> FloatArray:
         """Draw an error that the position may have, shape (n,)."""
         shaken = random.standard_normal(self.samples.size)
         jerks = np.sqrt(self.calmness) * random.standard_normal(self.calmness.size)
         size = self.share * self.noise
-        return size * _solved(_factor(self.calmness), shaken + _spread(jerks))
+        return size * _solve_factored(_factor(self.calmness), shaken + _spread(jerks))
 
     def chain(self) -> FloatArray:
         """Return how the error goes on, shape (n, 4).
@@ -182,7 +184,7 @@ def _strength(
     """
     calmness, found, shares = np.ones(samples.size - 3), samples, _shares(gains)
     for _ in range(ROUNDS):
-        found = _solved(_factor(calmness, more), told)
+        found = _solve_factored(_factor(calmness, more), told)
         jerk = uniform_filter1d((np.diff(found, 3) / noise) ** 2, ALIKE, mode="nearest")
         share = np.interp(np.log(calmness), LOGARITHMS, shares)
         calmness = share / np.maximum(jerk, np.finfo(float).tiny)
@@ -210,7 +212,7 @@ def _band(calmness: FloatArray) -> FloatArray:
     return band
 
 
-def _solved(factor: FloatArray, right: FloatArray) -> FloatArray:
+def _solve_factored(factor: FloatArray, right: FloatArray) -> FloatArray:
     return cho_solve_banded((factor, False), right)
 
 

@@ -46,7 +46,7 @@ class Noise:
         """Mean square of all noise in a sample."""
         return self.own**2 + self.by_input**2
 
-    def counted(self, used: BoolArray) -> BoolArray:
+    def select_counted(self, used: BoolArray) -> BoolArray:
         """Return which of the samples that are used tell how large an error is, shape (n,)."""
         return used
 
@@ -85,7 +85,7 @@ class Noise:
         """
         return Noise(own), float("nan")
 
-    def anew(self) -> Noise:
+    def restart_estimate(self) -> Noise:
         """Return the same, its white noise to be estimated from the samples that are left."""
         return self.with_own(0.0)
 
@@ -93,7 +93,7 @@ class Noise:
         """Return the noise of some of the samples."""
         return self
 
-    def roughly(self) -> Noise:
+    def approximate(self) -> Noise:
         """Return noise of the same power that puts starts in the same order, and costs less."""
         return self
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
@@ -19,18 +19,18 @@ from tissue_probe.diagnosis.fitting.search import HOPELESS, Bar, promise, search
 from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.ranking.rules import added
+from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.diagnosis.ranking.starts import (
     Values,
     begin_states,
     extent,
     instants,
-    proposed,
+    propose_starts,
     start_values,
     touches,
     with_instant,
 )
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.composition import Composition
 from tissue_probe.signals import FloatArray
 
@@ -57,7 +57,7 @@ SURELY = 0.95
 ONWARD = 3
 
 
-def shared(fit: Fit, models: Iterable[Composition]) -> list[object]:
+def list_shared_objects(fit: Fit, models: Iterable[Composition]) -> list[object]:
     """Return the objects in fits of models to the same measurements that both processes have.
 
     The models' code is loaded: code that a copy of the process loads is lost with it.
@@ -81,7 +81,7 @@ def is_settled(fit: Fit, lowest: float) -> bool:
     The size of the noise is estimated: a fit that leaves clearly more than the lowest needs a try.
     """
     close = fit.ratio < CLOSE and fit.cost < lowest + 2.0 * RIVAL
-    return fit.cost > ASTRAY * lowest or (explained(fit) and close)
+    return fit.cost > ASTRAY * lowest or (leaves_only_noise(fit) and close)
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class Look:
     @classmethod
     def at(cls, base: Fit, instrument: Instrument) -> Look:
         """Take no more samples than are needed of each measurement of a fit."""
-        few = tuple(each.roughly().thinned() for each in base.measurements)
+        few = tuple(each.approximate().thin_samples() for each in base.measurements)
         problem = Problem(base.composition, few, instrument)
         alone = promise(problem, base.values, base.starts)
         if not 0.0 < alone < np.inf:
@@ -140,7 +140,7 @@ class Candidate:
         composition = base.composition.plus(effect)
         self.problem = Problem(composition, base.measurements, instrument)
         #: The objects that fits hold, and every process has.
-        self.known = shared(base, [composition])
+        self.known = list_shared_objects(base, [composition])
         exactly = self.problem.kernel.corrects
         self.look = Look(base.measurements, 1.0) if exactly else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
@@ -150,7 +150,7 @@ class Candidate:
     def begin(self) -> Begin:
         """Return where the search may begin."""
         begun: list[_Proposal] = []
-        pairs = list(proposed(self.base, self.effect, self.values))
+        pairs = list(propose_starts(self.base, self.effect, self.values))
         for known, proposal in pairs:
             values = start_values(self.problem, known, self.effect, proposal)
             if any(np.array_equal(values, other) for _, other, _ in begun):
@@ -229,7 +229,9 @@ class Candidate:
         where one step promises most.
         """
         known = other.named()
-        own, its = (each.parameters[: each.strengths] for each in (self.effect, added(other)))
+        own, its = (
+            each.parameters[: each.strengths] for each in (self.effect, find_added_effect(other))
+        )
         known |= {
             mine.name: known[theirs.name]
             for mine, theirs in zip(own, its, strict=False)
@@ -253,7 +255,7 @@ class Candidate:
         near = self._has_near and not is_settled(best, lowest)
         return near or _runs_on(best, most, lowest)
 
-    def settled(self, found: Sequence[Fit], bar: Bar, lowest: float) -> Iterator[Fit]:
+    def settle_search(self, found: Sequence[Fit], bar: Bar, lowest: float) -> Iterator[Fit]:
         """Search near the best fit found while that does better, and then go on.
 
         ``lowest`` is the lowest cost that any search had reached before.
@@ -306,10 +308,10 @@ class Candidate:
         near = [np.clip(list(named.values()), lower, upper) for named in known]
         gained = best.cost < (1.0 - LEAST_SHARE) * self.base.cost or not bar.noise
         most = np.inf if gained else SURELY * best.cost
-        promises = mapped(lambda values: self._promise(values, best.starts), near)
+        promises = map_shared(lambda values: self._promise(values, best.starts), near)
         order = np.argsort(promises, kind="stable")[:2]
         first = [near[index] for index in order if promises[index] < most]
-        fits = mapped(
+        fits = map_shared(
             lambda values: search(self.problem, values, best.starts, bar), first, self.known
         )
         return [fit for fit in fits if fit is not None]

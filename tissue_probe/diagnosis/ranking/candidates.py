@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.evidence.posterior import RIVAL
 from tissue_probe.diagnosis.fitting.first_guess import first_guesses
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.input_noise import whitened
+from tissue_probe.diagnosis.fitting.input_noise import whiten_input_noise
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.fitting.search import Bar, search
 from tissue_probe.diagnosis.fitting.start_in_motion import started_anew
@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.ranking.candidate import (
     best_of,
     is_settled,
 )
-from tissue_probe.diagnosis.ranking.rules import added, in_limit
+from tissue_probe.diagnosis.ranking.rules import find_added_effect, in_limit
 from tissue_probe.diagnosis.ranking.starts import (
     begin_states,
     from_touch,
@@ -38,7 +38,7 @@ from tissue_probe.diagnosis.ranking.starts import (
     start_values,
 )
 from tissue_probe.diagnosis.ranking.waves import is_no_fold
-from tissue_probe.diagnosis.sharing import in_turns, mapped
+from tissue_probe.diagnosis.sharing import in_turns, map_shared
 from tissue_probe.errors import MeasurementError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.kinds import TISSUE_EFFECTS
@@ -85,7 +85,7 @@ def fit_base(
     if begin_at:
         guesses = [dict(begin_at), *({**begin_at, **guess} for guess in guesses)]
     else:
-        guesses += _relaxed(composition, measurements, instrument)
+        guesses += _search_relaxation(composition, measurements, instrument)
     fits = []
     for guess in guesses:
         values = problem.nominal.copy()
@@ -105,10 +105,10 @@ def fit_base(
             "force's polarity, and the units, also of the time (a sample every "
             f"{period:.3g} s: t_ms names milliseconds)"
         )
-    return whitened(best_of(found), instrument)
+    return whiten_input_noise(best_of(found), instrument)
 
 
-def _relaxed(
+def _search_relaxation(
     composition: Composition, measurements: Sequence[Measurement], instrument: Instrument
 ) -> list[dict[str, float]]:
     """Return the values of a tissue's own effects, searched as candidates are."""
@@ -181,24 +181,30 @@ def fit_candidates(
         Told each fit when its search has ended, maybe in a copy of this process, where it must not
         change anything of this one.
     """
-    candidates = _begun(base, forms(base.composition, effects), instrument)
+    candidates = _begin_candidates(base, forms(base.composition, effects), instrument)
     asked = np.isfinite(needed)
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
-    counts = base.cost - 2.0 * RIVAL if explained(base) else np.inf
+    counts = base.cost - 2.0 * RIVAL if leaves_only_noise(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
     enough = min(ENOUGH * base.floor, needed) if asked else 0.0
-    searches = [(each, _told(each.fits(bar, enough), tell)) for each in candidates]
-    fits = _searched(searches, bar, enough)
+    searches = [(each, _report_fits(each.fits(bar, enough), tell)) for each in candidates]
+    fits = _run_searches(searches, bar, enough)
     again, alone = _given_up(candidates, fits, [*fits, *known]), Bar()
-    fits += _searched([(each, each.fits(alone, enough)) for each in again], alone, enough)
+    fits += _run_searches([(each, each.fits(alone, enough)) for each in again], alone, enough)
     behind = _behind(candidates, fits, bar.cost)
-    fits += _searched([(each, each.fits_from(other, bar)) for each, other in behind], bar, enough)
-    possible = (fit for fit in fits if np.isfinite(fit.bic) and is_no_fold(fit, added(fit)))
+    fits += _run_searches(
+        [(each, each.fits_from(other, bar)) for each, other in behind], bar, enough
+    )
+    possible = (
+        fit for fit in fits if np.isfinite(fit.bic) and is_no_fold(fit, find_added_effect(fit))
+    )
     told = sorted(possible, key=lambda fit: fit.bic)
     return list(_first_of_each(told).values())
 
 
-def _begun(base: Fit, forms: Sequence[Effect], instrument: Instrument) -> list[Candidate]:
+def _begin_candidates(
+    base: Fit, forms: Sequence[Effect], instrument: Instrument
+) -> list[Candidate]:
     """Return the forms that have a start, those that promise most first."""
     look, values = Look.at(base, instrument), [base.named()]
     if any(form.changes_contact for form in forms):
@@ -206,7 +212,7 @@ def _begun(base: Fit, forms: Sequence[Effect], instrument: Instrument) -> list[C
     if any(form.of_part for form in forms):
         values += of_first_parts(base, instrument)
     candidates = [Candidate(base, form, instrument, look, values) for form in forms]
-    for candidate, begun in zip(candidates, mapped(Candidate.begin, candidates), strict=True):
+    for candidate, begun in zip(candidates, map_shared(Candidate.begin, candidates), strict=True):
         candidate.begun = begun
     found = [candidate for candidate in candidates if candidate.begun.best]
     return sorted(found, key=lambda candidate: candidate.begun.promise)
@@ -226,14 +232,14 @@ def forms(composition: Composition, effects: Iterable[Effect]) -> list[Effect]:
 _Search = tuple[Candidate, Iterator[Fit]]
 
 
-def _told(fits: Iterator[Fit], tell: Tell) -> Iterator[Fit]:
+def _report_fits(fits: Iterator[Fit], tell: Tell) -> Iterator[Fit]:
     """Yield fits, and tell of each."""
     for fit in fits:
         tell(fit)
         yield fit
 
 
-def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]:
+def _run_searches(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]:
     """Return the fits of searches, and the fits near the best of each that is not enough.
 
     How far off it is can be told when all have ended: which of them is ahead is chance.
@@ -241,7 +247,7 @@ def _searched(searches: Sequence[_Search], bar: Bar, enough: float) -> list[Fit]
     found = _all(searches)
     lowest = bar.cost
     near = [
-        (candidate, candidate.settled(fits, bar, lowest))
+        (candidate, candidate.settle_search(fits, bar, lowest))
         for (candidate, _), fits in zip(searches, found, strict=True)
         if fits and fits[-1].cost >= enough and candidate.may_gain(best_of(fits), bar.most, lowest)
     ]
@@ -258,7 +264,7 @@ def _first_of_each(fits: Iterable[Fit]) -> dict[str, Fit]:
     """Return, by its name, the first fit of each effect that was added."""
     first: dict[str, Fit] = {}
     for fit in fits:
-        first.setdefault(added(fit).name, fit)
+        first.setdefault(find_added_effect(fit).name, fit)
     return first
 
 
@@ -273,9 +279,9 @@ def _given_up(
         return []
     best = best_of(rivals)
     astray = ASTRAY * best.cost
-    settled = {added(fit).name for fit in fits if fit.converged and fit.cost < astray}
-    stopped = {added(fit).name for fit in fits} - settled
-    wanted = stopped.intersection(added(best).simpler)
+    settled = {find_added_effect(fit).name for fit in fits if fit.converged and fit.cost < astray}
+    stopped = {find_added_effect(fit).name for fit in fits} - settled
+    wanted = stopped.intersection(find_added_effect(best).simpler)
     return [each for each in candidates if each.effect.name in wanted]
 
 
@@ -306,12 +312,12 @@ def _behind(
 
 def _at_a_bound(fit: Fit) -> bool:
     """Whether a parameter of the added effect ended at a bound."""
-    return any(each.name in fit.exhausted for each in added(fit).parameters)
+    return any(each.name in fit.exhausted for each in find_added_effect(fit).parameters)
 
 
 def _is_also(effect: Effect, fit: Fit) -> bool:
     """Whether the added effect is this one, in some form, or contained in it, or ended as it."""
-    own = added(fit)
+    own = find_added_effect(fit)
     return own.name in (effect.name, *effect.simpler) or (
         effect.name in own.simpler and in_limit(fit)
     )

@@ -39,7 +39,7 @@ def of_specimen(composition: Composition, instrument: Instrument) -> list[str]:
     return [name for name in composition.kernel.values if name not in own]
 
 
-def carried(
+def carry_model(
     composition: Composition,
     named: Values,
     measurements: Sequence[Measurement],

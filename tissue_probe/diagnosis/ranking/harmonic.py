@@ -77,7 +77,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     if sine is None:
         return None
     multiples = [order * sine for order in range(2, HIGHEST + 1)]
-    begun = {each: _begun(base, each, instrument) for each in multiples}
+    begun = {each: _begin_line(base, each, instrument) for each in multiples}
     frequency = min(begun, key=lambda each: promise(*begun[each]))
     fit = search(*begun[frequency])
     if fit is None:
@@ -85,7 +85,7 @@ def better_harmonic(base: Fit, final: Fit, instrument: Instrument) -> float | No
     return frequency if -0.5 * fit.bic - LINE > evidence(final, base) else None
 
 
-def _begun(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
+def _begin_line(base: Fit, frequency: float, instrument: Instrument) -> _Begun:
     """Put a line of no height beside a fitted model."""
     held = {FREQUENCY: frequency}
     composition = base.composition.plus(_line(base.composition.scale))

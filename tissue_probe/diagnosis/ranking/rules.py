@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 
-def ranked(base: Fit, fits: Iterable[Fit]) -> list[Fit]:
+def rank_fits(base: Fit, fits: Iterable[Fit]) -> list[Fit]:
     """Order fits by their evidence beside a base, the most probable first."""
     return sorted(fits, key=lambda fit: -evidence(fit, base))
 
@@ -27,10 +27,10 @@ def significant(simple: Fit, better: Fit, base: Fit) -> bool:
 
 def in_limit(fit: Fit) -> bool:
     """Whether the added effect ended in the limit where it is a simpler one."""
-    return ended_in_limit(added(fit), fit.named())
+    return ended_in_limit(find_added_effect(fit), fit.named())
 
 
-def added(fit: Fit) -> Effect:
+def find_added_effect(fit: Fit) -> Effect:
     """Return the effect that a fit has more than the model it was added to."""
     return fit.composition.effects[-1]
 

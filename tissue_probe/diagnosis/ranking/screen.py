@@ -13,12 +13,12 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
-from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, stacked, unknown
+from tissue_probe.diagnosis.fitting.sensitivities import by_unknown, precision, stack_parts, unknown
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.ranking.candidates import forms
 from tissue_probe.diagnosis.ranking.starts import begin_states, extent, start_values
-from tissue_probe.diagnosis.sharing import mapped
+from tissue_probe.diagnosis.sharing import map_shared
 from tissue_probe.physics.composition import Composition
 from tissue_probe.signals import FloatArray
 
@@ -41,7 +41,7 @@ class Promise(NamedTuple):
     cost: float
 
 
-def screened(
+def screen_effects(
     pairs: Iterable[tuple[Fit, Iterable[Effect]]], alone: Composition, instrument: Instrument
 ) -> list[list[Promise]]:
     """Return the promises of effects, each in its best form, beside fitted models, the best first.
@@ -59,22 +59,22 @@ def screened(
     instrument : Instrument
         Constants of the rig with their tolerances.
     """
-    pairs = [(fit, _tried(fit, alone, effects)) for fit, effects in pairs]
+    pairs = [(fit, _list_tried(fit, alone, effects)) for fit, effects in pairs]
     tests = [_tests(fit, alone, tried, instrument) for fit, tried in pairs]
     jobs = [
         (test, form)
         for (_, tried), own in zip(pairs, tests, strict=True)
         for test, form in zip(own, tried, strict=True)
     ]
-    scores = iter(mapped(lambda job: job[0].score(job[1]), jobs))
-    return [_ordered(fit, [(form, next(scores)) for form in tried]) for fit, tried in pairs]
+    scores = iter(map_shared(lambda job: job[0].score(job[1]), jobs))
+    return [_order_promises(fit, [(form, next(scores)) for form in tried]) for fit, tried in pairs]
 
 
-def _tried(fit: Fit, alone: Composition, effects: Iterable[Effect]) -> list[Effect]:
+def _list_tried(fit: Fit, alone: Composition, effects: Iterable[Effect]) -> list[Effect]:
     return forms(alone, [effect for effect in effects if effect.name not in fit.composition.names])
 
 
-def _ordered(fit: Fit, scores: Iterable[tuple[Effect, float]]) -> list[Promise]:
+def _order_promises(fit: Fit, scores: Iterable[tuple[Effect, float]]) -> list[Promise]:
     """Return the best form of each effect, the most promising first.
 
     Of forms with more values than others these have to be paid for, by the criterion of fits.
@@ -99,7 +99,7 @@ def _tests(
     """Return the test for each effect: in all samples where the position is corrected, else few."""
     corrects = fit.composition.kernel.corrects
     exactly = [corrects or alone.plus(form).kernel.corrects for form in tried]
-    few = [measurement.thinned() for measurement in fit.measurements]
+    few = [measurement.thin_samples() for measurement in fit.measurements]
     tests = {
         each: _ScoreTest(fit, alone, fit.measurements if each else few, instrument)
         for each in set(exactly)
@@ -133,11 +133,11 @@ class _ScoreTest:
         """Return the sum of squares of all samples that an effect could explain."""
         problem = Problem(self.alone.plus(form), self.measurements, self.instrument)
         changes = _changes(self.fit, problem, form, self.bare)
-        explained = (_explained(change, self.basis, self.residual) for change in changes)
+        explained = (_sum_explained(change, self.basis, self.residual) for change in changes)
         return self.share * max(explained, default=0.0)
 
 
-def _explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
+def _sum_explained(change: FloatArray, basis: FloatArray, residual: FloatArray) -> float:
     """Sum of squares of the residual that a change of the force could explain.
 
     The effect has no part in the last rows of basis and residual: those of the priors.
@@ -167,12 +167,14 @@ def _changes(fit: Fit, problem: Problem, effect: Effect, bare: FloatArray) -> It
             if not strengths or strengths[0] in proposed:
                 yield (bare - _residuals(problem, values, starts))[:, None]
             else:
-                yield stacked(problem, [s[:, columns] for _, s in problem.simulate(values, starts)])
+                yield stack_parts(
+                    problem, [s[:, columns] for _, s in problem.simulate(values, starts)]
+                )
 
 
 def _residuals(problem: Problem, values: FloatArray, starts: Sequence[FloatArray]) -> FloatArray:
     parts = [residual[:, None] for residual, _ in problem.simulate(values, starts)]
-    return stacked(problem, parts)[:, 0]
+    return stack_parts(problem, parts)[:, 0]
 
 
 def _own(fit: Fit, problem: Problem) -> tuple[FloatArray, FloatArray]:

@@ -39,7 +39,7 @@ def pressed_in(base: Fit, instrument: Instrument) -> list[Values]:
     Elsewhere the base is wrong if contact is lost.
     """
     stiffness = base.named().get("load_cell_stiffness", np.inf)
-    inside = [replace(m, used=m.pressed(stiffness)) for m in base.measurements]
+    inside = [replace(m, used=m.find_pressed(stiffness)) for m in base.measurements]
     if min(np.mean(m.used) for m in inside) < LEAST_PRESSED:
         return []
     problem = Problem(base.composition, inside, instrument)
@@ -82,7 +82,9 @@ def of_first_parts(base: Fit, instrument: Instrument) -> list[Values]:
     return [] if fit is None else [fit.named()]
 
 
-def proposed(base: Fit, effect: Effect, known: Sequence[Values]) -> Iterator[tuple[Values, Values]]:
+def propose_starts(
+    base: Fit, effect: Effect, known: Sequence[Values]
+) -> Iterator[tuple[Values, Values]]:
     """Yield values known of a model, and with each the values to try for an effect beside it.
 
     Parameters

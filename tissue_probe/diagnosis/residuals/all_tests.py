@@ -9,7 +9,7 @@ from tissue_probe.diagnosis.residuals.drive_tests import drive_correlation, rate
 from tissue_probe.diagnosis.residuals.level_tests import amplitude, level, offset, outliers
 from tissue_probe.diagnosis.residuals.line_tests import line_tests
 from tissue_probe.diagnosis.residuals.memory_tests import ljung_box, whiteness
-from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, checked
+from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, check_signals
 from tissue_probe.quantities import FORCE, Quantity, other
 from tissue_probe.signals import FloatArray
 
@@ -46,7 +46,7 @@ def residual_tests(
     ValueError
         If the arrays differ in length, are too short or not finite, or the noise is not positive.
     """
-    residual, drive = checked(noise, residual, drive)
+    residual, drive = check_signals(noise, residual, drive)
     record = (residual, drive, sample_period)
     return (
         level(residual, noise),

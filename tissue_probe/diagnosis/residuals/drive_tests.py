@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_probe.diagnosis.chance import normal_beyond
-from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judged
+from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judge_test
 from tissue_probe.diagnosis.transforms import correlation
 from tissue_probe.quantities import Quantity
 from tissue_probe.signals import FloatArray
@@ -69,7 +69,7 @@ def _correlation(
     score = abs(products[largest]) / np.sqrt(max(coloured, white) or 1.0)
     scale = np.sqrt(np.sum(error**2) * np.sum(moving**2)) or 1.0
     delay = 1e3 * (largest - most) * sample_period
-    return judged(
+    return judge_test(
         name,
         products[largest] / scale,
         min(1.0, 2.0 * products.size * normal_beyond(score)),

@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.residuals.drive import dominant_period
 from tissue_probe.diagnosis.residuals.residual_test import (
     SIGNIFICANCE,
     ResidualTest,
-    judged,
+    judge_test,
     untold,
 )
 from tissue_probe.diagnosis.transforms import analytic
@@ -42,7 +42,7 @@ def level(residual: FloatArray, noise: float) -> ResidualTest:
     """
     ratio = np.sqrt(np.mean(residual**2)) / noise
     spread = np.hypot(NOISE_UNCERTAINTY, residual.size**-0.5)
-    return judged(
+    return judge_test(
         "level",
         ratio,
         normal_beyond((ratio - 1.0) / spread),
@@ -63,7 +63,7 @@ def offset(
     count = residual.size // size
     means = residual[: count * size].reshape(count, size).mean(axis=1)
     mean = means.mean()
-    return judged(
+    return judge_test(
         "offset",
         mean,
         mean_is_zero(means) if means.any() else 1.0,
@@ -102,7 +102,7 @@ def amplitude(
     power = _power(amplitudes / amplitudes.max(), squares)
     freedom = count * (size - TERMS)
     ratio = np.sqrt(squares.mean())
-    return judged(
+    return judge_test(
         name,
         power,
         normal_beyond((ratio - 1.0) / np.hypot(NOISE_UNCERTAINTY, np.sqrt(0.5 / freedom))),
@@ -167,7 +167,7 @@ def outliers(residual: FloatArray) -> ResidualTest:
     peaks = scores == ndimage.maximum_filter1d(scores, 2 * NEIGHBOURS + 1)
     far = normal_at(0.5 * SIGNIFICANCE / residual.size)
     count = int(np.sum(peaks & (scores > far)))
-    return judged(
+    return judge_test(
         "outliers",
         count,
         min(1.0, 2.0 * residual.size * normal_beyond(scores.max())),

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.residuals.drive import Drive, drive_of, spectrum
 from tissue_probe.diagnosis.residuals.residual_test import (
     SIGNIFICANCE,
     ResidualTest,
-    judged,
+    judge_test,
     untold,
 )
 from tissue_probe.quantities import Quantity
@@ -110,7 +110,7 @@ def _harmonics(lines: _Lines) -> ResidualTest:
     if repetition is None or not among.any():
         return untold(name, "the drive does not repeat within the record")
     frequency, amplitude, chance = lines.strongest(among)
-    return judged(
+    return judge_test(
         name,
         amplitude,
         chance,
@@ -146,7 +146,7 @@ def _mains(lines: _Lines, mains: float) -> ResidualTest:
         return untold(name, "the drive itself moves there, or the sampling is too slow")
     _, amplitude, chance = lines.strongest(among)
     harmonic = (among & lines.harmonic()).any()
-    return judged(
+    return judge_test(
         name,
         amplitude,
         chance,
@@ -175,7 +175,7 @@ def _others(lines: _Lines) -> ResidualTest:
         if frequency < SLOW
         else "not of the drive: vibration of the mount (structural_mode), or interference"
     )
-    return judged(
+    return judge_test(
         "other lines",
         amplitude,
         chance,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tissue_probe.diagnosis.chance import chi_squared_beyond
-from tissue_probe.diagnosis.residuals.residual_test import SHORTEST, SIGNIFICANCE, checked
+from tissue_probe.diagnosis.residuals.residual_test import SHORTEST, SIGNIFICANCE, check_signals
 from tissue_probe.diagnosis.transforms import analytic, welch, without_line
 from tissue_probe.signals import FloatArray
 
@@ -154,18 +154,18 @@ def localise(
     between the two distributions. Its energy must exceed the noise's with 0.1 % significance
     (chi^2, Bonferroni over all runs).
     """
-    residual, position, tip_position = checked(noise, residual, position, tip_position)
+    residual, position, tip_position = check_signals(noise, residual, position, tip_position)
     time = sample_period * np.arange(residual.size)
     speed = np.gradient(tip_position, sample_period)
     phase = np.rad2deg(np.angle(analytic(without_line(position))))
     squares = residual**2
     profiles = (
-        _over("time", "s", time, squares, noise),
+        _profile_over("time", "s", time, squares, noise),
         _over_frequency(residual, sample_period, noise),
-        _over("indentation", "mm", 1e3 * tip_position, squares, noise),
-        _over("speed", "mm/s", 1e3 * speed, squares, noise),
+        _profile_over("indentation", "mm", 1e3 * tip_position, squares, noise),
+        _profile_over("speed", "mm/s", 1e3 * speed, squares, noise),
         _over_direction(speed, squares, noise),
-        _over("phase", "degrees", phase, squares, noise, (-180.0, 180.0)),
+        _profile_over("phase", "degrees", phase, squares, noise, (-180.0, 180.0)),
     )
     return Localisation(profiles, _foremost(profiles))
 
@@ -180,7 +180,7 @@ def _foremost(profiles: tuple[Profile, ...]) -> Profile | None:
     )
 
 
-def _over(
+def _profile_over(
     quantity: str,
     unit: str,
     values: FloatArray,

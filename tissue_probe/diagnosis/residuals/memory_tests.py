@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from tissue_probe.diagnosis.chance import chi_squared_beyond, normal_beyond
-from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judged
+from tissue_probe.diagnosis.residuals.residual_test import ResidualTest, judge_test
 from tissue_probe.diagnosis.transforms import correlation
 from tissue_probe.signals import FloatArray
 
@@ -33,7 +33,7 @@ def whiteness(residual: FloatArray) -> ResidualTest:
     found = autocorrelations(residual)
     largest = int(np.argmax(np.abs(found)))
     score = abs(found[largest]) * np.sqrt(residual.size)
-    return judged(
+    return judge_test(
         "whiteness",
         found[largest],
         min(1.0, 2.0 * found.size * normal_beyond(score)),
@@ -51,7 +51,7 @@ def ljung_box(residual: FloatArray) -> ResidualTest:
     found, size = autocorrelations(residual), residual.size
     lags = np.arange(1, found.size + 1)
     statistic = size * (size + 2) * np.sum(found**2 / (size - lags))
-    return judged(
+    return judge_test(
         "Ljung-Box",
         statistic,
         chi_squared_beyond(statistic, found.size),

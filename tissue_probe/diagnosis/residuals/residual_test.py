@@ -47,7 +47,9 @@ class ResidualTest:
     hint: str
 
 
-def judged(name: str, statistic: float, p_value: float, finding: str, hint: str) -> ResidualTest:
+def judge_test(
+    name: str, statistic: float, p_value: float, finding: str, hint: str
+) -> ResidualTest:
     """Return a test as decided by its p-value; the hint of one that is passed is dropped."""
     passed = bool(p_value >= SIGNIFICANCE)
     return ResidualTest(
@@ -60,7 +62,7 @@ def untold(name: str, reason: str) -> ResidualTest:
     return ResidualTest(name, np.nan, 1.0, True, f"cannot be told: {reason}", "")
 
 
-def checked(noise: float, *signals: FloatArray) -> tuple[FloatArray, ...]:
+def check_signals(noise: float, *signals: FloatArray) -> tuple[FloatArray, ...]:
     """Return the signals of a record as arrays, fit to be judged.
 
     Raises

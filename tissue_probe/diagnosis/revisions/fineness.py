@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.fitting.accuracy import (
     smoother,
 )
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.refitted import refitted
+from tissue_probe.diagnosis.fitting.refitted import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 
@@ -49,5 +49,5 @@ def _is_worse(
     instrument: Instrument,
 ) -> bool:
     """Whether measurements speak against a smoother course: it has corners."""
-    smooth, other = (refitted(fit, each, instrument) for each in (along, before))
+    smooth, other = (refit_measurements(fit, each, instrument) for each in (along, before))
     return smooth is None or (other is not None and smooth.bic > other.bic + 2.0 * RIVAL)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.refitted import refitted
+from tissue_probe.diagnosis.fitting.refitted import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.ranking.candidates import fit_base
 from tissue_probe.diagnosis.revisions.table import Revision, observed_with
@@ -39,20 +39,20 @@ class Revisions:
         """The rig and its constants, after the revisions made so far."""
         return observed_with(self._instrument, self.names)
 
-    def settled(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
+    def revise_until_settled(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
         """Return a model after all revisions that it asks for; None where it asks for none."""
-        settled, revised = None, self._revised(fit, table)
+        settled, revised = None, self._revise_once(fit, table)
         while revised is not None:
-            settled, revised = revised, self._revised(revised, table)
+            settled, revised = revised, self._revise_once(revised, table)
         return settled
 
-    def _revised(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
+    def _revise_once(self, fit: Fit, table: Sequence[Revision]) -> Fit | None:
         """Return a model after the first revision of a table for which it gives a reason."""
         for each in filter(self._may, table):
             told = each.revise(fit, self.instrument) if each.when(fit) else None
             if not told:
                 continue
-            revised = refitted(fit, told, observed_with(self.instrument, [each.name]))
+            revised = refit_measurements(fit, told, observed_with(self.instrument, [each.name]))
             if revised is not None:
                 self.names.append(each.name)
                 self._left -= not (each.once or each.ends)
@@ -69,5 +69,5 @@ class Revisions:
         if revised.composition is base.composition:
             return revised
         samples = revised.measurements
-        again = refitted(base, samples, self.instrument)
+        again = refit_measurements(base, samples, self.instrument)
         return again or fit_base(base.composition, samples, self.instrument)

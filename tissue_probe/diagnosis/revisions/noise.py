@@ -15,11 +15,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from tissue_probe.diagnosis.evidence.adequacy import explained
+from tissue_probe.diagnosis.evidence.adequacy import leaves_only_noise
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.force_errors import filtered
-from tissue_probe.diagnosis.fitting.position_errors import shaken
-from tissue_probe.diagnosis.fitting.refitted import refitted
+from tissue_probe.diagnosis.fitting.force_errors import filter_measurements
+from tissue_probe.diagnosis.fitting.position_errors import add_position_noise
+from tissue_probe.diagnosis.fitting.refitted import refit_measurements
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
 from tissue_probe.diagnosis.observation.noise import Noise
@@ -46,7 +46,7 @@ def quieter(fit: Fit, instrument: Instrument, least: bool = False) -> list[Measu
         Whether the fit may lack an effect. Its residual has the colour of its resonance then, too,
         so that it cannot tell that noise of a driving force has it: there is none of that.
     """
-    shaken_by = shaken(fit, instrument)
+    shaken_by = add_position_noise(fit, instrument)
     told = _within(shaken_by, fit, colour=not least)
     pairs = zip(told, fit.measurements, strict=True)
     if not any(new.noise.power < (1.0 - ANOTHER) * old.noise.power for new, old in pairs):
@@ -64,7 +64,7 @@ def louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None:
         return _driven_louder(fit, instrument)
     if all(each.motion is None for each in fit.measurements):
         return None
-    shaken_by = shaken(fit, instrument)
+    shaken_by = add_position_noise(fit, instrument)
     told = _within(shaken_by, fit)
     return told if _is_more(told, fit) else None
 
@@ -73,11 +73,11 @@ def _driven_louder(fit: Fit, instrument: Instrument) -> list[Measurement] | None
     bounded = [
         replace(each, input_noise=np.nan, noise=Noise(each.noise.own)) for each in fit.measurements
     ]
-    told = _within(filtered(replace(fit, measurements=tuple(bounded)), instrument), fit)
+    told = _within(filter_measurements(replace(fit, measurements=tuple(bounded)), instrument), fit)
     if not _is_more(told, fit):
         return None
-    found = refitted(fit, told, instrument)
-    return told if found is not None and explained(found) else None
+    found = refit_measurements(fit, told, instrument)
+    return told if found is not None and leaves_only_noise(found) else None
 
 
 def _within(

@@ -10,10 +10,10 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from tissue_probe.diagnosis.evidence.adequacy import explained, is_quiet
+from tissue_probe.diagnosis.evidence.adequacy import is_quiet, leaves_only_noise
 from tissue_probe.diagnosis.fitting.corners import without_corners
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.force_errors import feels_force, filtered
+from tissue_probe.diagnosis.fitting.force_errors import feels_force, filter_measurements
 from tissue_probe.diagnosis.fitting.outliers import without_outliers
 from tissue_probe.diagnosis.fitting.position_errors import felt_anew
 from tissue_probe.diagnosis.fitting.undecided import without_undecided
@@ -56,7 +56,7 @@ class Revision(NamedTuple):
 
 def leaves_more(fit: Fit) -> bool:
     """Whether a fit leaves something other than the noise that it counts."""
-    return not explained(fit)
+    return not leaves_only_noise(fit)
 
 
 def _is_louder(fit: Fit) -> bool:
@@ -99,7 +99,7 @@ OF_BEST = (
     Revision("outliers", _outliers, leaves_more),
 )
 #: By the best model of one effect: noise of a force that drives has the colour of its response.
-OF_SINGLE = (Revision("colour", filtered, feels_force, once=True), *OF_BEST)
+OF_SINGLE = (Revision("colour", filter_measurements, feels_force, once=True), *OF_BEST)
 #: By the model at the end of a search.
 OF_LAST = (
     *OF_BEST,
