@@ -26,7 +26,7 @@ def prior_states():
     domain = Domain.of(x, y, np.empty((0, 2)))
     background = Background.of(x, y, None, noise)
     chains = Chains(np.zeros(16), domain.region(x, y), background, prior_of(None))
-    return States.joined([chains.further() for _ in range(24)])
+    return States.join_parts([chains.further() for _ in range(24)])
 
 
 def test_each_further_inclusion_is_as_likely_as_the_prior_says(prior_states):

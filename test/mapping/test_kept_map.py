@@ -138,7 +138,7 @@ def test_a_dwell_reads_back_as_it_was_kept(
     results = SiteResults(tmp_path_factory.mktemp("kept") / "results.jsonl")
     results.begin({})
     results.keep(announced, dwell)
-    ((sent, found),) = results.stored().items()
+    ((sent, found),) = results.read_stored().items()
     assert (sent, found.site, found.end) == (announced, site, begin + 10)
     assert found.leaving == leaving
     assert found.last() == dwell.last()
@@ -148,7 +148,7 @@ def test_a_dwell_reads_back_as_it_was_kept(
 def test_any_bytes_in_the_file_are_read_or_left_out(tmp_path_factory, content):
     path = tmp_path_factory.mktemp("kept") / "results.jsonl"
     path.write_bytes(content)
-    assert isinstance(SiteResults(path).stored(), dict)
+    assert isinstance(SiteResults(path).read_stored(), dict)
 
 
 @st.composite

@@ -10,14 +10,14 @@ from tissue_probe.mapping.posterior.domain import Domain
 from tissue_probe.mapping.posterior.moves import (
     KINDS,
     another_level,
-    begun,
-    born,
+    begin_state,
     changed_one,
-    died,
+    propose_birth,
+    propose_death,
     redrawn,
     scratch_for,
 )
-from tissue_probe.mapping.posterior.outliers import VARIANCES, erred, prior_of
+from tissue_probe.mapping.posterior.outliers import VARIANCES, prior_of, propose_errors
 from tissue_probe.mapping.posterior.prior import (
     FURTHER,
     LOG_CONTRAST,
@@ -81,7 +81,7 @@ coin = np.random.default_rng(3)
 
 
 def birth_or_death(state, count, scratch, beta):
-    move = born if coin.random() < 0.5 else died
+    move = propose_birth if coin.random() < 0.5 else propose_death
     return move(state, count, beta, REGION, scratch)
 
 
@@ -121,7 +121,7 @@ def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
     for _ in range(DRAWS):
         rows, count = from_prior(rng)
         begin = rows.copy(), count
-        state = begun(rows, count, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
+        state = begin_state(rows, count, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
         for _ in range(MOVES):
             count = move(state, count, scratch, 1.0)
         changed += count != begin[1] or not np.array_equal(rows[:count], begin[0][:count])
@@ -136,7 +136,7 @@ def test_each_kind_of_move_alone_gives_the_prior_back(name, other_draws):
 
 def test_the_level_alone_gives_its_prior_back():
     weight = np.log(np.linspace(1.0, 3.0, BACKGROUND.log_weight.size))
-    state = begun(np.zeros((MOST, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
+    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, NO_OUTLIER, Q, np.zeros(SX.size), REGION)
     scratch = scratch_for(SX.size)
     seeded(4)
     level, times = 0, np.zeros(weight.size)
@@ -154,11 +154,11 @@ def test_the_level_alone_gives_its_prior_back():
 def test_outliers_alone_give_their_prior_back(share, mean, variance):
     n = SX.size
     kinds = NO_OUTLIER.copy()
-    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, Q, np.zeros(n), REGION)
+    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, Q, np.zeros(n), REGION)
     seeded(5)
     counts, each = np.zeros(60_000), np.zeros(VARIANCES.size)
     for i in range(counts.size):
-        erred(state, 1.0, prior_of(share))
+        propose_errors(state, 1.0, prior_of(share))
         counts[i] = np.count_nonzero(kinds)
         each += np.bincount(kinds, minlength=each.size)
     # Of a beta-binomial number.
@@ -174,9 +174,9 @@ def test_no_site_is_an_outlier_where_none_is_stated():
     kinds = NO_OUTLIER.copy()
     y = np.where(np.arange(SX.size) == 12, 1.0, 0.0)
     exact = Background.of(SX, SY, None, np.full(SX.size, 0.02)).precision[0]
-    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
     for _ in range(100):
-        erred(state, 1.0, prior_of(0.0))
+        propose_errors(state, 1.0, prior_of(0.0))
     assert not kinds.any()
 
 
@@ -185,10 +185,10 @@ def test_precision_residuals_and_determinant_are_those_of_the_outliers():
     kinds, y = NO_OUTLIER.copy(), 0.05 * rng.standard_normal(SX.size)
     background = Background.of(SX, SY, None, np.full(SX.size, 0.02))
     exact = background.precision[0]
-    state = begun(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
+    state = begin_state(np.zeros((MOST, PARAMETERS)), 0, kinds, exact, y, REGION)
     seeded(6)
     for _ in range(300):
-        erred(state, 0.3, prior_of(0.3))
+        propose_errors(state, 0.3, prior_of(0.3))
     assert kinds.any()
     covariance = np.linalg.inv(exact) + np.diag(VARIANCES[kinds])
     assert state.precision == pytest.approx(np.linalg.inv(covariance), rel=1e-6, abs=1e-6)

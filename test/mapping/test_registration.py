@@ -24,7 +24,7 @@ def test_an_exact_motion_is_found_from_three_pairs_on(count, turn, shift):
     turned = Rotation.from_euler("xyz", turn).as_matrix()
     found = register(places, places @ turned.T + shift)
     np.testing.assert_allclose(found.rotation, turned, atol=1e-7)
-    np.testing.assert_allclose(found.moved(places), places @ turned.T + shift, atol=1e-9)
+    np.testing.assert_allclose(found.move_places(places), places @ turned.T + shift, atol=1e-9)
     assert found.fiducial_error < 1e-9
 
 
@@ -34,8 +34,8 @@ def test_in_the_plane_it_turns_about_z_and_keeps_the_height(angle, shift):
     turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     found = register(places, places @ turned.T + shift)
     at = np.array([[0.01, 0.02, 0.003]])
-    np.testing.assert_allclose(found.moved(at)[0, :2], turned @ at[0, :2] + shift, atol=1e-9)
-    assert found.moved(at)[0, 2] == pytest.approx(0.003, abs=1e-9)
+    np.testing.assert_allclose(found.move_places(at)[0, :2], turned @ at[0, :2] + shift, atol=1e-9)
+    assert found.move_places(at)[0, 2] == pytest.approx(0.003, abs=1e-9)
 
 
 @pytest.mark.parametrize(("dimensions", "count"), [(3, 3), (3, 6), (2, 3), (2, 6)])
@@ -48,7 +48,7 @@ def test_the_stated_errors_are_those_that_noisy_pairs_make(dimensions, count):
     off, stated, localised = [], [], []
     for _ in range(1500):
         found = register(places, places + noise * rng.standard_normal(places.shape))
-        off.append(np.linalg.norm(found.moved(in_space) - in_space))
+        off.append(np.linalg.norm(found.move_places(in_space) - in_space))
         stated.append(found.target_error(in_space)[0])
         localised.append(found.localisation_error)
     # Means of squares of 1500 draws, which are known to some 5 %; the theory is of first order.

@@ -84,7 +84,7 @@ class RegisteredMap(PlacedMap):
 
     def places(self, x: FloatArray, y: FloatArray) -> FloatArray:
         """Return places of the surface [m], shape (n,) each, in the other frame, shape (n, 3)."""
-        return self.registration.moved(self.lift(x, y))
+        return self.registration.move_places(self.lift(x, y))
 
     def errors(self) -> FloatArray:
         """Return by how much the middle of each inclusion is wrong by the registration, TRE [m]."""

@@ -66,7 +66,7 @@ class Chart:
         points = np.column_stack([sites.x, sites.y, sites.z])
         plane = _Plane.of(points[told])
         flat = plane.flat(points)
-        if _lengthening(flat[told]) > FORM:
+        if _measure_lengthening(flat[told]) > FORM:
             return _bent(sites, flat, told, plane)
         upright = plane.axes[2, 2]
         if upright >= 1.0 - FORM:
@@ -75,7 +75,7 @@ class Chart:
             f"the sites lie in a plane tilted by {np.degrees(np.arccos(upright)):.0f} degrees: x "
             "and y of the map run in that plane; X, Y, Z are the sites' own frame"
         )
-        return Chart(_moved(sites, flat), _Over(flat, plane), note)
+        return Chart(_move_sites(sites, flat), _Over(flat, plane), note)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,13 +93,13 @@ class _Plane(Alike):
         hardly changed. Points on a line tell no plane: the one that is tilted least is taken.
         """
         middle = points.mean(axis=0)
-        return _Plane(middle, _turned(_normal(points - middle)))
+        return _Plane(middle, _turn_to_normal(_normal(points - middle)))
 
     def flat(self, points: FloatArray) -> FloatArray:
         """Return points in space on the plane, and off it; their middle keeps its x and y."""
         return np.asarray((points - self.middle) @ self.axes.T + self._shift)
 
-    def lifted(self, flat: FloatArray) -> FloatArray:
+    def lift_points(self, flat: FloatArray) -> FloatArray:
         """Return points of the plane in space."""
         return np.asarray(self.middle + (flat - self._shift) @ self.axes)
 
@@ -122,7 +122,7 @@ def _normal(points: FloatArray) -> FloatArray:
     return np.asarray(normal * np.sign(normal[faces]))
 
 
-def _turned(normal: FloatArray) -> FloatArray:
+def _turn_to_normal(normal: FloatArray) -> FloatArray:
     """Return x, y, z turned the shortest way to where z is the normal, a row each (Rodrigues)."""
     x, y, z = normal
     cross = np.array([[0.0, 0.0, x], [0.0, 0.0, y], [-x, -y, 0.0]])
@@ -140,7 +140,7 @@ def _edges(flat: FloatArray) -> np.ndarray:
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def _lengthening(flat: FloatArray) -> float:
+def _measure_lengthening(flat: FloatArray) -> float:
     """Return by how much ways between neighbours are longer than on the plane, relative."""
     edges = _edges(flat)
     if not len(edges):
@@ -155,17 +155,17 @@ def _bent(sites: Sites, flat: FloatArray, told: np.ndarray, plane: _Plane) -> Ch
     from scipy.interpolate import RBFInterpolator
 
     _refuse_fold(sites, flat, told)
-    surface = _pooled(flat[told])
+    surface = _pool_visits(flat[told])
     laid = _laid_flat(surface)
     note = (
         "the sites lie on a bent surface: x and y of the map run along it; X, Y, Z are the sites' "
         "own frame"
     )
     places = RBFInterpolator(surface[:, :2], laid)(flat[:, :2])
-    return Chart(_moved(sites, places), _Unrolled(laid, surface, plane), note)
+    return Chart(_move_sites(sites, places), _Unrolled(laid, surface, plane), note)
 
 
-def _pooled(flat: FloatArray) -> FloatArray:
+def _pool_visits(flat: FloatArray) -> FloatArray:
     """Return one point for all visits of a place: to the um, at their mean height."""
     places, of_place, visits = np.unique(
         np.round(flat[:, :2], 6), axis=0, return_inverse=True, return_counts=True
@@ -223,7 +223,7 @@ def _ways(points: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(piece, rise).sum(axis=1))
 
 
-def _moved(sites: Sites, flat: FloatArray) -> Sites:
+def _move_sites(sites: Sites, flat: FloatArray) -> Sites:
     return Sites(flat[:, 0], flat[:, 1], np.zeros(len(flat)), sites.t, sites.k, sites.k_sd)
 
 
@@ -236,7 +236,7 @@ class _Over(Alike):
 
     def __call__(self, x: FloatArray, y: FloatArray) -> FloatArray:
         places = np.column_stack([x, y, height_over(self.flat, x, y)])
-        return places if self.plane is None else self.plane.lifted(places)
+        return places if self.plane is None else self.plane.lift_points(places)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,4 +250,6 @@ class _Unrolled(Alike):
     def __call__(self, x: FloatArray, y: FloatArray) -> FloatArray:
         from scipy.interpolate import RBFInterpolator
 
-        return self.plane.lifted(RBFInterpolator(self.laid, self.surface)(np.column_stack([x, y])))
+        return self.plane.lift_points(
+            RBFInterpolator(self.laid, self.surface)(np.column_stack([x, y]))
+        )

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tissue_probe.mapping.kernel import alike, slope
+from tissue_probe.mapping.kernel import correlate_places, slope
 from tissue_probe.signals import FloatArray
 
 #: A felt height is wrong by so much of the distance by which the surface is off the plane [-]:
@@ -62,15 +62,17 @@ class ExploredSurface:
     def _offset(self, here: FloatArray, felt: FloatArray) -> tuple[float, FloatArray]:
         """Return the height above the plane [m], and its slope along x and y."""
         places, offsets = felt[:, :2], felt[:, 2] - self._plane(felt[:, :2])
-        between, _ = self._alike(places[:, None], places)
+        between, _ = self._correlate_offsets(places[:, None], places)
         weights = np.linalg.solve(between + WRONG**2 * np.eye(len(felt)), offsets)
-        alike, slopes = self._alike(here, places)
+        alike, slopes = self._correlate_offsets(here, places)
         return float(alike @ weights), slopes.T @ weights
 
-    def _alike(self, here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _correlate_offsets(
+        self, here: FloatArray, there: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """Return how alike the offsets at places [m] are, and how that changes with ``here``."""
         here, there = ((each - self._middle[:2]) / self._bends_over for each in (here, there))
         off = here - there
-        bent = alike(np.linalg.norm(off, axis=-1))
+        bent = correlate_places(np.linalg.norm(off, axis=-1))
         # The plane may be given as wrong, in height and in tilt, as the surface is bent.
         return bent + 1.0 + (here * there).sum(axis=-1), (slope(off) + there) / self._bends_over

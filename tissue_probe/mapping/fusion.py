@@ -370,7 +370,7 @@ class MapBuilder:
         begins = np.zeros(grid.shape, dtype=np.int64)
         stamp = 0
         for place, cell in cells.items():
-            dwell = _shown(self._visits.get(place, []))
+            dwell = _choose_shown(self._visits.get(place, []))
             if dwell is None:
                 continue
             last = dwell.last()
@@ -410,7 +410,7 @@ _JUDGEMENTS = {
 }
 
 
-def _shown(visits: list[Dwell]) -> Dwell | None:
+def _choose_shown(visits: list[Dwell]) -> Dwell | None:
     """Return the dwell that a cell shows: see ``MapBuilder``."""
     known = [dwell for dwell in visits if dwell.ended or dwell.last()]
     judged = (dwell for dwell in reversed(known) if dwell.verdict() in _JUDGEMENTS)

@@ -111,15 +111,15 @@ class Grid:
         if not 0 <= site < len(self):
             raise IndexError(f"site {site} is not one of the grid's {len(self)} sites")
         row, along = divmod(site, self.columns)
-        return row, self._turned(row, along)
+        return row, self._turn_index(row, along)
 
     def site(self, row: int, column: int) -> int:
         """Return the number of the site in a cell; IndexError if the grid has no such cell."""
         if not (0 <= row < self.rows and 0 <= column < self.columns):
             raise IndexError(f"the grid has no cell in row {row}, column {column}")
-        return row * self.columns + self._turned(row, column)
+        return row * self.columns + self._turn_index(row, column)
 
-    def _turned(self, row: int, column: int) -> int:
+    def _turn_index(self, row: int, column: int) -> int:
         return self.columns - 1 - column if row % 2 else column
 
     def position(self, site: int) -> tuple[float, float, float]:

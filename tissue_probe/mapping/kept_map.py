@@ -82,7 +82,7 @@ class KeptMap:
 
     def _take_up(self, sent: int) -> None:
         """Begin with the results before a restart, if they are of this scan; else with none."""
-        stored = self._results.stored()
+        stored = self._results.read_stored()
         if sent not in stored:
             stored = {}
         for dwell in stored.values():

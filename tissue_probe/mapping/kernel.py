@@ -10,7 +10,7 @@ import numpy as np
 from tissue_probe.signals import FloatArray
 
 
-def alike(distance: FloatArray) -> FloatArray:
+def correlate_places(distance: FloatArray) -> FloatArray:
     """Return the correlation of places so many lengths of the kernel apart, of any shape."""
     r = np.sqrt(5.0) * distance
     return np.asarray((1.0 + r + r**2 / 3.0) * np.exp(-r))

@@ -40,7 +40,7 @@ class Polygon:
             )
         if not np.isfinite(self.corners).all():
             raise ParameterError("a corner of a polygon is not finite: give numbers in m")
-        if crossed := self._crossed():
+        if crossed := self._find_crossing():
             one, other = crossed
             raise ParameterError(
                 f"the sides of a polygon cross: that from corner {one + 1} on and that from corner "
@@ -49,12 +49,12 @@ class Polygon:
         if not self.area > _ON_EDGE * float(np.ptp(self.corners, axis=0).max()):
             raise ParameterError("the corners of a polygon lie on one line: nothing is inside")
 
-    def _crossed(self) -> tuple[int, int] | None:
+    def _find_crossing(self) -> tuple[int, int] | None:
         """Return two sides that cross, each by the number of its first corner; None if none do."""
         starts, ends = self.corners, np.roll(self.corners, -1, axis=0)
         for side, (start, end) in enumerate(zip(starts, ends, strict=True)):
-            apart = _left(start, end, starts) * _left(start, end, ends) < 0.0
-            apart &= _left(starts, ends, start) * _left(starts, ends, end) < 0.0
+            apart = _find_side(start, end, starts) * _find_side(start, end, ends) < 0.0
+            apart &= _find_side(starts, ends, start) * _find_side(starts, ends, end) < 0.0
             if apart.any():
                 return side, int(np.flatnonzero(apart)[0])
         return None
@@ -81,7 +81,7 @@ class Polygon:
         return inside | on_edge
 
 
-def _left(start: FloatArray, end: FloatArray, place: FloatArray) -> FloatArray:
+def _find_side(start: FloatArray, end: FloatArray, place: FloatArray) -> FloatArray:
     """Return which side of a line places are on: positive to its left, 0 on it."""
     (ax, ay), (bx, by), (x, y) = start.T, end.T, place.T
     return np.sign((bx - ax) * (y - ay) - (by - ay) * (x - ax))

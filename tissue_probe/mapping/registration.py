@@ -64,7 +64,7 @@ class Registration:
         count, dimensions = self.places.shape
         return self.fiducial_error / np.sqrt(1.0 - (dimensions + 1) / (2 * count))
 
-    def moved(self, places: FloatArray) -> FloatArray:
+    def move_places(self, places: FloatArray) -> FloatArray:
         """Return places of the map, shape (..., 3) [m], in the other frame."""
         return places @ self.rotation.T + self.translation
 

@@ -31,7 +31,7 @@ class SiteResults:
     def __init__(self, path: Path) -> None:
         self._path = path
 
-    def stored(self) -> dict[int, Dwell]:
+    def read_stored(self) -> dict[int, Dwell]:
         """Return the dwells in the file, in their order, by when each was announced [ns].
 
         Lines that are not understood are left out. OSError if the file cannot be read.

@@ -178,12 +178,12 @@ def answer(sampled: Sampled, sought: Sought = Sought(), *, checked: bool = True)
         still_open.append("inclusions on a smooth background do not explain the sites")
     if none >= sought.probability:
         still_open = [] if holds else still_open
-        told = f"no {sought.text}, {_stated(none)}"
+        told = f"no {sought.text}, {_round_down(none)}"
     elif certain:
         told = f"{_number(len(certain))}, {_boundaries(certain)}; "
-        told += f"no further {sought.text}, {_stated(no_further)}"
+        told += f"no further {sought.text}, {_round_down(no_further)}"
     else:
-        told = f"not known yet: no {sought.text}, {_stated(none)}"
+        told = f"not known yet: no {sought.text}, {_round_down(none)}"
     return Answer(sought, none, no_further, known, not still_open, told, tuple(still_open))
 
 
@@ -221,12 +221,12 @@ def _open(
     for one in known:
         if one.felt_by_one:
             told.append(
-                f"the inclusion near {_place(one.x, one.y)}, {_stated(one.probability)}, is felt "
-                "by one site: palpate again"
+                f"the inclusion near {_place(one.x, one.y)}, {_round_down(one.probability)}, is "
+                "felt by one site: palpate again"
             )
         elif one.probability < sought.probability:
             told.append(
-                f"an inclusion may be near {_place(one.x, one.y)}, {_stated(one.probability)}"
+                f"an inclusion may be near {_place(one.x, one.y)}, {_round_down(one.probability)}"
             )
         elif one.boundary_sd > sought.boundary:
             told.append(
@@ -234,7 +234,7 @@ def _open(
                 f"{_MM * one.boundary_sd:.1f} mm"
             )
     if no_further < sought.probability and (unfound > 1.0 - sought.probability or not told):
-        told.append(f"an {sought.text} may be elsewhere, {_stated(unfound)}")
+        told.append(f"an {sought.text} may be elsewhere, {_round_down(unfound)}")
     return told
 
 
@@ -281,7 +281,7 @@ def _boundaries(certain: list[KnownInclusion]) -> str:
     return f"{which} known to {worst:.1f} mm"
 
 
-def _stated(probability: float) -> str:
+def _round_down(probability: float) -> str:
     """Return a probability to two places, never rounded up to more than is known."""
     if probability > 0.99:
         return "P > .99"

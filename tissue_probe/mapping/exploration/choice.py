@@ -165,7 +165,7 @@ def next_sites(
         raise ParameterError(f"next is {count}; give a number of sites from 1 to {MOST_AT_ONCE}")
     x, y = _candidates(sampled, within, no_go, unreachable)
     given = _MM * np.array(pending, dtype=float).reshape(-1, 2)
-    again = _again(sampled, np.column_stack([x, y]), given)
+    again = _choose_again(sampled, np.column_stack([x, y]), given)
     x, y = np.append(x, given[:, 0]), np.append(y, given[:, 1])
     candidates = x.size - len(given)
     question = _Question.of(sampled, within, x, y)
@@ -212,7 +212,7 @@ def _soonest(
     return int(np.where(as_good, worth / seconds, -1.0).argmax())
 
 
-def _again(sampled: Sampled, places: FloatArray, given: FloatArray) -> list[int]:
+def _choose_again(sampled: Sampled, places: FloatArray, given: FloatArray) -> list[int]:
     """Return the candidates that are nearest to where doubted sites are to be palpated again.
 
     A doubt that a decided site answers is left out.
@@ -242,7 +242,7 @@ class _Question:
         rows, count, level, kinds = sampled.states.some(_STATES)
         px, py, step = spread(within, _PLACES)
         inside = inside_each(rows, count, _MM * px, _MM * py)
-        felt, noise = _expected(sampled, rows, count, level, kinds, x, y)
+        felt, noise = _expect_background(sampled, rows, count, level, kinds, x, y)
         return _Question(
             (inside - inside.mean(axis=0)).astype(np.float32),
             (felt - felt.mean(axis=0)).astype(np.float32),
@@ -269,11 +269,13 @@ class _Question:
             deviations -= np.outer(column, gain * (column @ deviations))
 
 
-def _expected(sampled: Sampled, rows, count, level, kinds, x, y) -> tuple[FloatArray, FloatArray]:
+def _expect_background(
+    sampled: Sampled, rows, count, level, kinds, x, y
+) -> tuple[FloatArray, FloatArray]:
     """Return the mean of log k at sites [mm] in each state, and its mean variance in a state."""
     background, log_k = sampled.background, sampled.felt.log_k
     residuals = log_k - np.log(sums_at(rows, count, background.x, background.y))
-    middle, variance = background.told(level, kinds, residuals, x, y)
+    middle, variance = background.predict_background(level, kinds, residuals, x, y)
     # A further site is as exact as those before.
     stated = float(np.median(sampled.felt.noise)) ** 2
     levels = background.levels

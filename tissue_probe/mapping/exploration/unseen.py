@@ -27,7 +27,7 @@ from tissue_probe.mapping.posterior.prior import (
     draw_shape,
 )
 from tissue_probe.mapping.posterior.sampled import Sampled
-from tissue_probe.mapping.posterior.shape import felt
+from tissue_probe.mapping.posterior.shape import write_shape
 from tissue_probe.signals import FloatArray
 
 #: A place is within some twenty of so many; each is weighed by so many states.
@@ -51,7 +51,7 @@ class Unseen:
     """
 
     def __init__(self, sampled: Sampled, x: FloatArray, y: FloatArray, noise: FloatArray) -> None:
-        rows, self._weights = _drawn(sampled)
+        rows, self._weights = _draw_inclusions(sampled)
         added = np.log(sums_at(rows[:, None], np.ones(len(rows), int), x, y))
         #: Of each drawn one and site, the share of an answer that a value there is.
         self._felt = added**2 / (added**2 + noise)
@@ -65,7 +65,7 @@ class Unseen:
         self._weights = self._weights * (1.0 - self._felt[:, site])
 
 
-def _drawn(sampled: Sampled) -> tuple[FloatArray, FloatArray]:
+def _draw_inclusions(sampled: Sampled) -> tuple[FloatArray, FloatArray]:
     """Return inclusions drawn from the prior, and how probably each is there, unseen."""
     domain, background = sampled.domain, sampled.background
     rows = np.zeros((_DRAWN, PARAMETERS))
@@ -109,7 +109,7 @@ def _add_likely(rows, state, count, x, y, precision, residual, total, likely):
         apart = log_apart(state, count, rows[one], -1) if count < MOST else -np.inf
         if apart == -np.inf:
             continue
-        felt(rows[one], x, y, shape)
+        write_shape(rows[one], x, y, shape)
         excess, changed = math.exp(rows[one, LOG_CONTRAST]) - 1.0, 0
         for i in range(x.size):
             if shape[i] > 0.0:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
 
-from tissue_probe.mapping.kernel import alike
+from tissue_probe.mapping.kernel import correlate_places
 from tissue_probe.mapping.posterior.outliers import VARIANCES, with_outliers
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -125,7 +125,7 @@ class Background:
         distance = cdist(np.column_stack([x, y]), np.column_stack([x, y]))
         precision, weight = [], []
         for share, length, prior in levels.kinds:
-            varied = share * alike(distance / length) + (1.0 - share) * np.eye(x.size)
+            varied = share * correlate_places(distance / length) + (1.0 - share) * np.eye(x.size)
             for size in levels.sizes:
                 factor = cho_factor(known + size**2 * varied, lower=True)
                 precision.append(cho_solve(factor, np.eye(x.size)))
@@ -146,7 +146,7 @@ class Background:
         trend = _trend(self.x, self.y, self._middle, self._half)
         there = _trend(x, y, self._middle, self._half)
         distance = cdist(np.column_stack([x, y]), np.column_stack([self.x, self.y]))
-        shared = there @ trend.T + share * size**2 * alike(distance / length)
+        shared = there @ trend.T + share * size**2 * correlate_places(distance / length)
         return shared, (there**2).sum(axis=1) + share * size**2
 
     def precision_of(self, level: int, kinds: IntArray) -> FloatArray:
@@ -157,7 +157,7 @@ class Background:
         with_outliers(self.precision[level], kinds, precision)
         return precision
 
-    def told(
+    def predict_background(
         self, level: IntArray, kinds: IntArray, log_k: FloatArray, x: FloatArray, y: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Return mean and variance of the background at places [mm], as the sites tell it.

@@ -65,7 +65,7 @@ def bodies_of(found: list[Found], area: float) -> list[Found]:
     first, second = np.transpose(pairs)
     graph = coo_array((np.ones(len(pairs)), (first, second)), shape=(len(found), len(found)))
     count, of = connected_components(graph, directed=False)
-    bodies = [Found.joined([found[i] for i in np.flatnonzero(of == n)]) for n in range(count)]
+    bodies = [Found.join_parts([found[i] for i in np.flatnonzero(of == n)]) for n in range(count)]
     return sorted(bodies, key=lambda one: -one.probability)
 
 
@@ -78,14 +78,16 @@ def _odds(one: Found, other: Found, area: float) -> float:
     if both.size < _LEAST:
         return 0.0
     some = np.unique(np.linspace(0, both.size - 1, _MOST).astype(int))
-    gap, unlike, distance, hard = _compared(one.members[a[some]], other.members[b[some]]).T
+    gap, unlike, distance, hard = _compare_inclusions(
+        one.members[a[some]], other.members[b[some]]
+    ).T
     touch = _density_of_none(gap) * area / (2.0 * math.pi * float(distance.mean()))
     hardness = float(hard.mean()) / HARD**2
     return _ONE * touch * hardness * _density_of_none(unlike) / _ALIKE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _compared(rows, others):
+def _compare_inclusions(rows, others):
     """Return of each pair of inclusions gap, difference, distance, and P(both edges are hard).
 
     The gap [mm] is along the way between their middles, negative where they overlap; the difference

@@ -122,12 +122,14 @@ def boundaries(rows: FloatArray, count: IntArray, places: FloatArray) -> dict[in
     levels = {50: 0.5, **{p: float(np.quantile(least, 1.0 - p / 100.0)) for p in (90, 95)}}
     # The contour lies between places that are inside and places that are not.
     half = 0.5 / count.size
-    highest = _joining(share, x, y, places) if len(places) > 1 else 1.0
+    highest = _find_joining_level(share, x, y, places) if len(places) > 1 else 1.0
     levels = {p: max(min(level, highest) - half, half) for p, level in levels.items()}
     return contours(x, y, share, levels)
 
 
-def _joining(share: FloatArray, x: FloatArray, y: FloatArray, places: FloatArray) -> float:
+def _find_joining_level(
+    share: FloatArray, x: FloatArray, y: FloatArray, places: FloatArray
+) -> float:
     """Return the highest level, of twentieths, at which all parts of a body are in one line.
 
     Parts touch, and leave a seam that few states have inside.

@@ -17,15 +17,15 @@ from numba import njit
 from tissue_probe.mapping.posterior.moves import (
     KINDS,
     another_level,
-    begun,
-    born,
+    begin_state,
     changed_one,
-    died,
     log_told,
+    propose_birth,
+    propose_death,
     redrawn,
     scratch_for,
 )
-from tissue_probe.mapping.posterior.outliers import erred
+from tissue_probe.mapping.posterior.outliers import propose_errors
 from tissue_probe.mapping.posterior.prior import MOST
 
 #: Of all moves: birth or death, an inclusion drawn anew, the level, how each site errs; the rest
@@ -40,15 +40,15 @@ def _move(state, count, level, beta, region, precision, log_weight, outliers, sc
     """Make one move; return number of inclusions and level then."""
     choice = np.random.random()
     if choice < 0.5 * _JUMP:
-        count = born(state, count, beta, region, scratch)
+        count = propose_birth(state, count, beta, region, scratch)
     elif choice < _JUMP:
-        count = died(state, count, beta, region, scratch)
+        count = propose_death(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN:
         redrawn(state, count, beta, region, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE:
         level = another_level(state, level, beta, precision, log_weight, scratch)
     elif choice < _JUMP + _REDRAWN + _LEVEL_MOVE + _ERRED:
-        erred(state, beta, outliers)
+        propose_errors(state, beta, outliers)
     else:
         changed_one(state, count, np.random.randint(KINDS), beta, region, scratch)
     return count, level
@@ -90,7 +90,7 @@ def run(
     rows_of, Q = ends[:, :MOST].copy(), precision
     kinds_of = kinds.copy()
     states = [
-        begun(rows_of[k], count[k], kinds_of[k], Q[level[k]], y, region) for k in range(rungs)
+        begin_state(rows_of[k], count[k], kinds_of[k], Q[level[k]], y, region) for k in range(rungs)
     ]
     at = np.arange(rungs)  # the state of each rung
     for step in range(steps):

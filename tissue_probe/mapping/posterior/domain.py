@@ -70,7 +70,7 @@ class Domain:
             If the box has too many cells as wide as a tip's radius.
         """
         places = np.unique(np.round(np.column_stack([x, y]), _DIGITS), axis=0)
-        spacing = _spacing(places)
+        spacing = _measure_spacing(places)
         beyond = min(spacing / 2.0, TIP)
         if within is not None:
             beyond = TIP
@@ -110,7 +110,7 @@ class Domain:
         y = self.box[2] + step * np.arange(counts[1])
         return x, y
 
-    def known(self, x: FloatArray, y: FloatArray) -> np.ndarray:
+    def find_known(self, x: FloatArray, y: FloatArray) -> np.ndarray:
         """Return whether each place of a raster is spoken of, shape (len y, len x)."""
         columns, rows = np.meshgrid(x, y)
         return self.speaks_of(columns.ravel(), rows.ravel()).reshape(rows.shape)
@@ -148,7 +148,7 @@ def _hull(places: FloatArray, beyond: float) -> ConvexHull:
         ) from None
 
 
-def _spacing(places: FloatArray) -> float:
+def _measure_spacing(places: FloatArray) -> float:
     """Return the spacing of a raster of as many places, whose hull has the same area and perimeter.
 
     The cells of a raster of n places, s wide, end half a spacing beyond its hull of area A and

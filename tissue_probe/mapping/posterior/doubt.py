@@ -101,12 +101,14 @@ def doubts_of(
         visited = (away < _VISITED * aside).sum() > 1
         if visited or (instead.max() < _SLIPPED and not alone):
             continue
-        x, y = _aside(places[row], one.centre, places, aside)
+        x, y = _place_beside(places[row], one.centre, places, aside)
         doubts.append(Doubt(number, row, alone, float(x), float(y), one.probability))
     return doubts
 
 
-def _aside(site: FloatArray, middle: FloatArray, places: FloatArray, by: float) -> FloatArray:
+def _place_beside(
+    site: FloatArray, middle: FloatArray, places: FloatArray, by: float
+) -> FloatArray:
     """Return a place beside a site, towards a middle, or to most other sites where that is off."""
     low, high = places.min(axis=0), places.max(axis=0)
     for target in (middle, places.mean(axis=0)):

@@ -21,7 +21,7 @@ from tissue_probe.mapping.posterior.prior import (
     Y,
 )
 from tissue_probe.mapping.posterior.sampling import States
-from tissue_probe.mapping.posterior.shape import FADED, felt, metric
+from tissue_probe.mapping.posterior.shape import FADED, metric, write_shape
 from tissue_probe.signals import FloatArray, IntArray
 
 #: Enough for a standard deviation that is right to 9 %.
@@ -36,7 +36,7 @@ def _sum_felt(rows, count, x, y, total):
     one = np.empty(x.size)
     total[:] = 1.0
     for j in range(count):
-        felt(rows[j], x, y, one)
+        write_shape(rows[j], x, y, one)
         excess = math.exp(rows[j, LOG_CONTRAST]) - 1.0
         for i in range(x.size):
             total[i] += excess * one[i]
@@ -129,7 +129,7 @@ def surface_of(
     places = [each.ravel() for each in np.meshgrid(*coarse)]
     rows, count, level, kinds = states.some(_STATES)
     of_sites = log_k - np.log(sums_at(rows, count, background.x, background.y))
-    middle, variance = background.told(level, kinds, of_sites, *places)
+    middle, variance = background.predict_background(level, kinds, of_sites, *places)
     first = np.exp(middle + 0.5 * variance).reshape(-1, _COARSE, _COARSE)
     second = np.exp(2.0 * middle + 2.0 * variance).reshape(-1, _COARSE, _COARSE)
     mean, square = np.zeros((y.size, x.size)), np.zeros((y.size, x.size))

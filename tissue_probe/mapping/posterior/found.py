@@ -46,7 +46,7 @@ class Found:
     count: tuple[int, int]
 
     @staticmethod
-    def joined(parts: list[Found]) -> Found:
+    def join_parts(parts: list[Found]) -> Found:
         """Return the body of which these are the parts."""
         if len(parts) == 1:
             return parts[0]

@@ -35,7 +35,7 @@ _FADED = 1.7
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _there(px, py, radius, excess, x, y, precision, weighted, covered, change, where):
+def _weigh_places(px, py, radius, excess, x, y, precision, weighted, covered, change, where):
     """Return how probably a round inclusion may be at a place, of all states.
 
     ``weighted`` are the states' Qr, shape (states, n), ``covered`` says which have one over it.
@@ -85,7 +85,7 @@ def _radii(places_x, places_y, excess, x, y, precision, weighted, rows, count, o
             while True:
                 if (
                     radius > 0.0
-                    and _there(
+                    and _weigh_places(
                         px,
                         py,
                         radius,

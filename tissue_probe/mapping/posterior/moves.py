@@ -40,7 +40,7 @@ from tissue_probe.mapping.posterior.prior import (
     log_prior_of_contrast,
     log_prior_of_shape,
 )
-from tissue_probe.mapping.posterior.shape import felt, squared_distance
+from tissue_probe.mapping.posterior.shape import squared_distance, write_shape
 
 #: Share of births anywhere, against those where the sites are off; of contrasts from the prior,
 #: against those that explain the nearest site.
@@ -203,7 +203,7 @@ def _draw_birth(row, region, weights, sum_felt, residual, precision, shape):
             i += 1
         row[X] = x[i] + width * np.random.standard_normal()
         row[Y] = y[i] + width * np.random.standard_normal()
-    felt(row, x, y, shape)
+    write_shape(row, x, y, shape)
     expected = _expected_contrast(row, x, y, sum_felt, residual, precision, shape)
     if np.random.random() < _ANY_CONTRAST:
         row[LOG_CONTRAST] = draw_contrast()
@@ -213,7 +213,7 @@ def _draw_birth(row, region, weights, sum_felt, residual, precision, shape):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _changed(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, change, where):
+def _write_changes(shape, excess, old_shape, old_excess, sum_felt, r, new_sum, change, where):
     """Write the new sum and the changes of r; return how many sites change, -1 if none is left."""
     count = 0
     for i in range(r.size):
@@ -267,7 +267,7 @@ def _apply(precision, r, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _moved(row, new, kind, spacing):
+def _move_inclusion(row, new, kind, spacing):
     """Write to ``new`` an inclusion moved a little, or farther, in what ``kind`` says."""
     new[:] = row
     radius = math.exp(row[LOG_RADIUS])
@@ -296,7 +296,7 @@ def _moved(row, new, kind, spacing):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _allowed(row, region):
+def _is_allowed(row, region):
     """Whether an inclusion is one that the prior knows."""
     prior = log_prior_of_shape(row) + log_prior_of_contrast(row[LOG_CONTRAST])
     return prior > -np.inf and _inside(row[X], row[Y], region.hull)
@@ -319,7 +319,7 @@ def _leave_out(state, j, region, scratch):
     NaN if the rest is no state.
     """
     Q = state.precision
-    changed = _changed(
+    changed = _write_changes(
         scratch.nothing, 0.0, state.shapes[j], state.excesses[j], state.sum_felt, state.r,
         scratch.without_sum, scratch.change, scratch.where,
     )  # fmt: skip
@@ -339,17 +339,17 @@ def _leave_out(state, j, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def born(state, count, beta, region, scratch):
+def propose_birth(state, count, beta, region, scratch):
     """Propose one more inclusion; return how many there are then."""
     if count == MOST:
         return count
     new, shape, Q = scratch.new, scratch.shape, state.precision
     _weights(state.residual, Q, scratch.weights)
     density = _propose(state.sum_felt, state.residual, Q, region, scratch)
-    if not _allowed(new, region):
+    if not _is_allowed(new, region):
         return count
     excess = math.exp(new[LOG_CONTRAST]) - 1.0
-    changed = _changed(
+    changed = _write_changes(
         shape, excess, scratch.nothing, 0.0, state.sum_felt, state.r, scratch.sum_felt,
         scratch.change, scratch.where,
     )  # fmt: skip
@@ -373,7 +373,7 @@ def born(state, count, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def died(state, count, beta, region, scratch):
+def propose_death(state, count, beta, region, scratch):
     """Propose one inclusion fewer; return how many there are then."""
     if count == 0:
         return count
@@ -410,10 +410,10 @@ def redrawn(state, count, beta, region, scratch):
     log_ratio = beta * gain + density - log_prior_of_contrast(state.inclusions[j, LOG_CONTRAST])
     log_ratio -= log_apart(state.inclusions, count, state.inclusions[j], j)
     log_ratio -= _propose(scratch.without_sum, scratch.without_residual, Q, region, scratch)
-    if not _allowed(new, region):
+    if not _is_allowed(new, region):
         return
     excess = math.exp(new[LOG_CONTRAST]) - 1.0
-    changed = _changed(
+    changed = _write_changes(
         shape, excess, scratch.nothing, 0.0, scratch.without_sum, scratch.without_r,
         scratch.sum_felt, scratch.change, scratch.where,
     )  # fmt: skip
@@ -484,16 +484,16 @@ def changed_one(state, count, kind, beta, region, scratch):
     j = np.random.randint(count)
     old, new, shape = state.inclusions[j], scratch.new, scratch.shape
     Q = state.precision
-    _moved(old, new, kind, region.spacing)
-    if not _allowed(new, region):
+    _move_inclusion(old, new, kind, region.spacing)
+    if not _is_allowed(new, region):
         return
-    felt(new, region.sx, region.sy, shape)
+    write_shape(new, region.sx, region.sy, shape)
     excess, jacobian = math.exp(new[LOG_CONTRAST]) - 1.0, 0.0
     if kind >= _RESHAPES:
         excess, jacobian = _same_at_nearest(state, j, region, scratch)
         if excess != excess:
             return
-    changed = _changed(
+    changed = _write_changes(
         shape, excess, state.shapes[j], state.excesses[j], state.sum_felt, state.r,
         scratch.sum_felt, scratch.change, scratch.where,
     )  # fmt: skip
@@ -516,7 +516,7 @@ def changed_one(state, count, kind, beta, region, scratch):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def begun(inclusions, count, kinds, Q, y, region):
+def begin_state(inclusions, count, kinds, Q, y, region):
     """Return the state of inclusions and of the kinds of errors of sites."""
     n = y.size
     state = State(
@@ -525,7 +525,7 @@ def begun(inclusions, count, kinds, Q, y, region):
     )  # fmt: skip
     state.log_det[0] = with_outliers(Q, kinds, state.precision)
     for j in range(count):
-        felt(inclusions[j], region.sx, region.sy, state.shapes[j])
+        write_shape(inclusions[j], region.sx, region.sy, state.shapes[j])
         state.excesses[j] = math.exp(inclusions[j, LOG_CONTRAST]) - 1.0
         state.sum_felt[:] += state.excesses[j] * state.shapes[j]
     state.r[:] = y - np.log(state.sum_felt)

@@ -65,7 +65,7 @@ def with_outliers(precision, kinds, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def erred(state, beta, prior):
+def propose_errors(state, beta, prior):
     """Propose to each site in turn another kind of error, each kind as often."""
     kinds, precision, residual = state.kinds, state.precision, state.residual
     sites, others, outliers = kinds.size, VARIANCES.size - 1, 0

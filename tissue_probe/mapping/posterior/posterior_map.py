@@ -114,13 +114,13 @@ def read_out(
     doubts = sampled.doubts if model == "inclusions" else []
     if len(felt.visits) < LEAST_SITES:
         inclusions, doubts = [], []
-    notes += [_doubted(one, felt) for one in doubts]
-    unknown = ~domain.known(x, y)
+    notes += [_describe_doubt(one, felt) for one in doubts]
+    unknown = ~domain.find_known(x, y)
     for layer in (mean, sd, share):
         layer[unknown] = np.nan
     hx, hy = domain.raster(max(step, _COARSEST))
     hidden = could_hide(states, background, felt.log_k, contrast, hx, hy)
-    hidden[~domain.known(hx, hy)] = np.nan
+    hidden[~domain.find_known(hx, hy)] = np.nan
     tissue = _tissue(states, background, felt)
     alike = np.abs(mean[~unknown] / tissue.stiffness - 1.0) < _ALIKE
     if alike.mean() < 0.5:
@@ -185,7 +185,7 @@ def _contradictions(felt: Felt) -> list[str]:
     return told
 
 
-def _doubted(one: Doubt, felt: Felt) -> str:
+def _describe_doubt(one: Doubt, felt: Felt) -> str:
     hangs = "is felt by one site" if one.alone else "is none if one site slipped"
     return (
         f"the inclusion at the site at x {felt.x[one.row]:.4g} mm, y {felt.y[one.row]:.4g} mm, "

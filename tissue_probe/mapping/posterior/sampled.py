@@ -144,7 +144,7 @@ class Sampled:
         parts: list[States] = []
         while True:
             parts.append(chains.further(STRETCH // 2 if quick else STRETCH))
-            states = States.joined(parts)
+            states = States.join_parts(parts)
             found = bodies_of(found_in(states), region.area)
             halves = [one.by_chain.reshape(2, -1).mean(axis=1) for one in found]
             disagreement = max((abs(float(a - b)) for a, b in halves), default=0.0)

@@ -70,7 +70,7 @@ class States:
         return rows, count, level, kinds
 
     @staticmethod
-    def joined(parts: list[States]) -> States:
+    def join_parts(parts: list[States]) -> States:
         """Return stretches, one after another."""
         return States(
             *(

@@ -46,7 +46,7 @@ def squared_distance(row, x, y):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def felt(row, x, y, out):
+def write_shape(row, x, y, out):
     """Write g at each place [mm] to ``out``; exactly 0 where it has faded."""
     half = 0.5 * math.exp(row[LOG_EXPONENT])
     reach = (FADED / _LOG_2) ** (1.0 / half)
