@@ -19,7 +19,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import noise_floor
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import EFFECTS
 from tissue_probe.physics.rigs import RIGID_PROBE
-from tissue_probe.recording.clocks.lowpass import lowpassed
+from tissue_probe.recording.clocks.lowpass import filter_block
 from tissue_probe.signals import SampleBlock
 
 RIG = Composition("rigid_probe")
@@ -67,7 +67,7 @@ def convex(depth):
 
 
 def test_mass_and_friction_of_a_drive_are_found():
-    block = lowpassed(drive(), 100.0)
+    block = filter_block(drive(), 100.0)
     ladder = climb_by(
         RIG, [measured(block)], NO_TISSUE, [EFFECTS["coulomb_friction"], EFFECTS["force_bias"]]
     )
@@ -87,7 +87,7 @@ def test_the_mass_is_found_through_the_steps_of_the_position_without_a_filter():
 
 
 def test_a_diagnosis_leaves_out_what_acts_on_a_spring_that_is_not_there():
-    block = lowpassed(drive(), 20.0)
+    block = filter_block(drive(), 20.0)
     found = diagnose(
         RIG,
         [measured(block)],

@@ -20,7 +20,7 @@ from tissue_probe.diagnosis.observation.noise import FAINT, UNKNOWN
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.physics.response import Between
 from tissue_probe.quantities import FORCE, Quantity
-from tissue_probe.recording.clocks.lowpass import lowpassed
+from tissue_probe.recording.clocks.lowpass import filter_block
 from tissue_probe.recording.clocks.stretches import (
     Stretch,
     dwell_blocks,
@@ -202,7 +202,7 @@ def _segments(
     chosen = [stretch for stretch in stretches if _is_long(stretch)] or stretches
     found = []
     for number, piece in enumerate(chosen):
-        stretch = piece if lowpass is None else lowpassed(piece, lowpass)
+        stretch = piece if lowpass is None else filter_block(piece, lowpass)
         every = round(stretch.sample_period / piece.sample_period)
         rested: Starts = starts if piece is stretches[0] or starts != "at-rest" else "moving"
         numbered = f", part {number + 1}" if len(chosen) > 1 else ""

@@ -40,7 +40,7 @@ def _column(name: str, given: Any) -> str:
 def _size(units: Mapping[str, float]) -> take.Kind:
     """Take the name of a unit, or how large one is in SI."""
 
-    def taken(name: str, given: Any) -> str:
+    def take_size(name: str, given: Any) -> str:
         unit = repr(take.number(above=0.0)(name, given)) if isinstance(given, Real) else given
         try:
             unit_size(take.text(name, unit), units)
@@ -48,7 +48,7 @@ def _size(units: Mapping[str, float]) -> take.Kind:
             raise ParameterError(f"`{name}`: {error}") from None
         return str(unit)
 
-    return taken
+    return take_size
 
 
 def _unit_of_time(name: str, given: Any) -> str:

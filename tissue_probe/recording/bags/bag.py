@@ -81,7 +81,7 @@ class Bag(Protocol):
         """Return how many messages of the topics so named there are, as far as the bag tells."""
 
 
-def watched(
+def report_progress(
     bag: Bag, topics: Collection[str], progress: Progress, share: tuple[float, float] = (0.0, 1.0)
 ) -> Iterator[RawMessage]:
     """Yield messages as ``bag.messages`` does, and tell how much is read.
@@ -104,11 +104,11 @@ def by_log_time(
 
     Only as many wait in memory as lie before an earlier one.
     """
-    first = watched(bag, topics, progress, (0.0, 0.5))
+    first = report_progress(bag, topics, progress, (0.0, 0.5))
     times = np.fromiter((message.log_time for message in first), np.uint64)
     earliest_after = np.minimum.accumulate(times[::-1])[::-1]
     waiting: list[tuple[int, int, RawMessage]] = []
-    for number, message in enumerate(watched(bag, topics, progress, (0.5, 1.0)), start=1):
+    for number, message in enumerate(report_progress(bag, topics, progress, (0.5, 1.0)), start=1):
         heappush(waiting, (message.log_time, number, message))
         # A recorder may go on writing in between: messages behind the counted ones come last.
         after = earliest_after[number] if number < times.size else None

@@ -71,7 +71,7 @@ def files_of(folder: Path) -> list[Path]:
             f"{folder} is a folder without {METADATA}; give one of its files "
             f"({', '.join(file.name for file in files)}), or run 'ros2 bag reindex {folder}'"
         )
-    listed = _listed(folder / METADATA)
+    listed = _list_files(folder / METADATA)
     if listed is None:
         return files
     if missing := sorted(set(listed) - {file.name for file in files}):
@@ -94,7 +94,7 @@ def _number(file: Path) -> list[tuple[int, str]]:
 _PARTS = re.compile(r"(\d+)")
 
 
-def _listed(metadata: Path) -> list[str] | None:
+def _list_files(metadata: Path) -> list[str] | None:
     """Return the names of the files that the metadata list; None, with a warning, if not told."""
     try:
         read = bounded_yaml.read(metadata)

@@ -115,7 +115,7 @@ class McapBag:
             for part in self._parts:
                 if part.channels.isdisjoint(wanted):
                     continue
-                data = self._unpacked(file, part)
+                data = self._unpack_part(file, part)
                 for begin, end in _messages(data):
                     channel, _, log_time, publish_time = _MESSAGE.unpack_from(data, begin)
                     if topic := wanted.get(channel):
@@ -160,7 +160,7 @@ class McapBag:
             if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 definitions.append((opcode, begin, end))
             elif opcode == Opcode.STATISTICS:
-                statistics = self._parsed(Statistics, file, begin, end)
+                statistics = self._parse_record(Statistics, file, begin, end)
             elif opcode == Opcode.FOOTER:
                 self.truncated = False
                 if self._summary_holds(file, summary_begin, begin, end):
@@ -172,10 +172,10 @@ class McapBag:
 
     def _take(self, opcode: int, file: BinaryIO, begin: int, end: int) -> None:
         if opcode == Opcode.HEADER:
-            if header := self._parsed(Header, file, begin, end):
+            if header := self._parse_record(Header, file, begin, end):
                 self.profile = header.profile
         elif opcode == Opcode.METADATA:
-            if record := self._parsed(Metadata, file, begin, end):
+            if record := self._parse_record(Metadata, file, begin, end):
                 self.metadata[record.name] = record.metadata
         elif opcode == Opcode.CHUNK:
             self._parts.append(_Part(begin, end, chunk=True))
@@ -199,7 +199,7 @@ class McapBag:
         """Learn from each part which topics there are, and which are in it."""
         budget = Budget(self._path, self._name)
         for number, part in enumerate(self._parts):
-            data = self._unpacked(file, part)
+            data = self._unpack_part(file, part)
             budget.spend(len(data) if part.chunk else 0)
             counts: Counter[int] = Counter()
             complete = 0
@@ -241,7 +241,7 @@ class McapBag:
             channel.message_encoding,
         )
 
-    def _unpacked(self, file: BinaryIO, part: _Part) -> bytes:
+    def _unpack_part(self, file: BinaryIO, part: _Part) -> bytes:
         """Return a part's records; none, with a warning, of a chunk that is damaged."""
         if not part.chunk:
             return _content(file, part.begin, part.end)
@@ -250,7 +250,7 @@ class McapBag:
                 raise ValueError(f"it is longer than {LARGEST >> 20} MiB")
             content = _content(file, part.begin, part.end)
             if part.cut:
-                return _beginning(self._name, content)
+                return _read_beginning(self._name, content)
             chunk = Chunk.read(_stream(content))
             data = unpack(self._name, chunk.compression, chunk.data, chunk.uncompressed_size)
             if chunk.uncompressed_crc and chunk.uncompressed_crc != zlib.crc32(data):
@@ -262,7 +262,7 @@ class McapBag:
             self._warn_of_damage(part, str(error))
             return b""
 
-    def _parsed(self, kind: type, file: BinaryIO, begin: int, end: int) -> object:
+    def _parse_record(self, kind: type, file: BinaryIO, begin: int, end: int) -> object:
         """Return a record; None, with a warning, of one that is damaged."""
         try:
             if end - begin > LARGEST:
@@ -276,7 +276,7 @@ class McapBag:
             return None
 
     def _check_data(self, file: BinaryIO, begin: int, end: int) -> None:
-        record = self._parsed(DataEnd, file, begin, end)
+        record = self._parse_record(DataEnd, file, begin, end)
         expected = record.data_section_crc if record else 0
         if expected and expected != _checksum(file, 0, begin - _PREFIX.size):
             _log.warning(
@@ -286,7 +286,7 @@ class McapBag:
             )
 
     def _summary_holds(self, file: BinaryIO, summary_begin: int, begin: int, end: int) -> bool:
-        footer = self._parsed(Footer, file, begin, end)
+        footer = self._parse_record(Footer, file, begin, end)
         if footer is None:
             return False
         if not footer.summary_crc:
@@ -352,7 +352,7 @@ def _is_closed(file: BinaryIO) -> bool:
     return file.read() == MCAP0_MAGIC
 
 
-def _beginning(name: object, data: bytes) -> bytes:
+def _read_beginning(name: object, data: bytes) -> bytes:
     """Return the records of a chunk that was cut off, as far as they go.
 
     Raises

@@ -35,7 +35,7 @@ def open_bag(path: str | Path) -> Bag:
         return FolderBag([open_bag(file) for file in files_of(path)])
     if is_packed(_head(path)):
         return _PackedBag(path)
-    return _opened(path, path)
+    return _open_file(path, path)
 
 
 def is_bag(path: str | Path) -> bool:
@@ -53,7 +53,7 @@ def is_bag(path: str | Path) -> bool:
     return head.startswith(_MAGICS) or is_packed(head) or path.suffix in _CALLED
 
 
-def _opened(path: Path, name: Path) -> Bag:
+def _open_file(path: Path, name: Path) -> Bag:
     head = _head(path)
     if head.startswith(_MCAP):
         from tissue_probe.recording.bags.mcap_bag import McapBag
@@ -84,7 +84,7 @@ class _PackedBag(FolderBag):
         unpacked = Path(self._folder.name, path.stem)
         with unpacked.open("wb") as file:
             unpack_file(path, file)
-        super().__init__([_opened(unpacked, path)])
+        super().__init__([_open_file(unpacked, path)])
 
 
 def _what_is_wrong(head: bytes) -> str:

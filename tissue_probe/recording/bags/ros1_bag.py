@@ -78,7 +78,7 @@ class Ros1Bag:
         """Open ``rosbags``' reader: bounded, and in the order in which messages were stored."""
         try:
             with Reader(self._path) as reader:
-                self._bound(reader)
+                self._bound_chunks(reader)
                 reader.indexes = {
                     number: sorted(_Stored(*entry) for entry in entries)
                     for number, entries in reader.indexes.items()
@@ -92,7 +92,7 @@ class Ros1Bag:
                 "mend it"
             ) from error
 
-    def _bound(self, reader: Reader) -> None:
+    def _bound_chunks(self, reader: Reader) -> None:
         """Let chunks unpack to their stated size, within bounds."""
         budget = Budget(self._path, self._name)
         for place, chunk in reader.chunks.items():

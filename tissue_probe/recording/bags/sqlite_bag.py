@@ -59,12 +59,12 @@ class SqliteBag:
                 self._check(connection)
                 self._topics = _topics(connection)
         except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
-            raise self._damaged(error) from error
+            raise self._report_damage(error) from error
         self.topics = tuple(dict.fromkeys(self._topics.values()))
 
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """Yield the messages of the topics so named, in the order in which they were stored."""
-        wanted = self._wanted(topics)
+        wanted = self._find_wanted(topics)
         query = f"SELECT topic_id, timestamp, data FROM messages {_of(wanted)} ORDER BY id"
         budget = Budget(self._path, self._name)
         try:
@@ -75,19 +75,19 @@ class SqliteBag:
                     content = unpack_message(self._name, data, budget)
                     yield RawMessage(wanted[number], time, time, content)
         except sqlite3.Error as error:
-            raise self._damaged(error) from error
+            raise self._report_damage(error) from error
 
     def count(self, topics: Collection[str]) -> int:
         """Return how many messages of the topics so named there are."""
-        wanted = self._wanted(topics)
+        wanted = self._find_wanted(topics)
         query = f"SELECT COUNT(*) FROM messages {_of(wanted)}"
         try:
             with closing(self._connection()) as connection:
                 return connection.execute(query, tuple(wanted)).fetchone()[0]
         except sqlite3.Error as error:
-            raise self._damaged(error) from error
+            raise self._report_damage(error) from error
 
-    def _wanted(self, topics: Collection[str]) -> dict[int, Topic]:
+    def _find_wanted(self, topics: Collection[str]) -> dict[int, Topic]:
         return {number: topic for number, topic in self._topics.items() if topic.name in topics}
 
     def _connection(self) -> sqlite3.Connection:
@@ -106,7 +106,7 @@ class SqliteBag:
             with closing(sqlite3.connect(self._path)) as connection:
                 connection.execute("PRAGMA journal_mode=DELETE")
         except sqlite3.Error as error:
-            raise self._damaged(error) from error
+            raise self._report_damage(error) from error
         _log.warning(
             "%s was not closed by its recorder; read with %s beside it",
             self._name,
@@ -121,7 +121,7 @@ class SqliteBag:
                 "%s is damaged, messages may be missing (%s)", self._name, " ".join(said.split())
             )
 
-    def _damaged(self, error: Exception) -> RecordingError:
+    def _report_damage(self, error: Exception) -> RecordingError:
         said = " ".join(str(error).split())  # it may quote a definition, of many lines
         return RecordingError(
             f"{self._name} is damaged ({said}); sqlite3's .recover may save the remaining messages"

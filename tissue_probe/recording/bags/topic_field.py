@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tissue_probe.recording.bags.bag import Bag, Topic, watched
+from tissue_probe.recording.bags.bag import Bag, Topic, report_progress
 from tissue_probe.recording.bags.decoding import Decoder
 from tissue_probe.recording.columns.source import Progress
 from tissue_probe.recording.errors import RecordingError
@@ -106,7 +106,7 @@ def read_field(
     logged, stamps, values = array("q"), array("q"), array("d")
     frames: set[str] = set()
     empty = 0
-    for raw in watched(bag, [topic.name], progress, share):
+    for raw in report_progress(bag, [topic.name], progress, share):
         if not raw.data:
             empty += 1
             continue

@@ -114,7 +114,7 @@ class ClockedTimes:
         return float(self.times[-1] - self.times[0])
 
 
-def clocked(name: str, logged: IntArray, stamped: IntArray | None) -> ClockedTimes:
+def correct_clocks(name: str, logged: IntArray, stamped: IntArray | None) -> ClockedTimes:
     """Find the faults of a channel's clocks, and return times without them.
 
     Parameters
@@ -129,15 +129,15 @@ def clocked(name: str, logged: IntArray, stamped: IntArray | None) -> ClockedTim
     if stamped is None:
         times, setbacks, places = _without_setbacks(logged)
         notes = _tell_setbacks(name, setbacks, logged, places)
-        return _ordered(name, times, logged, setbacks, places, [], notes, stamped=False)
+        return _order_messages(name, times, logged, setbacks, places, [], notes, stamped=False)
     notes: list[str] = []
-    stamps = _unrolled(name, stamped, logged, notes)
+    stamps = _unroll_counter(name, stamped, logged, notes)
     stamps, steps, known, doubt = _without_steps(name, stamps, logged, notes)
     times, setbacks, places = _without_setbacks(stamps)
     # A step that both clocks share is one of the host's.
     logged, _, _ = _without_setbacks(logged) if setbacks.size else (logged, None, None)
     notes += _tell_setbacks(name, setbacks, stamped, places)
-    found = _ordered(name, times, logged, setbacks, places, steps, notes, stamped=True)
+    found = _order_messages(name, times, logged, setbacks, places, steps, notes, stamped=True)
     delays = _difference(logged[found.rows], found.times)
     if known is not None:
         delays -= known[found.rows]
@@ -158,15 +158,15 @@ def onto_recorder(clock: ClockedTimes, drift: float | None = None) -> ClockedTim
     if not clock.stamped:
         return clock
 
-    def moved(times: IntArray) -> IntArray:
+    def move_times(times: IntArray) -> IntArray:
         shift = (times - clock.times[0]) * (clock.drift if drift is None else drift)
         shift = shift + (clock.least_delay if drift is None else 0.0)
         return times + np.rint(shift).astype(np.int64)
 
-    return replace(clock, times=moved(clock.times), cuts=moved(clock.cuts), drift=0.0)
+    return replace(clock, times=move_times(clock.times), cuts=move_times(clock.cuts), drift=0.0)
 
 
-def evenly(clock: ClockedTimes, name: str, logged: IntArray, rate: float) -> ClockedTimes:
+def space_evenly(clock: ClockedTimes, name: str, logged: IntArray, rate: float) -> ClockedTimes:
     """Return times of messages sent at an even rate [Hz], none lost, of which none came early.
 
     Their drift is that of the recorder's clock against this rate.
@@ -208,7 +208,7 @@ def _block_medians(values: FloatArray) -> FloatArray:
     return np.concatenate(pieces) if pieces else np.empty(0)
 
 
-def _unrolled(name: str, stamps: IntArray, logged: IntArray, notes: list[str]) -> IntArray:
+def _unroll_counter(name: str, stamps: IntArray, logged: IntArray, notes: list[str]) -> IntArray:
     """Count on where a counter of 32 bits began anew."""
     if np.diff(stamps).min(initial=0) > -min(ROLLOVERS.values()) / 2:
         return stamps
@@ -371,7 +371,7 @@ def _tell_setbacks(name: str, setbacks: IntArray, times: IntArray, places: IntAr
     ]
 
 
-def _ordered(
+def _order_messages(
     name: str,
     times: IntArray,
     logged: IntArray,

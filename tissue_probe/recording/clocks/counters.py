@@ -21,7 +21,7 @@ FEW = 1000
 """
 
 
-def unwrapped(values: FloatArray) -> tuple[FloatArray, int | None]:
+def unwrap_counter(values: FloatArray) -> tuple[FloatArray, int | None]:
     """Return a counter's values as if it had no end, and its width in bits; None if it has none.
 
     Parameters

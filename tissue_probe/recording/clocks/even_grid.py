@@ -166,7 +166,7 @@ def even_grid(
     few = 0.0 < odd.mean() < FEW
     period = float(np.mean(steps[inside][~odd])) if few else _period(time, rows)
     jitter = max(_jitter(time[part], period) for part in rows)
-    even = jitter <= max(_rounding(time), NEGLIGIBLE * period)
+    even = jitter <= max(_measure_rounding(time), NEGLIGIBLE * period)
     notes = []
     if not even:
         notes.append(
@@ -175,7 +175,7 @@ def even_grid(
         )
     # Two times are rounded; resampled rows keep their times, in step or not.
     in_step = ~np.array(even) | (
-        _off(steps, period) <= 2.0 * max(_rounding(time), NEGLIGIBLE * period)
+        _off(steps, period) <= 2.0 * max(_measure_rounding(time), NEGLIGIBLE * period)
     )
     joined = inside | (in_step & (steps <= (bridged + longest) * period))
     rows = _parts(joined)
@@ -391,7 +391,7 @@ def _jitter(time: FloatArray, period: float) -> float:
     return (most - least) / 2.0
 
 
-def _rounding(time: FloatArray) -> float:
+def _measure_rounding(time: FloatArray) -> float:
     """Return by how much rounding to the digits that the times have moves them at most [s]."""
     largest = max(abs(float(time.max())), abs(float(time.min())))
     precision = 4.0 * np.spacing(largest)

@@ -57,10 +57,10 @@ def fresh_values(values: FloatArray) -> BoolArray:
     fresh = np.ones(values.size, dtype=bool)
     fresh[1:] = values[1:] != values[:-1]  # NaN differs from everything
     changes = np.abs(np.diff(values[fresh & np.isfinite(values)]))
-    return fresh if _held(fresh, changes) else np.ones_like(fresh)
+    return fresh if _is_held(fresh, changes) else np.ones_like(fresh)
 
 
-def _held(fresh: BoolArray, changes: FloatArray) -> bool:
+def _is_held(fresh: BoolArray, changes: FloatArray) -> bool:
     repeats = np.count_nonzero(~fresh)
     # So few runs show no share of them: one that is not regular would be more than may be.
     if changes.size < 1.0 / (1.0 - REGULAR) or repeats < REPEATED * fresh.size:

@@ -44,15 +44,15 @@ def local_cubic(stamps: IntArray, rows: FloatArray, at: IntArray) -> FloatArray:
     start = np.searchsorted(stamps, at, "left") - 1
     far_before, before, after, far_after = (start + offset for offset in (-1, 0, 1, 2))
 
-    def lasting(first: IntArray, last: IntArray) -> FloatArray:
+    def sum_powers(first: IntArray, last: IntArray) -> FloatArray:
         # Differences of whole numbers are exact, and small enough for floats to be.
         return (stamps[last] - stamps[first]).astype(np.float64)[:, None]
 
-    step, way = lasting(before, after), rows[after] - rows[before]
+    step, way = sum_powers(before, after), rows[after] - rows[before]
 
     def rise(first: IntArray, last: IntArray) -> FloatArray:
         """Return the slope times the step, where the neighbour goes from first to last."""
-        ratio = lasting(first, last) / step
+        ratio = sum_powers(first, last) / step
         weight = np.minimum(1.0 / (1.0 + ratio), BOUND * ratio)
         return way + weight * ((rows[last] - rows[first]) / ratio - way)
 

@@ -15,7 +15,7 @@ ORDER = 4
 KEPT = 2.5
 
 
-def lowpassed(block: SampleBlock, frequency: float) -> SampleBlock:
+def filter_block(block: SampleBlock, frequency: float) -> SampleBlock:
     """Filter position and force alike, without delay, and keep as many samples as that leaves.
 
     A linear model holds for filtered signals as it does for the raw ones, and its acceleration

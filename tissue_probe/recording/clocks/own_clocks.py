@@ -60,7 +60,7 @@ def at_times(time: FloatArray, position: FloatArray, at: FloatArray) -> FloatArr
     return interpolate(time[known], position[known], at, reach=BRIDGED)
 
 
-def apart(position: FloatArray, force: FloatArray) -> str | None:
+def compare_clocks(position: FloatArray, force: FloatArray) -> str | None:
     """Say how the times of position and force [s] differ; None where they are the same."""
     if position.size == force.size and bool(np.all(position == force)):
         return None

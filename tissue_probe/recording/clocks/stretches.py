@@ -100,7 +100,7 @@ def known_stretches(block: SampleBlock) -> tuple[list[Stretch], int]:
         stretch = block[first:stop]
         missing = ~known[first:stop]
         filled += int(np.count_nonzero(missing))
-        stretches.append(_filled(stretch, missing))
+        stretches.append(_fill_missing(stretch, missing))
     return stretches, filled
 
 
@@ -121,19 +121,19 @@ def _long_enough(known: np.ndarray) -> Iterator[tuple[int, int]]:
             yield int(places[first]), int(places[stop - 1]) + 1
 
 
-def _filled(block: SampleBlock, missing: BoolArray) -> Stretch:
+def _fill_missing(block: SampleBlock, missing: BoolArray) -> Stretch:
     return Stretch(
         block.stamp,
         block.sequence,
         block.sample_period,
-        _bridged(block.position),
-        _bridged(block.force),
+        _bridge_gaps(block.position),
+        _bridge_gaps(block.force),
         block.command,
         measured=~missing,
     )
 
 
-def _bridged(column: FloatArray) -> FloatArray:
+def _bridge_gaps(column: FloatArray) -> FloatArray:
     known = np.isfinite(column)
     if known.all():
         return column

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tissue_probe.recording.clocks.counters import unwrapped
+from tissue_probe.recording.clocks.counters import unwrap_counter
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.recording.units import TIME_UNITS
 from tissue_probe.signals import NANOSECONDS, FloatArray
@@ -84,9 +84,9 @@ def times(column: np.ndarray, name: str, unit: str | None, certain: bool, where:
             f"{size * latest / 3.156e7:.3g} years; state `time_unit` ({', '.join(TIME_UNITS)})"
         )
     if not whole:
-        column, bits = unwrapped(column)
+        column, bits = unwrap_counter(column)
     elif bool((column[1:] < column[:-1]).any()):
-        column, bits = unwrapped(column.astype(np.float64))
+        column, bits = unwrap_counter(column.astype(np.float64))
     else:
         bits = None
     if bits:

@@ -14,9 +14,9 @@ from tissue_probe.recording.clocks.clocks import (
     CERTAIN,
     WORTH_TELLING,
     ClockedTimes,
-    clocked,
-    evenly,
+    correct_clocks,
     onto_recorder,
+    space_evenly,
     usual_step,
 )
 from tissue_probe.recording.clocks.even_grid import GAP
@@ -70,7 +70,7 @@ def by_one_clock(
         _require_stamps(path, force, position)
     if sample_rate is not None:
         force = replace(force, stamped=None)
-    both = [_refined(path, field, clock) for field in (force, position)]
+    both = [_refine_times(path, field, clock) for field in (force, position)]
     if sample_rate is not None:
         both[0] = _at_the_rate(path, force, both[0], sample_rate)
     notes = [note for found in both for note in found.notes]
@@ -86,7 +86,7 @@ def by_one_clock(
             notes.append(_by_the_recorder(force, position, *both))
         both = [onto_recorder(each) for each in both]
     else:
-        both, said = _stamped(path, force, position, *both, clock)
+        both, said = _join_stamps(path, force, position, *both, clock)
         notes += said
     return *both, _cuts(*both), notes
 
@@ -100,12 +100,12 @@ def _cuts(f: ClockedTimes, u: ClockedTimes) -> IntArray:
     return np.unique(np.concatenate([*cuts, *shared]))
 
 
-def _refined(path: object, field: FieldValues, clock: Clock | None) -> ClockedTimes:
-    found = clocked(field.name, field.logged, field.stamped)
+def _refine_times(path: object, field: FieldValues, clock: Clock | None) -> ClockedTimes:
+    found = correct_clocks(field.name, field.logged, field.stamped)
     if found.even:
         return found
     if clock == "recorder":
-        return clocked(field.name, field.logged, None)
+        return correct_clocks(field.name, field.logged, None)
     raise RecordingError(
         f"{path}: the stamps of {field.name} come in steps of {found.tick / 1e6:.4g} ms, several "
         "messages to a step, and not evenly; state `clock` recorder to go by when they were "
@@ -123,7 +123,7 @@ def _at_the_rate(
     RecordingError
         If the messages came at a rate that no error of clocks makes of it.
     """
-    even = evenly(clock, force.name, force.logged, rate)
+    even = space_evenly(clock, force.name, force.logged, rate)
     if not _drifts(even.drift, even.drift_error, even.duration):
         return even
     came = rate / (1.0 + even.drift)
@@ -134,7 +134,7 @@ def _at_the_rate(
             "at which they were taken, or record with stamps if some were lost"
         )
     error = even.drift_error * even.duration / 2.0  # at the ends, in the middle there is none
-    even = evenly(clock, force.name, force.logged, came)
+    even = space_evenly(clock, force.name, force.logged, came)
     said = f"{rate:g} Hz was stated, which the recorder's clock shows to be {came:.6g} Hz"
     return replace(even, doubt=error, notes=(*even.notes, said))
 
@@ -173,10 +173,10 @@ def _made_good_alike(
 def _moved_on(clock: ClockedTimes, more: IntArray) -> ClockedTimes:
     begins = clock.cuts[clock.setback_cuts]
 
-    def moved(times: IntArray) -> IntArray:
+    def move_times(times: IntArray) -> IntArray:
         return times + (more * (times[:, None] >= begins)).sum(axis=1)
 
-    return replace(clock, times=moved(clock.times), cuts=moved(clock.cuts))
+    return replace(clock, times=move_times(clock.times), cuts=move_times(clock.cuts))
 
 
 def _refuse_irregular(path: object, field: FieldValues, advice: str) -> None:
@@ -203,7 +203,7 @@ def _by_the_recorder(
     )
 
 
-def _stamped(
+def _join_stamps(
     path: object,
     force: FieldValues,
     position: FieldValues,
@@ -229,7 +229,7 @@ def _stamped(
     notes = []
     apart = abs(f.delay - u.delay)
     if apart > POSSIBLE_DELAY * NANOSECONDS:
-        return [_recorded(force, f), _recorded(position, u)], [
+        return [_take_log_times(force, f), _take_log_times(position, u)], [
             f"the clocks that stamp {force.name} and {position.name} are "
             f"{apart / NANOSECONDS:.6g} s apart: both signals are taken at the times they were "
             "recorded, less the jitter that their stamps tell, and may be shifted by their "
@@ -258,10 +258,10 @@ def _stamped(
     return [f, u], notes
 
 
-def _recorded(field: FieldValues, clock: ClockedTimes) -> ClockedTimes:
+def _take_log_times(field: FieldValues, clock: ClockedTimes) -> ClockedTimes:
     """Return times by the recorder's clock: log times, where stamps keep no time beside it."""
     if clock.jitter > POSSIBLE_DELAY * NANOSECONDS:
-        return clocked(field.name, field.logged, None)
+        return correct_clocks(field.name, field.logged, None)
     return onto_recorder(clock)
 
 

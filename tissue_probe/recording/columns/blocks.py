@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from tissue_probe.recording.columns.cells import Kind, kind
-from tissue_probe.recording.columns.find_table import Found, Row, fitted, folded
+from tissue_probe.recording.columns.find_table import Found, Row, fit_row, fold_cells
 from tissue_probe.recording.errors import RecordingError
 
 
@@ -46,7 +46,7 @@ class Blocks:
         self._found = found
         self._decimal = decimal
         self._line = line
-        self._headers = {folded(each) for each in found.headers}
+        self._headers = {fold_cells(each) for each in found.headers}
         self._left_out: list[int] = []
         self._labelled: bool | None = None  # whether rows begin with a word
         self._text: list[Row] = []
@@ -94,7 +94,7 @@ class Blocks:
         """Return the rows, of ``count``, at which the second and further blocks begin."""
         return tuple(start for start in self.starts[1:] if start < count)
 
-    def told(self, count: int) -> Iterator[str]:
+    def describe_blocks(self, count: int) -> Iterator[str]:
         """Say of ``count`` rows in how many blocks they are, and which lines are none."""
         starts = (0, *self.begins(count))
         if len(starts) > 1:
@@ -111,8 +111,8 @@ class Blocks:
         if row.comment:
             bare = row.text.strip().lstrip("#%/*! ")
             row = Row(row.line, tuple(bare.split(self._found.separator)))
-        cells = fitted(row, self._found.width)
-        return cells is not None and folded(cells) in self._headers
+        cells = fit_row(row, self._found.width)
+        return cells is not None and fold_cells(cells) in self._headers
 
     def _is_commented(self, row: Row) -> bool:
         """Whether a row has one cell more, of text, where the header ends in a comment's name."""

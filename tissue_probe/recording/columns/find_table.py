@@ -120,11 +120,11 @@ def _runs(rows: Sequence[Row], decimal: str) -> Iterator[Run]:
     for width, group in groupby(data, key=lambda each: each[1]):
         places = [place for place, _ in group]
         if width:
-            explained = sum(_explained(rows[place], decimal) for place in places)
+            explained = sum(_count_explained(rows[place], decimal) for place in places)
             yield Run(places[0], places[-1] + 1, width, explained)
 
 
-def _explained(row: Row, decimal: str) -> int:
+def _count_explained(row: Row, decimal: str) -> int:
     """Return how many characters are in cells that tell something."""
     return sum(
         len(str(cell).strip()) + 1
@@ -167,7 +167,7 @@ def find_table(path: str, rows: Sequence[Row], decimal: str, splits=()) -> Found
     texts = tuple(row.cells for row in above)
     unit_row = _unit_row(texts)
     at = len(texts) - 1 if unit_row is None else unit_row - 1
-    named = _filled(texts, rows, best)
+    named = _find_filled(texts, rows, best)
     at = at if at in named or not named else named[-1]
     names = _distinct(texts[: at + 1])
     told = list(_preamble(rows, rows.index(_row(rows, above[at].line)), decimal))
@@ -191,7 +191,7 @@ def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
         return
     yield f"{count} line{'s' if count > 1 else ''} of preamble"
     for run in _runs(rows[:place], decimal):
-        if run.stop - run.first > 1 and not _labelled(rows[run.first], decimal):
+        if run.stop - run.first > 1 and not _has_labels(rows[run.first], decimal):
             first, last = rows[run.first].line, rows[run.stop - 1].line
             yield f"another table, in lines {first} to {last}, is not read"
 
@@ -199,15 +199,17 @@ def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
 def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> Run:
     """Begin where the table begins: text does not end it where its header comes again below."""
     for run in reversed([run for run in _runs(rows, decimal) if run.stop <= best.first]):
-        if _labelled(rows[run.first], decimal) and not _labelled(rows[best.first], decimal):
+        if _has_labels(rows[run.first], decimal) and not _has_labels(rows[best.first], decimal):
             continue  # no samples: numbers behind a word, as preambles have them
         if run.width != best.width:
             if run.stop - run.first > 1:
                 break
             continue
-        header = {folded(row.cells) for row in _above(rows, run, decimal, splits)}
+        header = {fold_cells(row.cells) for row in _above(rows, run, decimal, splits)}
         names = [
-            row for row in _above(rows, best, decimal, splits) if folded(row.cells) not in header
+            row
+            for row in _above(rows, best, decimal, splits)
+            if fold_cells(row.cells) not in header
         ]
         if not all(_row(rows, row.line).comment for row in names):
             break  # a table of its own
@@ -215,12 +217,12 @@ def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> 
     return best
 
 
-def folded(cells: Sequence[Cell]) -> tuple[str, ...]:
+def fold_cells(cells: Sequence[Cell]) -> tuple[str, ...]:
     """Return a row's texts as they are compared with a header: capital letters mean the same."""
     return tuple(str(cell).casefold() for cell in cells)
 
 
-def _labelled(row: Row, decimal: str) -> bool:
+def _has_labels(row: Row, decimal: str) -> bool:
     return Kind.TEXT in row.kinds(decimal)
 
 
@@ -239,7 +241,7 @@ def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
                 break
             bare = row.text.strip().lstrip("#%/*! ")
             row = Row(row.line, next((c for s in splits if len(c := s(bare)) == run.width), ()))
-        cells = fitted(row, run.width, splits)
+        cells = fit_row(row, run.width, splits)
         if cells is None or sum(kind(cell, decimal) is Kind.NUMBER for cell in cells) > 1:
             break
         if sum(bool(cell) for cell in cells) < min(2, run.width):
@@ -250,7 +252,7 @@ def _above(rows: Sequence[Row], run: Run, decimal: str, splits) -> list[Row]:
     return found
 
 
-def fitted(row: Row, width: int, splits=()) -> tuple[str, ...] | None:
+def fit_row(row: Row, width: int, splits=()) -> tuple[str, ...] | None:
     """Return a row's texts if it has a cell for each column, in one of the ways to cut it."""
     for cells in (row.cells, *(split(row.text) for split in splits if row.text)):
         texts = [str(cell).strip() for cell in cells]
@@ -271,7 +273,7 @@ def _unit_row(texts: Sequence[tuple[str, ...]]) -> int | None:
     return None
 
 
-def _filled(texts: Sequence[tuple[str, ...]], rows: Sequence[Row], run: Run) -> list[int]:
+def _find_filled(texts: Sequence[tuple[str, ...]], rows: Sequence[Row], run: Run) -> list[int]:
     """Return which rows name every column that has values."""
     used = [
         any(str(row.cells[c]).strip() for row in rows[run.first : run.stop] if c < len(row.cells))

@@ -49,7 +49,7 @@ def open_hdf5(path: Path, matlab: bool = False) -> Columns:
         with File(path) as file:
             file.visititems(collect)
     except _WRONG as error:
-        raise RecordingError(f"{path} is not {_called(matlab)}: {error}") from error
+        raise RecordingError(f"{path} is not {_name_kind(matlab)}: {error}") from error
 
     def load(names: Sequence[str], progress: Progress) -> Loaded:
         try:
@@ -58,7 +58,7 @@ def open_hdf5(path: Path, matlab: bool = False) -> Columns:
         except RecordingError:
             raise
         except _WRONG as error:
-            raise RecordingError(f"{path} is not {_called(matlab)}: {error}") from error
+            raise RecordingError(f"{path} is not {_name_kind(matlab)}: {error}") from error
 
     return Columns(path, tuple(places), load, units)
 
@@ -71,7 +71,7 @@ def _unit(attributes) -> str:
     return told.decode(errors="replace") if isinstance(told, bytes) else str(told)
 
 
-def _called(matlab: bool) -> str:
+def _name_kind(matlab: bool) -> str:
     return "a MATLAB file" if matlab else "an HDF5 file"
 
 

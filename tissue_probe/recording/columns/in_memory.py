@@ -128,7 +128,7 @@ def _of_objects(array: np.ndarray, place: str) -> np.ndarray:
             ) from None
     for each in told:
         if isinstance(each, (bool, np.bool_)) or not isinstance(each, (Real, Decimal)):
-            raise RecordingError(f"{place} holds {_called(each)}: give numbers")
+            raise RecordingError(f"{place} holds {_describe_value(each)}: give numbers")
     try:
         return np.array([np.nan if each is None else each for each in cells], dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -140,7 +140,7 @@ def _is_missing(value: object) -> bool:
     return kind(value) is Kind.UNKNOWN or type(value).__name__ in ("NAType", "NaTType")
 
 
-def _called(value: object) -> str:
+def _describe_value(value: object) -> str:
     """Describe a value in a column that is no number."""
     if isinstance(value, str):
         return f"texts, such as {value[:20]!r}"

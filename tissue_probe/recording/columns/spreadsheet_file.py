@@ -120,7 +120,7 @@ def _values(path: Path, rows: Sequence[Row], found: Found, places: dict[str, int
         if blocks.takes(row, len(kept)):
             kept.append(row)
     columns = [_column(path, name, place, kept) for name, place in places.items()]
-    told = tuple(blocks.told(len(kept)))
+    told = tuple(blocks.describe_blocks(len(kept)))
     return Loaded(columns, told, lambda row: f"row {kept[row].line}", blocks.begins(len(kept)))
 
 

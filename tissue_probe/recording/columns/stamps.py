@@ -32,20 +32,20 @@ def with_stamps(source: Columns) -> Columns:
         return source
     (seconds, nanos), load = pairs[0], source.load
 
-    def joined(wanted: Sequence[str], progress: Progress) -> Loaded:
+    def join_stamps(wanted: Sequence[str], progress: Progress) -> Loaded:
         if TIME not in wanted:
             return load(wanted, progress)
         others = [name for name in wanted if name != TIME]
         found = load(list(dict.fromkeys([*others, seconds, nanos])), progress)
         named = dict(zip(dict.fromkeys([*others, seconds, nanos]), found.columns, strict=True))
-        named[TIME] = _together(source, seconds, named[seconds], nanos, named[nanos])
+        named[TIME] = _add_seconds(source, seconds, named[seconds], nanos, named[nanos])
         return found._replace(columns=[named[name] for name in wanted])
 
     told = f"time is {seconds} and {nanos} together"
-    return replace(source, names=(*source.names, TIME), load=joined, told=(*source.told, told))
+    return replace(source, names=(*source.names, TIME), load=join_stamps, told=(*source.told, told))
 
 
-def _together(
+def _add_seconds(
     source: Columns, seconds: str, whole: np.ndarray, nanos: str, beside: np.ndarray
 ) -> np.ndarray:
     """Return times as ``datetime64[ns]``; NaT where one of both is not known.

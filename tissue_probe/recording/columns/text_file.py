@@ -49,7 +49,7 @@ class Dialect:
     separator: str
     decimal: str
 
-    def told(self) -> tuple[str, ...]:
+    def describe_dialect(self) -> tuple[str, ...]:
         """Name the differences from plain CSV."""
         said = [SEPARATORS[self.separator]] if self.separator != "," else []
         if self.decimal == ",":
@@ -76,12 +76,12 @@ def open_text(path: Path) -> Columns:
     RecordingError
         If it is no text, has no table, or its header does not fit.
     """
-    encoding = _encoding(path)
+    encoding = _find_encoding(path)
     rows, dialect = _dialect(path, encoding)
     splits = [Dialect(encoding, mark, ".").split for mark in SEPARATORS if mark != " "]
     splits += [Dialect(encoding, " ", ".").split, _wide]
     found = find_table(str(path), rows, dialect.decimal, splits)
-    told = (*dialect.told(), *found.told)
+    told = (*dialect.describe_dialect(), *found.told)
     labels = channel_labels(path, rows, found, dialect.decimal)
     found = replace(found, names=labels.names, separator=dialect.separator)
 
@@ -107,7 +107,7 @@ def _wide(text: str) -> tuple[str, ...]:
     return tuple(_WIDE_BLANKS.split(text.strip()))
 
 
-def _encoding(path: Path) -> str:
+def _find_encoding(path: Path) -> str:
     """Return a text's encoding: a mark tells, else UTF-8 if all of it is, else Latin."""
     with path.open("rb") as file:
         head = file.read(4096)
@@ -170,7 +170,7 @@ def _numbers(array) -> np.ndarray:
     return values
 
 
-def _ended(text: str) -> str:
+def _end_text(text: str) -> str:
     return text if text.endswith("\n") else text + "\n"
 
 
@@ -181,7 +181,7 @@ def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
         text = next(filter(None, _texts(path, encoding, size, lambda share: None)), "")
         if _NO_TEXT.search(text):
             raise RecordingError(f"{path} is not a table of text: it holds characters of no text")
-        lines = _ended(text).split("\n")[:-1]
+        lines = _end_text(text).split("\n")[:-1]
         if found := _best(lines, encoding):
             rows, dialect, run = found
             if run.stop == len(rows) and 2 * (run.stop - run.first) > len(rows):
@@ -278,7 +278,7 @@ class _Reading:
                 self._cut.append(
                     f"line {self._line + 1}, the last, has no end; its last number may be cut"
                 )
-            for part, column in zip(parts, self._piece(_ended(text), count), strict=True):
+            for part, column in zip(parts, self._piece(_end_text(text), count), strict=True):
                 part.append(column)
             count += parts[0][-1].size
             check_rows(self._path, count)
@@ -286,7 +286,7 @@ class _Reading:
         for part in parts:
             columns.append(np.concatenate(part) if part else np.empty(0))
             part.clear()
-        told = (*self._blocks.told(count), *self._cut)
+        told = (*self._blocks.describe_blocks(count), *self._cut)
         blocks = self._blocks.begins(count)
         begins = self._labels.begins(self._blocks.between[: len(blocks)])
         return Loaded(columns, told, self._place, blocks, begins)
@@ -305,7 +305,7 @@ class _Reading:
         number = max(n for n, (_, first, _) in enumerate(self._pieces) if first <= row)
         texts = _texts(self._path, self._dialect.encoding, BLOCK, lambda share: None)
         line, before, blocks = self._pieces[number]
-        lines = _ended(next(islice(texts, number, None))).split("\n")[:-1]
+        lines = _end_text(next(islice(texts, number, None))).split("\n")[:-1]
         rows = [Row(line + n, self._dialect.split(each), each) for n, each in enumerate(lines)]
         rows = [each for each in rows if each.line >= self._begins and blocks.takes(each, before)]
         return f"line {rows[row - before].line}"

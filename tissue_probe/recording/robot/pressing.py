@@ -67,11 +67,11 @@ class Pressing:
                 raise ValueError("has an orientation that is none: a quaternion has length 1")
             turn = _unit(orientation)
             if self._settings.axis_frame == "tool":
-                axis = _turned(self._axis, turn)
+                axis = _turn_vector(self._axis, turn)
             if self._settings.force_axes == "base":
                 along = axis
             elif self._settings.axis_frame == "base":
-                along = _turned(self._axis, _back(turn))
+                along = _turn_vector(self._axis, _invert_turn(turn))
         if self.zero is None:
             self.zero = place
         displacement = sum(a * (p - z) for a, p, z in zip(axis, place, self.zero, strict=True))
@@ -103,7 +103,7 @@ class Pressing:
         """
         if not all(map(math.isfinite, force)):
             raise ValueError("is not finite")
-        return tuple(self._sign * each for each in _turned(force, self._of_wrench))
+        return tuple(self._sign * each for each in _turn_vector(force, self._of_wrench))
 
 
 def _sign(settings: RobotSettings) -> float:
@@ -121,12 +121,12 @@ def _unit(values: Vector | list[float]) -> Vector:
     return tuple(each / length for each in values)
 
 
-def _back(turn: Vector) -> Vector:
+def _invert_turn(turn: Vector) -> Vector:
     x, y, z, w = turn
     return -x, -y, -z, w
 
 
-def _turned(vector: Vector, turn: Vector) -> Vector:
+def _turn_vector(vector: Vector, turn: Vector) -> Vector:
     """Turn a vector by a unit quaternion: v + 2 w (q x v) + 2 q x (q x v)."""
     x, y, z, w = turn
     once = _cross((x, y, z), vector)

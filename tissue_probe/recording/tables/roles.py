@@ -90,7 +90,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
     if layout.sample_rate is not None:
         del wanted["time"]
     names = {
-        role: _named(source, role, name) if name else _found(source, role)
+        role: _find_named(source, role, name) if name else _find_usual(source, role)
         for role, name in wanted.items()
         if role != "time" or not source.clocks
     }
@@ -101,7 +101,9 @@ def roles(source: Columns, layout: Layout) -> Roles:
         for name in names.values()
     )
     if "time" in wanted and source.clocks and not own_clocks:
-        time = _named(source, "time", layout.time) if layout.time else _found(source, "time")
+        time = (
+            _find_named(source, "time", layout.time) if layout.time else _find_usual(source, "time")
+        )
         names = {"time": time, **names}
     rates = _sample_rates(source, layout, names)
     if rates and names.get("time", "") is None:
@@ -121,7 +123,7 @@ def roles(source: Columns, layout: Layout) -> Roles:
     elif "time" not in found and layout.sample_rate is None:
         told.append(f"{rates['force']:.6g} samples a second, as the file says")
     units = _units(source, layout, found)
-    told += _contradicted(source, layout, found)
+    told += _list_contradictions(source, layout, found)
     begin = any(found[role] in source.starts for role in ("position", "force"))
     _refuse_other_starts(source, found)
     own_times = own_clocks or ("time" not in found and (begin or len(set(rates.values())) > 1))
@@ -203,7 +205,7 @@ def _plain(name: str, role: str) -> str:
     return " ".join(stem.replace("_", " ").replace(".", " ").casefold().split())
 
 
-def _named(source: Columns, role: str, name: str) -> str:
+def _find_named(source: Columns, role: str, name: str) -> str:
     """Return the column that the user means: by its name, or by that without its unit."""
     if source.names.count(name) > 1:
         raise RecordingError(
@@ -219,19 +221,19 @@ def _named(source: Columns, role: str, name: str) -> str:
                 f"{source.path} has several columns {name}: {', '.join(meant)}; give `{role}` in "
                 "full"
             )
-        if name.isdecimal() and name.isascii() and (numbered := _numbered(source, int(name))):
+        if name.isdecimal() and name.isascii() and (numbered := _find_numbered(source, int(name))):
             return numbered
         source.require([name])
     return name
 
 
-def _numbered(source: Columns, number: int) -> str | None:
+def _find_numbered(source: Columns, number: int) -> str | None:
     """Return the name of a file's column by its number from 1; None where that has none."""
     names = source.numbered or source.names
     return (names[number - 1] or None) if 1 <= number <= len(names) else None
 
 
-def _found(source: Columns, role: str) -> str | None:
+def _find_usual(source: Columns, role: str) -> str | None:
     """Return the column that a role's usual names tell."""
     own = OWN[role]
     for found in (
@@ -250,7 +252,7 @@ def _found(source: Columns, role: str) -> str | None:
 
 
 def _units(source: Columns, layout: Layout, names: dict[str, str]) -> dict[str, str]:
-    stated, units, missing = _stated(layout), {}, []
+    stated, units, missing = _list_stated(layout), {}, []
     for role, name in names.items():
         if not stated[role]:
             _refuse_unknown_unit(source, role, name)
@@ -301,7 +303,7 @@ def _rotary(name: str) -> str:
     return unit if unit in ROTARY else ""
 
 
-def _stated(layout: Layout) -> dict[str, str | None]:
+def _list_stated(layout: Layout) -> dict[str, str | None]:
     """Return the unit that the user states of each role."""
     return {
         "time": layout.time_unit,
@@ -311,18 +313,18 @@ def _stated(layout: Layout) -> dict[str, str | None]:
 
 
 def _unit_from(source: Columns, layout: Layout, role: str, name: str) -> UnitFrom:
-    stated, told = _stated(layout)[role], _told_unit(source, role, name)
+    stated, told = _list_stated(layout)[role], _told_unit(source, role, name)
     if not told:
         return UnitFrom.STATEMENT if stated else UnitFrom.NAME
     same = not stated or unit_size(told, _UNITS[role]) == unit_size(stated, _UNITS[role])
     return UnitFrom.FILE if same else UnitFrom.OVERRULED
 
 
-def _contradicted(source: Columns, layout: Layout, names: dict[str, str]) -> list[str]:
+def _list_contradictions(source: Columns, layout: Layout, names: dict[str, str]) -> list[str]:
     """Say in phrases which units are stated where the file tells others."""
     return [
         f"{role} is taken in {unit}, as `{role}_unit` states, and not in {told} as the file says"
-        for role, unit in _stated(layout).items()
+        for role, unit in _list_stated(layout).items()
         if unit and role in names and (told := _told_unit(source, role, names[role]))
         if unit_size(told, _UNITS[role]) != unit_size(unit, _UNITS[role])
     ]

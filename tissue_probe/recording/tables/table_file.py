@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tissue_probe.recording.clocks.counters import unwrapped
+from tissue_probe.recording.clocks.counters import unwrap_counter
 from tissue_probe.recording.clocks.even_grid import (
     BRIDGED,
     GAP,
@@ -20,7 +20,12 @@ from tissue_probe.recording.clocks.even_grid import (
     sample_blocks,
 )
 from tissue_probe.recording.clocks.fresh_values import REPEATED, drives, fresh_values
-from tissue_probe.recording.clocks.own_clocks import BROUGHT, apart, at_times, rows_of_their_own
+from tissue_probe.recording.clocks.own_clocks import (
+    BROUGHT,
+    at_times,
+    compare_clocks,
+    rows_of_their_own,
+)
 from tissue_probe.recording.clocks.times import Times, following_on, times
 from tissue_probe.recording.columns.open_columns import open_columns
 from tissue_probe.recording.columns.source import Columns, Progress
@@ -157,7 +162,7 @@ def _by_one_clock(source: Columns, found: Roles, layout: Layout, progress: Progr
     time = following_on(_times(source, found, layout, signals), *blocks)
     said = [*source.told, *found.told, *told, *time.told]
     position = _position(source, found, layout, signals["position"], time, said)
-    force = _scaled(source, found, "force", signals["force"], layout.force_sign)
+    force = _scale_column(source, found, "force", signals["force"], layout.force_sign)
     return time, position, force, place, said
 
 
@@ -174,14 +179,16 @@ def _each_by_its_clock(source: Columns, found: Roles, layout: Layout, progress: 
         if clock:
             told = times(loaded.columns[1], clock, source.units.get(clock), False, str(source.path))
         else:
-            told = Times(0, _counted(columns[role].size, loaded.blocks, found.sample_rates[role]))
+            told = Times(
+                0, _count_times(columns[role].size, loaded.blocks, found.sample_rates[role])
+            )
         told = told._replace(seconds=told.seconds + source.starts.get(name, 0.0))
         own[role] = following_on(told, loaded.blocks, loaded.begins)
     said += own["force"].told
     position = _position(source, found, layout, columns["position"], own["position"], said)
-    force = _scaled(source, found, "force", columns["force"], layout.force_sign)
+    force = _scale_column(source, found, "force", columns["force"], layout.force_sign)
     seconds = own["position"].seconds + (own["position"].origin - own["force"].origin) / NANOSECONDS
-    if differ := apart(seconds, own["force"].seconds):
+    if differ := compare_clocks(seconds, own["force"].seconds):
         said.append(differ)
         position = at_times(seconds, position, own["force"].seconds)
     return own["force"], position, force, loaded.place, said
@@ -222,7 +229,7 @@ def _has_pauses(seconds: FloatArray, found: Roles) -> bool:
     return bool(np.any(np.diff(seconds) > GAP * period))
 
 
-def _counted(count: int, blocks: Sequence[int], rate: float) -> FloatArray:
+def _count_times(count: int, blocks: Sequence[int], rate: float) -> FloatArray:
     """Return times of samples at a rate [Hz] that begin anew with each block [s]."""
     bounds = (0, *blocks, count)
     return np.concatenate([np.arange(n) for n in np.diff(bounds)]) / rate
@@ -268,14 +275,14 @@ def _position(
     said: list[str],
 ) -> FloatArray:
     if column.dtype.kind in "iuf":
-        column, bits = unwrapped(column)
+        column, bits = unwrap_counter(column)
         if bits:
             name = found.names["position"]
             said.append(
                 f"{name} is a counter of {bits} bits that began again, and is counted on; its "
                 "zero may lie whole turns away"
             )
-    values = _scaled(source, found, "position", column, layout.position_sign)
+    values = _scale_column(source, found, "position", column, layout.position_sign)
     if not found.velocity:
         return values
     said.append(
@@ -290,7 +297,7 @@ def _position(
     return whole
 
 
-def _scaled(
+def _scale_column(
     source: Columns, found: Roles, role: str, column: np.ndarray, sign: float
 ) -> FloatArray:
     """Return a column in SI, positive in compression; NaN where not known."""

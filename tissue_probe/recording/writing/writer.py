@@ -54,7 +54,7 @@ class McapWriter:
         self._schemas: dict[tuple[str, str], int] = {}
         self._lock = Lock()
         self._failure: OSError | None = None
-        with self._storing():
+        with self._guard_storing():
             self._write_head(metadata)
         self._closing = Event()
         self._flusher = Thread(target=self._flush_regularly, name="mcap flush", daemon=True)
@@ -88,7 +88,7 @@ class McapWriter:
             "offered_qos_profiles": qos_yaml,
             "topic_type_hash": _type_hash(typename, definition),
         }
-        with self._storing():
+        with self._guard_storing():
             schema = self._schema(typename, definition)
             return self._writer.register_channel(topic, "cdr", schema, metadata)
 
@@ -109,7 +109,7 @@ class McapWriter:
         OSError
             If it, or something earlier, could not be stored.
         """
-        with self._storing():
+        with self._guard_storing():
             self._writer.add_metadata(name, dict(values))
 
     def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
@@ -131,12 +131,12 @@ class McapWriter:
         OSError
             If it, or an earlier message, could not be stored.
         """
-        with self._storing():
+        with self._guard_storing():
             self._writer.add_message(channel, log_time, data, publish_time)
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system (raises like ``write``)."""
-        with self._storing():
+        with self._guard_storing():
             self._writer.flush()
 
     def close(self) -> None:
@@ -194,7 +194,7 @@ class McapWriter:
                     return
 
     @contextmanager
-    def _storing(self) -> Iterator[None]:
+    def _guard_storing(self) -> Iterator[None]:
         with self._lock:
             self._tell_failure()
             if self._stream.closed:
