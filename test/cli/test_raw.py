@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
+from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrate, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration, Tare
 from tissue_probe.signals import Recording, SampleBlock
@@ -44,13 +44,13 @@ def test_volts_and_counts_come_back(calibration):
 
 
 def test_another_calibration_gives_what_the_driver_would_have_published_with_it():
-    again = recalibrated(recorded(OLD), NEW)
+    again = recalibrate(recorded(OLD), NEW)
     assert again.force == pytest.approx(NEW.force(VOLTS))
     assert again.position == pytest.approx(NEW.position(COUNTS))
 
 
 def test_what_was_tared_off_stays_off():
-    again = recalibrated(recorded(TARED), NEW)
+    again = recalibrate(recorded(TARED), NEW)
     assert again.force[:3] == pytest.approx(NEW.force(VOLTS[:3]))
     assert again.force[3:] == pytest.approx([0.0, -0.22])
 

@@ -176,7 +176,7 @@ def test_no_name_breaks_behind_its_mark_at_80_columns():
         )
     ]  # fmt: skip
     result = SimpleNamespace(
-        ranking=tables.ranking(SimpleNamespace(ranking=rows, carries_over=None), FORCE),
+        ranking=tables.rank_effects(SimpleNamespace(ranking=rows, carries_over=None), FORCE),
         ladder=SimpleNamespace(rows=((0, "Kelvin-Voigt", 0.03, 0.03, 6.0),)),
         converged=True,
         effects=("load_cell_stiffness_error", "standard_linear_solid"),

@@ -16,7 +16,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from conftest import PATIENCE
-from tissue_probe.analysis.recorded import palpated
+from tissue_probe.analysis.recorded import gather_sites
 from tissue_probe.estimation import ESTIMATORS
 from tissue_probe.recording.bags.open_bag import open_bag
 from tissue_probe.recording.bags.reader import read_estimates, read_map, read_recording
@@ -94,7 +94,7 @@ def test_the_demo_finds_every_nodule_and_leaves_recording_and_pictures(demo, tmp
     # The map that was published live: the background, and a nodule right under a site.
     assert live.stiffness[0, 0] == pytest.approx(450.0, rel=0.02)
     assert live.stiffness[3, 1] > 2.5 * 450.0
-    off_line = palpated(read_recording(bag), list(read_estimates(bag).values())).map()
+    off_line = gather_sites(read_recording(bag), list(read_estimates(bag).values())).map()
     assert live.stamp == off_line.stamp
     for layer in ("stiffness", "damping", "covariance_trace", "stiffness_stddev", "verdict"):
         assert_array_equal(getattr(live, layer), getattr(off_line, layer))

@@ -11,7 +11,7 @@ from visualization_msgs.msg import MarkerArray
 
 import tissue_probe as tp
 from conftest import collect, site_publisher
-from tissue_probe.analysis.recorded import palpated
+from tissue_probe.analysis.recorded import gather_sites
 from tissue_probe.mapping.grid import Grid
 from tissue_probe.mapping.posterior.posterior_map import map_of
 from tissue_probe.mapping.posterior.results import PosteriorMap
@@ -323,7 +323,7 @@ def test_live_and_recorded_map_of_any_grid_are_the_same(session, tmp_path):
     running.wait_until(lambda: clouds and clouds[-1].width == np.isfinite(surface).sum(), "cloud")
     points = np.frombuffer(clouds[-1].data, np.float32).reshape(clouds[-1].width, -1)
     np.testing.assert_array_equal(points[:, 3], surface[np.isfinite(surface)].astype(np.float32))
-    off_line = palpated(recorded, list(read_estimates(bag).values())).map()
+    off_line = gather_sites(recorded, list(read_estimates(bag).values())).map()
     assert live.origin == off_line.grid.origin
     assert live.spacing == off_line.grid.spacing
     assert live.stamp == off_line.stamp

@@ -16,7 +16,7 @@ from conftest import (
     driver,
     stage_on_tissue,
 )
-from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrated, recorded_calibration
+from tissue_probe.analysis.raw import raw_counts, raw_volts, recalibrate, recorded_calibration
 from tissue_probe.configuration import stock_configuration
 from tissue_probe.devices.calibration import Calibration
 from tissue_probe.nodes.conversions import samples_from_message
@@ -67,7 +67,7 @@ def test_the_zero_is_taken_off_in_free_air_and_the_bag_gives_the_raw_volts_back(
         assert part.mean() == pytest.approx(0.25 - 0.7 / 1.9, abs=0.003)
     counts = raw_counts(recording)
     assert np.abs(counts - np.rint(counts)).max() < 1e-6  # the simulated encoder steps by 0.1 um
-    again = recalibrated(recording, MEASURED)
+    again = recalibrate(recording, MEASURED)
     assert np.abs(again.force - recording.force).max() < 1e-12
     assert np.abs(again.position - recording.position).max() < 1e-15
 

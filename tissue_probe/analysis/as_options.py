@@ -17,7 +17,7 @@ TOPIC = {"samples_topic": "topic"}
 
 def as_options(stated: Mapping[str, Any]) -> list[str]:
     """Return options with their values, quoted for a shell; a name without a value is left out."""
-    return [_option(TOPIC.get(name, name), value) for name, value in _said(stated)]
+    return [_option(TOPIC.get(name, name), value) for name, value in _write_options(stated)]
 
 
 def _option(name: str, value: str) -> str:
@@ -26,7 +26,7 @@ def _option(name: str, value: str) -> str:
     return f"{option} {quote(value)}" if value else option
 
 
-def _said(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _write_options(stated: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield parameters with their values, as the command line takes them, each as often."""
     for name, value in stated.items():
         if isinstance(value, Mapping):

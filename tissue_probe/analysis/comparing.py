@@ -16,7 +16,7 @@ from tissue_probe.analysis import fit_shown
 from tissue_probe.analysis.asking import asks
 from tissue_probe.analysis.error_view import ErrorView, error_view
 from tissue_probe.analysis.measurements import Measurements, Source, measurements_of
-from tissue_probe.analysis.other_values import predicted
+from tissue_probe.analysis.other_values import predict_output
 from tissue_probe.analysis.question import Asked, Question, check_wanted, question
 from tissue_probe.analysis.result_table import ResultTable
 from tissue_probe.diagnosis.fit_checks import check_fit
@@ -160,7 +160,7 @@ class ComparisonResult(Alike):
         ParameterError
             If the model has no such value, or it is out of its bounds.
         """
-        return predicted(self.fit, self.instrument, values, self._stretch(index))
+        return predict_output(self.fit, self.instrument, values, self._stretch(index))
 
     @take.checks()
     def view(self, index: int | None = None) -> ErrorView:
@@ -229,10 +229,10 @@ def compare(
     """
     put, fitted = question(**asked), measurements_of(measured)
     with among(workers):
-        return _compared(put, fitted, asked.get("model"))
+        return _compare_model(put, fitted, asked.get("model"))
 
 
-def _compared(
+def _compare_model(
     put: Question, fitted: Measurements, model: str | Path | FittedModel | None
 ) -> ComparisonResult:
     """Compare a model with measurements that are read."""
@@ -243,7 +243,7 @@ def _compared(
     composition, clean, instrument = ready.composition, ready.measurements, ready.instrument
     findings = list(ready.findings)
     if model is not None:
-        fit = held(put.model, clean)
+        fit = evaluate_model(put.model, clean)
     else:
         fit = fit_base(composition, clean, instrument)
         if kept := without_corners(fit):
@@ -258,7 +258,7 @@ def _compared(
     )
 
 
-def held(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
+def evaluate_model(model: FittedModel, clean: Sequence[Measurement]) -> Fit:
     """Return a model at its values on measurements: only values of a run are fitted.
 
     Raises

@@ -102,7 +102,7 @@ class DiagnosisResult(Alike):
     @cached_property
     def text(self) -> str:
         """The verdict in sentences, and the next experiment."""
-        return "\n".join(words.told(self.found))
+        return "\n".join(words.describe_diagnosis(self.found))
 
     @property
     def next_experiment(self) -> str:
@@ -125,7 +125,7 @@ class DiagnosisResult(Alike):
     @property
     def ranking(self) -> ResultTable:
         """Each effect beside the base model, the best first."""
-        return tables.ranking(self.answer, self.found.ladder.base.output)
+        return tables.rank_effects(self.answer, self.found.ladder.base.output)
 
     @property
     def ladder(self) -> ResultTable:
@@ -191,11 +191,13 @@ class DiagnosisResult(Alike):
         raise ParameterError(f"`effect` {effect}: the ranking does not have it")
 
     def __repr__(self) -> str:
-        return f"{self.asked.head}\n{self.text}\n{tables.shortened(self.ranking, 8)!r}"
+        return f"{self.asked.head}\n{self.text}\n{tables.shorten_table(self.ranking, 8)!r}"
 
     def _repr_html_(self) -> str:
         said = fit_shown.as_html([self.asked.head, *self.text.splitlines()])
-        return said + tables.shortened(self.ranking, 8)._repr_html_() + self.ladder._repr_html_()
+        return (
+            said + tables.shorten_table(self.ranking, 8)._repr_html_() + self.ladder._repr_html_()
+        )
 
     def to_frame(self) -> Any:
         """Return the ranking as a pandas data frame."""
@@ -283,10 +285,10 @@ def diagnose(
     validated = Measurements(()) if validate is None else measurements_of(validate, fitted)
     _check_validation(fitted, validated)
     with among(workers):
-        return _diagnosed(put, fitted, validated, add, progress, found)
+        return _diagnose_measurements(put, fitted, validated, add, progress, found)
 
 
-def _diagnosed(
+def _diagnose_measurements(
     put: Question,
     fitted: Measurements,
     validated: Measurements,
@@ -298,7 +300,7 @@ def _diagnosed(
     output = put.composition.output
     taken, tried = (put.segments(each) for each in (fitted, validated))
 
-    def searched(samples: Sequence[Segment], others: Sequence[Segment]) -> Diagnosis:
+    def search_effects(samples: Sequence[Segment], others: Sequence[Segment]) -> Diagnosis:
         diagnosis: Diagnosis = search(
             put.composition,
             [each.measurement(output) for each in samples],
@@ -312,10 +314,10 @@ def _diagnosed(
         )
         return diagnosis
 
-    diagnosis = searched(taken, tried)
+    diagnosis = search_effects(taken, tried)
     if diagnosis.fails_elsewhere and not add:
         progress("the model does not carry over: all recordings are fitted together")
-        together = searched([*taken, *tried], [])
+        together = search_effects([*taken, *tried], [])
         if together.verdict == "missing":
             diagnosis = replace(together, findings=(TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
@@ -423,17 +425,17 @@ def with_free_form(
             "`output`"
         )
 
-    def again(add: Sequence[str], asked: Asked) -> DiagnosisResult:
+    def diagnose_again(add: Sequence[str], asked: Asked) -> DiagnosisResult:
         return diagnose(
             measured, validate=validate, add=add, progress=progress, workers=workers, **asked
         )
 
-    result = again((), asked)
+    result = diagnose_again((), asked)
     _write_effect(result, path)
     asked["effects"] = (*result.asked.stated.get("effects", ()), path)
     beside = result.found.shape.fit.composition.effects if result.found.shape else ()
     own = {each.name for each in result.asked.composition.effects}
-    return again([*(e.name for e in beside if e.name not in own), FREE_FORM], asked)
+    return diagnose_again([*(e.name for e in beside if e.name not in own), FREE_FORM], asked)
 
 
 def _write_effect(result: DiagnosisResult, path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
-from tissue_probe.analysis.result_table import Column, ResultTable, marked, number
+from tissue_probe.analysis.result_table import Column, ResultTable, number, write_mark
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.quantities import SIDE
 
@@ -73,7 +73,7 @@ def parameters(fit: Fit) -> ResultTable:
         Column("low", "from", number(5), right=True),
         Column("high", "to", number(5), right=True),
         Column("unit", "unit"),
-        Column("at_limit", "at its limit", marked),
+        Column("at_limit", "at its limit", write_mark),
     )
     rows = tuple(
         (

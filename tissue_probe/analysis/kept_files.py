@@ -108,7 +108,7 @@ def _rungs(diagnosis: Diagnosis) -> Rungs:
     ladder = diagnosis.ladder
     steps = (ladder.base, *ladder.steps)
     return Rungs(
-        [_rung(fit, before) for fit, before in zip(steps, (None, *steps), strict=False)],
+        [_write_rung(fit, before) for fit, before in zip(steps, (None, *steps), strict=False)],
         [fit.rmse for fit in steps],
         [diagnosis.heldout(fit) for fit in steps],
         ladder.final.noise,
@@ -171,7 +171,7 @@ def report(result: DiagnosisResult) -> Report:
         noise_floor=final.noise,
         steps=tuple(
             ReportStep(
-                _rung(fit, before),
+                _write_rung(fit, before),
                 _reason(diagnosis, fit, before) + ("" if fit.converged else UNSETTLED),
                 equations(fit.composition),
                 _parameters(fit),
@@ -285,7 +285,7 @@ def command(result: DiagnosisResult) -> str:
     return " ".join(words)
 
 
-def _rung(fit: Fit, before: Fit | None) -> str:
+def _write_rung(fit: Fit, before: Fit | None) -> str:
     if before is None:
         return fit_shown.title(fit)
     gained = [name for name in fit.composition.names if name not in before.composition.names]

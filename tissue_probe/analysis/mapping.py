@@ -17,7 +17,7 @@ from tissue_probe.alike import Alike
 from tissue_probe.analysis.choices import FILTERED_RIGS, FilteredRig
 from tissue_probe.analysis.measurements import IN_MEMORY, Measurements, Source, measurements_of
 from tissue_probe.analysis.placed import PlacedMap, RegisteredMap, registration_of
-from tissue_probe.analysis.recorded import estimate_again, palpated, recorded_phantom
+from tissue_probe.analysis.recorded import estimate_again, gather_sites, recorded_phantom
 from tissue_probe.analysis.result_table import Column, ResultTable, number, two_decimals
 from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.mapping.chart import Chart
@@ -181,7 +181,7 @@ class MapResult(Alike):
         )
         layers = [getattr(felt, name) for name in names]
         rows = tuple(
-            (float(x), float(y), *(_known(layer[i, j]) for layer in layers))
+            (float(x), float(y), *(_keep_finite(layer[i, j]) for layer in layers))
             for i, y in enumerate(felt.y)
             for j, x in enumerate(felt.x)
         )
@@ -308,12 +308,12 @@ class MapResult(Alike):
         )
 
 
-def _known(value: float) -> float | None:
+def _keep_finite(value: float) -> float | None:
     return float(value) if value == value else None
 
 
 def _layer(layer: np.ndarray) -> list[list[float | None]]:
-    return [[_known(value) for value in row] for row in layer]
+    return [[_keep_finite(value) for value in row] for row in layer]
 
 
 @take.checks(
@@ -396,7 +396,7 @@ def map_sites(
         if given and area is None:
             raise ParameterError(f"`{name}` is of an area: give `within`")
 
-    def asked(
+    def answer_question(
         sites: Sites,
         results: tuple[SiteResult, ...],
         phantom: Phantom | FeltTable | None,
@@ -432,7 +432,7 @@ def map_sites(
                 "`effects` and `rig`"
             )
         sites, learnt = _sites_of_table(read_sites(table))
-        return asked(sites, (), None, learnt)
+        return answer_question(sites, (), None, learnt)
     refuse_misnamed_sites(measured)
     parts = measurements_of(measured).parts
     if len(parts) != 1:
@@ -457,10 +457,10 @@ def map_sites(
             raise ParameterError(
                 f"{part.name} has no recorded estimates: give a filter by `estimator`"
             )
-    results = tuple(palpated(part.recording, estimates).results())
+    results = tuple(gather_sites(part.recording, estimates).results())
     if results and not any(each.has_value for each in results):
         raise ParameterError(UNHEARD.format(part.name, len(results)))
-    return asked(sites_of(results), results, recorded_phantom(part.recording), part.notes)
+    return answer_question(sites_of(results), results, recorded_phantom(part.recording), part.notes)
 
 
 def _sites_of_table(columns: Mapping[str, np.ndarray]) -> tuple[Sites, tuple[str, ...]]:

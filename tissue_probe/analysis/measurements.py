@@ -131,7 +131,7 @@ class Measurements(Alike):
         return sum(len(part.recording) for part in self.parts)
 
     def __repr__(self) -> str:
-        lines = [_told(part) for part in self.parts[:20]]
+        lines = [_describe_part(part) for part in self.parts[:20]]
         lines += [f"... and {len(self.parts) - 20} more"] if len(self.parts) > 20 else []
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes[:15])])
 
@@ -302,7 +302,7 @@ def _read_one(source: Source, layout: Layout, progress: Progress, name: str) -> 
     return [ReadRecording(name, None, recording, notes, layout=layout.stated)]
 
 
-def _told(part: ReadRecording) -> str:
+def _describe_part(part: ReadRecording) -> str:
     recording = part.recording
     period = recording.blocks[0].sample_period if recording.blocks else float("nan")
     text = (

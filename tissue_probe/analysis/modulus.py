@@ -111,7 +111,7 @@ def modulus(
     if layer and poisson != INCOMPRESSIBLE:
         raise ParameterError("`layer`: its law is known for a `poisson` of 0.5; leave `layer` out")
     if HERTZ in found.composition.names:
-        return _powered(found, tip, depth)
+        return _apply_power_law(found, tip, depth)
     return _straight(found, tip, depth)
 
 
@@ -125,11 +125,11 @@ def _check_law(composition: Composition) -> None:
     if composition.without(HERTZ).has_curved_spring:
         raise ParameterError(
             "`model` has an effect by which its spring is curved in a way that is no law of a tip: "
-            f"{', '.join(_curved(composition))}; fit a model with {HERTZ} in its place"
+            f"{', '.join(_name_curved(composition))}; fit a model with {HERTZ} in its place"
         )
 
 
-def _curved(composition: Composition) -> list[str]:
+def _name_curved(composition: Composition) -> list[str]:
     others = (each for each in composition.all_effects if each.name != HERTZ)
     return [each.name for each in others if Composition(effects=(each,)).has_curved_spring]
 
@@ -146,7 +146,7 @@ def _size(shape: Shape, radius: float | None, half_angle: float | None) -> float
     return math.radians(given) if shape == "cone" else given
 
 
-def _powered(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
+def _apply_power_law(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
     """Return the modulus by the force of a power law at a depth, from the touch on."""
     n, k = found.values[POWER], found.values["stiffness"]
     reference = REFERENCE_DEPTH * found.composition.scale.length
@@ -161,7 +161,7 @@ def _powered(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus:
     force = k * reference * (at / reference) ** n
     by_exponent = found.deviations.get(POWER, 0.0) * math.log(at / reference)
     relative = math.hypot(_deviation(found) / k, by_exponent)
-    notes = (*_known(relative), *_notes(tip, at))
+    notes = (*_report_unknown(relative), *_notes(tip, at))
     if by_exponent and not math.isnan(relative):
         notes += (
             f"The errors of stiffness and {POWER} are taken as independent: a model file does not "
@@ -188,7 +188,7 @@ def _straight(found: FittedModel, tip: Indenter, depth: float | None) -> Modulus
     slope = tip.slope(at)
     told = math.nan if tip.shape == "flat" else at
     k, deviation = found.values["stiffness"], _deviation(found)
-    notes = (*_known(deviation), *_notes(tip, at))
+    notes = (*_report_unknown(deviation), *_notes(tip, at))
     return Modulus(k / slope, deviation / slope, told, notes)
 
 
@@ -197,7 +197,7 @@ def _deviation(found: FittedModel) -> float:
     return found.deviations.get("stiffness", 0.0) or math.nan
 
 
-def _known(deviation: float) -> tuple[str, ...]:
+def _report_unknown(deviation: float) -> tuple[str, ...]:
     """Say where a model does not tell how well its stiffness is known."""
     if math.isnan(deviation):
         return ("The model has no standard deviation of its stiffness: no interval is told.",)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tissue_probe.diagnosis.observation.instrument import Instrument
 
 
-def predicted(
+def predict_output(
     fit: Fit, instrument: Instrument, values: Mapping[str, float], index: int
 ) -> FloatArray:
     """Return a model's prediction of a measurement if some values were others.

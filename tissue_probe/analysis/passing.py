@@ -55,7 +55,7 @@ def from_bytes(data: bytes, effects: Sequence[str | Path] = ()) -> Any:
 
 
 @cache
-def _written(effect: Effect) -> str:
+def _write_effect(effect: Effect) -> str:
     return repr(effect.plain)
 
 
@@ -68,15 +68,21 @@ class _Writer(pickle.Pickler):
             return ("rig", obj.name)
         if _EFFECTS in sys.modules and isinstance(obj, sys.modules[_EFFECTS].Effect):
             # As a whole, or in one of its forms: the library does not hold `plain`.
-            return ("effect", *self._named(obj))
+            return ("effect", *self._name_effect(obj))
         if isinstance(obj, Composition):
-            return ("model", obj.rig, obj.tissue, tuple(map(self._named, obj.effects)), obj.scale)
+            return (
+                "model",
+                obj.rig,
+                obj.tissue,
+                tuple(map(self._name_effect, obj.effects)),
+                obj.scale,
+            )
         return None
 
     @staticmethod
-    def _named(effect: Effect) -> tuple[str, str | None, Scale]:
+    def _name_effect(effect: Effect) -> tuple[str, str | None, Scale]:
         as_written = effect.origin or effect
-        return effect.name, None if effect.forms else _written(as_written), effect.scale
+        return effect.name, None if effect.forms else _write_effect(as_written), effect.scale
 
 
 class _Reader(pickle.Unpickler):
@@ -107,9 +113,9 @@ class _Reader(pickle.Unpickler):
         known = _library(self._files)[name]
         if written is None:
             return known
-        if not known.forms and _written(known) == written:
+        if not known.forms and _write_effect(known) == written:
             return known
-        return next(form for form in known.every_form if _written(form) == written)
+        return next(form for form in known.every_form if _write_effect(form) == written)
 
 
 _libraries: dict[tuple[tuple[Path, int], ...], dict[str, Effect]] = {}

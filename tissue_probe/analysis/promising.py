@@ -59,11 +59,12 @@ class PromiseResult(Alike):
             ),
         )
         rows = tuple(
-            (each.effect.name, each.effect.family, self._left(each)) for each in self.promised
+            (each.effect.name, each.effect.family, self._measure_rest(each))
+            for each in self.promised
         )
         return ResultTable("By promise alone: no effect was fitted", columns, rows)
 
-    def _left(self, promise: Promise) -> float:
+    def _measure_rest(self, promise: Promise) -> float:
         return self.base.rmse * float(np.sqrt(promise.cost / self.base.cost))
 
     @property

@@ -101,7 +101,9 @@ class Question:
     def head(self) -> str:
         """The line at the head of every answer: rig, tissue, and all else that was said."""
         told = [f"rig {self.composition.rig}", f"tissue {self.composition.tissue}"]
-        told += [f"{n} {_written(v)}" for n, v in self.stated.items() if n not in ("rig", "tissue")]
+        told += [
+            f"{n} {_write_value(v)}" for n, v in self.stated.items() if n not in ("rig", "tissue")
+        ]
         return f"Asked: {', '.join(told)}."
 
     def segments(self, measured: Measurements) -> list[Segment]:
@@ -181,7 +183,7 @@ def question(**asked: Unpack[Asked]) -> Question:
         raise TypeError(f"unexpected keyword argument {unknown[0]!r}; {where}")
     said = _checked_kinds(asked)
     model, rig, constants = said.get("model"), said.get("rig"), said.get("constants") or {}
-    begun = _begun(model, _rig(rig), said.get("tissue"), said.get("effects", ()))
+    begun = _begin_model(model, _rig(rig), said.get("tissue"), said.get("effects", ()))
     notes: tuple[str, ...] = ()
     if begun.data and not begun.data.converged:
         name = "the model" if isinstance(model, FittedModel) else model
@@ -254,7 +256,7 @@ def _is_said(item: Item, given: Any) -> bool:
     return bool(given != item.default and (given or given == 0))
 
 
-def _written(value: Any) -> str:
+def _write_value(value: Any) -> str:
     """Write a given value in one line."""
     if isinstance(value, Mapping):
         pairs = ((n, v if isinstance(v, tuple) else (v,)) for n, v in value.items())
@@ -288,7 +290,7 @@ def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
                 )
 
 
-def _begun(
+def _begin_model(
     model: str | Path | FittedModel | None,
     rig: Rig | None,
     tissue: str | None,

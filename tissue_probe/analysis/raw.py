@@ -42,7 +42,7 @@ def raw_counts(recording: Recording) -> FloatArray:
     return recorded_calibration(recording).counts(recording.position)
 
 
-def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
+def recalibrate(recording: Recording, calibration: Calibration) -> Recording:
     """Return the recording in SI units by another calibration.
 
     The zero tared off in the run is the same number of volts in both. The force's delay that the
@@ -54,10 +54,12 @@ def recalibrated(recording: Recording, calibration: Calibration) -> Recording:
         for tare in before.tares
     ]
     after = calibration.changed(tares=tares)
-    return replace(recording, blocks=tuple(_again(b, before, after) for b in recording.blocks))
+    return replace(
+        recording, blocks=tuple(_scale_block(b, before, after) for b in recording.blocks)
+    )
 
 
-def _again(block: SampleBlock, before: Calibration, after: Calibration) -> SampleBlock:
+def _scale_block(block: SampleBlock, before: Calibration, after: Calibration) -> SampleBlock:
     more = (after.force_delay - before.force_delay) / block.sample_period
     position, force = Alignment(more).apply(
         after.position(before.counts(block.position)),

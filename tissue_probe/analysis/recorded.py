@@ -99,7 +99,7 @@ def estimate_again(
     )
 
 
-def palpated(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:
+def gather_sites(recording: Recording, estimates: Sequence[TissueEstimates]) -> MapBuilder:
     """Gather estimates over the sites of a recording."""
     builder = MapBuilder()
     for site in recording.sites:

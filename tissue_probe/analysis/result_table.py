@@ -144,12 +144,12 @@ class number:  # noqa: N801 - it is called as a function is, and compared and se
         return f"{self.factor * value:.{self.digits}g}"
 
 
-def marked(value: bool) -> str:
+def write_mark(value: bool) -> str:
     """Return how a mark is written that is there or not."""
     return "yes" if value else ""
 
 
-def settled(value: bool) -> str:
+def write_settled(value: bool) -> str:
     """Return how it is written whether a fit settled: it is told where it did not."""
     return "" if value else "no"
 

@@ -35,18 +35,18 @@ ADDS = {
 NOTHING = 0.01
 
 
-def told(found: FoundShape | None) -> list[str]:
+def describe_shape(found: FoundShape | None) -> list[str]:
     """Name the variables of the missing force, and other sets; nothing where none was learnt."""
     if found is None or not found.variables:
         return []
     said = f"{100 * found.share:.0f} % of the missing force is a function of "
-    said += _together([NAMES[name] for name in found.variables]) + _others(found)
+    said += _join_names([NAMES[name] for name in found.variables]) + _others(found)
     sentences = [said + "."]
     if not found.accepted:
         sentences.append("More is missing than that: no shape is claimed.")
         return sentences
     if found.rivals:
-        others = "; or ".join(_together([NAMES[n] for n in each]) for each in found.rivals[:3])
+        others = "; or ".join(_join_names([NAMES[n] for n in each]) for each in found.rivals[:3])
         sentences.append(
             f"This motion cannot tell that from a function of {others}: record another, such as "
             "a multisine."
@@ -56,7 +56,7 @@ def told(found: FoundShape | None) -> list[str]:
     return sentences
 
 
-def _together(names: Sequence[str]) -> str:
+def _join_names(names: Sequence[str]) -> str:
     if len(names) == 1:
         return names[0]
     return f"{', '.join(names[:-1])} and {names[-1]} together"

@@ -88,7 +88,7 @@ def simulate(
     kernel, period = found.composition.kernel, 1.0 / sample_rate
     if missing := [name for name in kernel.values if name not in found.values]:
         raise ParameterError(f"`model` has no value for {', '.join(missing)}: fit it first")
-    drive = _driven(excitation, duration, period) + mean
+    drive = _sample_drive(excitation, duration, period) + mean
     second = _second(kernel.hears_input2, input2, drive.size)
     values = np.array([found.values[name] for name in kernel.values])
     start = kernel.begin(values, float(drive[0]), 0.0, float(second[0]))
@@ -119,7 +119,7 @@ def _second(is_heard: bool, given: ArrayLike | None, count: int) -> FloatArray:
     return second
 
 
-def _driven(
+def _sample_drive(
     excitation: Excitation | Mapping[str, object] | ArrayLike, duration: float, period: float
 ) -> FloatArray:
     if isinstance(excitation, Mapping):

@@ -9,13 +9,19 @@ from dataclasses import replace
 from typing import Any
 
 from tissue_probe.analysis import fit_shown
-from tissue_probe.analysis.result_table import Column, ResultTable, number, probability, settled
+from tissue_probe.analysis.result_table import (
+    Column,
+    ResultTable,
+    number,
+    probability,
+    write_settled,
+)
 from tissue_probe.diagnosis.answer import Answer
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.quantities import Quantity
 
 
-def ranking(told: Answer, output: Quantity) -> ResultTable:
+def rank_effects(told: Answer, output: Quantity) -> ResultTable:
     """Return the effects of an answer, the best first."""
     small = number(4, output.per_small)
     columns = (
@@ -24,7 +30,7 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
         Column("probability", "P", probability, right=True),
         Column("rmse", f"error [{output.small}]", small, right=True),
         Column("heldout_rmse", f"held out [{output.small}]", small, right=True),
-        Column("settled", "settled", settled),
+        Column("settled", "settled", write_settled),
     )
     rows = tuple(
         (
@@ -43,7 +49,7 @@ def ranking(told: Answer, output: Quantity) -> ResultTable:
     return ResultTable(title, columns, rows)
 
 
-def shortened(table: ResultTable, rows: int) -> ResultTable:
+def shorten_table(table: ResultTable, rows: int) -> ResultTable:
     """Return the first rows of a table, under the same title."""
     return replace(table, rows=table.rows[:rows])
 

@@ -31,10 +31,10 @@ LEFT_OUT = "The samples concerned were left out."
 UNITS = {"frequency": " Hz", "start": " Hz", "stop": " Hz", "spacing": " Hz"}
 
 
-def told(diagnosis: Diagnosis) -> list[str]:
+def describe_diagnosis(diagnosis: Diagnosis) -> list[str]:
     """Say the whole answer, the values of the last model and the next command line in it."""
     values_of = diagnosis.ladder.base if _names_nothing(diagnosis) else diagnosis.ladder.final
-    said = [*_found(diagnosis), *_values(values_of), *_of_others(diagnosis.ladder)]
+    said = [*_describe_verdict(diagnosis), *_values(values_of), *_of_others(diagnosis.ladder)]
     said += _rest(diagnosis)
     if diagnosis.command:
         said += ["The next experiment's command line:", diagnosis.command.line]
@@ -44,16 +44,16 @@ def told(diagnosis: Diagnosis) -> list[str]:
 
 def verdict(diagnosis: Diagnosis) -> list[str]:
     """Say the answer in words, a sentence or more each: without values, and without a command."""
-    return [*_found(diagnosis), *_rest(diagnosis)]
+    return [*_describe_verdict(diagnosis), *_rest(diagnosis)]
 
 
-def _found(diagnosis: Diagnosis) -> list[str]:
+def _describe_verdict(diagnosis: Diagnosis) -> list[str]:
     """Tell the verdict, and the meaning of the values of each effect."""
     said = {
         "adequate": _adequate,
-        "missing": _missing,
+        "missing": _describe_missing,
         "ambiguous": _ambiguous,
-        "unexplained": _unexplained,
+        "unexplained": _describe_unexplained,
     }[diagnosis.verdict](diagnosis)
     if _names_nothing(diagnosis):
         return said
@@ -218,7 +218,7 @@ def _unseen(diagnosis: Diagnosis) -> list[str]:
     return [f"This excitation could not have shown: {', '.join(diagnosis.unseen)}."]
 
 
-def _missing(diagnosis: Diagnosis) -> list[str]:
+def _describe_missing(diagnosis: Diagnosis) -> list[str]:
     final = diagnosis.ladder.final
     named = ", ".join((*diagnosis.spoilt, *_sure(diagnosis.ladder)))
     if diagnosis.ladder.asked:
@@ -244,7 +244,7 @@ def _sure(ladder: Ladder) -> list[str]:
 
 def _ambiguous(diagnosis: Diagnosis) -> list[str]:
     ladder = diagnosis.ladder
-    said = _agreed(ladder)
+    said = _name_agreed(ladder)
     if models := _open(ladder):
         said += f"One of {', '.join(models)}: this recording cannot tell which. "
     else:
@@ -253,7 +253,7 @@ def _ambiguous(diagnosis: Diagnosis) -> list[str]:
     return [said.strip()]
 
 
-def _agreed(ladder: Ladder) -> str:
+def _name_agreed(ladder: Ladder) -> str:
     """Name the parts of all probable models: effects, then the family of which no form is sure."""
     told = ladder.posterior
     sure = [f"{name} (probability {probability(told.effect(name))})" for name in _common(ladder)]
@@ -281,7 +281,7 @@ def _open(ladder: Ladder) -> list[str]:
     return models
 
 
-def _unexplained(diagnosis: Diagnosis) -> list[str]:
+def _describe_unexplained(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.fails_elsewhere:
         names = " and ".join(diagnosis.effects)
         model = f"the model with {names}" if names else "the model"
@@ -307,7 +307,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[str]:
                 f" The probability that no model of the library is right is {unknown}; those of "
                 "the effects say which of them help most, and not that one is right."
             )
-    return [said.strip(), *shape_in_words.told(diagnosis.shape)]
+    return [said.strip(), *shape_in_words.describe_shape(diagnosis.shape)]
 
 
 def _of_zero(final: Fit) -> str:

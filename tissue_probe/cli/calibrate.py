@@ -173,14 +173,14 @@ def delay(
     configuration on the driver takes the delay [s] of the force after the position out of its
     samples: 0.1 ms would cost some 3 % of k at 30 Hz. A delay that it took out already counts.
     """
-    from tissue_probe.analysis.raw import recalibrated
+    from tissue_probe.analysis.raw import recalibrate
     from tissue_probe.cli.calibration_file import load, update
     from tissue_probe.identification.delay import force_delay
 
     before = load(calibration)
     recording = _read(samples)
     if not _is_table(samples):
-        recording = recalibrated(recording, before)
+        recording = recalibrate(recording, before)
     block = _only(recording, samples)
     tool = before.tip_mass, before.load_cell_stiffness, before.load_cell_damping
     found = force_delay(block.position, block.force, block.sample_period, *tool)

@@ -44,9 +44,9 @@ def export(
     if site is not None:
         recording = replace(recording, blocks=dwell_blocks(recording, site))
     if calibration is not None:
-        from tissue_probe.analysis.raw import recalibrated
+        from tissue_probe.analysis.raw import recalibrate
         from tissue_probe.devices.calibration import Calibration
 
-        recording = recalibrated(recording, Calibration.load(calibration))
+        recording = recalibrate(recording, Calibration.load(calibration))
     write_samples(output, recording, recording.blocks[0].stamp if part.origin else 0)
     print(f"{len(recording)} samples written to {output}")

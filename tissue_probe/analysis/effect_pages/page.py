@@ -22,8 +22,8 @@ from tissue_probe.analysis.effect_pages.simulated import (
     SAMPLE_RATE,
     Motion,
     force,
-    recorded,
     rig_for,
+    simulate_recording,
     typical,
 )
 from tissue_probe.analysis.symbols import letter
@@ -56,13 +56,13 @@ def write_pages(folder: Path, library: Mapping[str, Effect]) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, told in outcomes(library).items():
         effect = library[name]
-        draw_effect(_drawn(effect)).savefig(folder / f"{name}.png", dpi=80)
+        draw_effect(_draw_effect(effect)).savefig(folder / f"{name}.png", dpi=80)
         lines = _page(effect, library, told)
         (folder / f"{name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     (folder / "index.md").write_text("\n".join(_index(library)) + "\n", encoding="utf-8")
 
 
-def _drawn(effect: Effect) -> ShownEffect:
+def _draw_effect(effect: Effect) -> ShownEffect:
     plain = Composition(rig_for(effect))
     added = plain.plus(effect.plain)
     return ShownEffect(
@@ -83,7 +83,7 @@ def _page(effect: Effect, library: Mapping[str, Effect], told: Sequence[Outcome]
         *_source(effect),
         *_picture(effect),
         *_how_it_shows(effect, best(told)),
-        *_confused(effect, library, told),
+        *_list_confused(effect, library, told),
         *_excitation(effect, told),
         *_python(effect),
     ]
@@ -144,7 +144,7 @@ def _how_it_shows(effect: Effect, told: Outcome) -> Iterator[str]:
         return
     rig, motion = rig_for(effect), told.motion
     model = Composition(rig).plus(effect.plain)
-    measured = recorded(model, typical(model), motion, NOISE)
+    measured = simulate_recording(model, typical(model), motion, NOISE)
     yield f"In a simulated recording ({motion}; white noise of {engineering(NOISE, 'N')})"
     try:
         fit = compare(measured, rig=rig, starts="at-rest", workers=1).fit
@@ -163,7 +163,7 @@ def _how_it_shows(effect: Effect, told: Outcome) -> Iterator[str]:
         yield f"\nThe residual stands out at {here.describe()}.\n"
 
 
-def _confused(
+def _list_confused(
     effect: Effect, library: Mapping[str, Effect], told: Sequence[Outcome]
 ) -> Iterator[str]:
     yield "\n## Easily confused with\n"

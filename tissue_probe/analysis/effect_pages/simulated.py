@@ -53,7 +53,7 @@ class Motion:
     def position(self) -> FloatArray:
         """Position at each sample [m]."""
         signal = parse_excitation({**self.excitation, "amplitude": AMPLITUDE})(self.times)
-        return np.asarray(_gently(self.times) * (self.preload + signal), dtype=np.float64)
+        return np.asarray(_begin_gently(self.times) * (self.preload + signal), dtype=np.float64)
 
     def __str__(self) -> str:
         told = self.excitation
@@ -63,7 +63,7 @@ class Motion:
         return f"{told['kind']}, {band} Hz, {1e3 * AMPLITUDE:g} mm {about}, {self.duration:g} s"
 
 
-def _gently(times: FloatArray) -> FloatArray:
+def _begin_gently(times: FloatArray) -> FloatArray:
     """Return a factor from 0 to 1 without a jump of speed or acceleration (minimum jerk).
 
     A jump would tell effects apart that the experiment itself does not.
@@ -85,10 +85,10 @@ def typical(composition: Composition) -> dict[str, float]:
 
 def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
     """Return the force of a model at each sample of a motion [N]."""
-    return recorded(composition, values, motion).force
+    return simulate_recording(composition, values, motion).force
 
 
-def recorded(
+def simulate_recording(
     composition: Composition, values: Mapping[str, float], motion: Motion, noise: float = 0.0
 ) -> Measurements:
     """Return a simulated recording of a motion; a second input, where one is heard, is a sine."""
