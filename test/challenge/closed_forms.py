@@ -16,7 +16,7 @@ PERIOD = 5e-4
 def vibrate(specimen, preload=0.0, amplitude=AMPLITUDE, rate=RATE):
     """Return u [m] and F [N] of 2 s of an established sine of 10 Hz."""
     coil = Trajectory("sine10ss", amplitude, 2.0, preload=preload, hold=1.0)
-    u, _ = coil.sampled(rate)
+    u, _ = coil.sample_motion(rate)
     return u[coil.before(rate) : -1], move(specimen, coil, rate)[coil.before(rate) :]
 
 

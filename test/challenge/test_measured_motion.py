@@ -22,12 +22,12 @@ FROM_REST = {"sine10": True, "sine10ss": False}  # of the others it is seen
 def case(kind, preload=2e-3):
     coil = Trajectory(kind, 1e-3, DURATIONS[kind], phases=PHASES, coil=Coil(3e-3, 2e-3, 1e-6, 5))
     specimen = Specimen(stiffness=1500.0, damping=5.0)
-    return Case(specimen, Instrument(encoder_step=1e-12), coil).pressed(preload)
+    return Case(specimen, Instrument(encoder_step=1e-12), coil).press_in(preload)
 
 
 def read(trajectory, rate=2_000, step=1e-7):
     """Return times and what an encoder reads of a motion's record."""
-    u = trajectory.sampled(rate)[0][trajectory.before(rate) : -1]
+    u = trajectory.sample_motion(rate)[0][trajectory.before(rate) : -1]
     return np.arange(u.size) / rate, np.round(u / step) * step
 
 
@@ -40,8 +40,8 @@ def clean_force(case):
 def test_a_named_motion_that_was_measured_gives_the_named_ones_force(kind, preload):
     named = case(kind, preload)
     motion = follow(*read(named.trajectory), kind, FROM_REST.get(kind))
-    followed = Case(named.specimen, named.instrument, Trajectory.following(motion))
-    force = clean_force(followed.pressed(motion.preload))
+    followed = Case(named.specimen, named.instrument, Trajectory.follow_motion(motion))
+    force = clean_force(followed.press_in(motion.preload))
     off = force - clean_force(named)
     assert np.sqrt(np.mean(off[200:] ** 2)) < 5e-3 / 10.0
     # Before a steady sine other jitter came.
@@ -64,8 +64,8 @@ def test_what_was_cut_out_of_a_motion_is_not(kind):
 def test_before_a_cut_the_coil_moves_smoothly_and_as_it_does_in_the_record(kind):
     time, position = read(case(kind).trajectory)
     inside = slice(time.size // 3, None)
-    motion = Trajectory.following(follow(time[inside], position[inside], kind))
-    u, rate = motion.sampled(FINE)
+    motion = Trajectory.follow_motion(follow(time[inside], position[inside], kind))
+    u, rate = motion.sample_motion(FINE)
     slope = (u[2:] - u[:-2]) * FINE / 2.0
     assert np.abs(slope - rate[1:-1]).max() < 2e-5 * np.abs(rate).max()
     before = motion.before(FINE)
@@ -78,8 +78,8 @@ def test_before_a_cut_the_coil_moves_smoothly_and_as_it_does_in_the_record(kind)
 def test_before_a_record_from_rest_the_coil_is_held_where_that_begins():
     time = np.arange(4000) / 2_000
     position = 1e-3 * (1.0 - np.cos(20.0 * time))
-    motion = Trajectory.following(follow(time, position, "pressing", at_rest=True))
-    u, rate = motion.sampled(FINE)
+    motion = Trajectory.follow_motion(follow(time, position, "pressing", at_rest=True))
+    u, rate = motion.sample_motion(FINE)
     before = motion.before(FINE)
     assert motion.preload == pytest.approx(1e-3, rel=0.05)
     assert u[before] == pytest.approx(0.0, abs=1e-8)
@@ -87,9 +87,9 @@ def test_before_a_record_from_rest_the_coil_is_held_where_that_begins():
 
 
 def test_another_preload_moves_the_whole_motion():
-    motion = Trajectory.following(follow(*read(case("chirp60").trajectory), "chirp60"))
-    other = Case(Specimen(), Instrument(), motion).pressed(motion.preload + 1e-3).trajectory
-    (u, _), (moved, _) = motion.sampled(2_000), other.sampled(2_000)
+    motion = Trajectory.follow_motion(follow(*read(case("chirp60").trajectory), "chirp60"))
+    other = Case(Specimen(), Instrument(), motion).press_in(motion.preload + 1e-3).trajectory
+    (u, _), (moved, _) = motion.sample_motion(2_000), other.sample_motion(2_000)
     np.testing.assert_allclose(moved[-8000:], u[-8000:] + 1e-3, atol=1e-12)
 
 

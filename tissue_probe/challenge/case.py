@@ -33,7 +33,7 @@ class Case:
         coil = self.trajectory
         return Situation(self.specimen, coil.amplitude, coil.preload, coil.duration, coil.highest)
 
-    def changed(self, change: Change) -> Case:
+    def apply_change(self, change: Change) -> Case:
         """Return the case with what an effect sets."""
         case = replace(
             self,
@@ -41,9 +41,9 @@ class Case:
             instrument=replace(self.instrument, **change.instrument),
         )
         own = change.preload
-        return case.pressed(self.trajectory.preload if own is None else own)
+        return case.press_in(self.trajectory.preload if own is None else own)
 
-    def pressed(self, preload: float) -> Case:
+    def press_in(self, preload: float) -> Case:
         """Return the case with another preload [m], held until beta / k has passed eight times."""
         moving = self.specimen.surface_amplitude != 0.0
         settling = 8.0 * self.specimen.damping / self.specimen.stiffness
@@ -61,7 +61,7 @@ class Case:
             Steps a second of the integration [Hz], a multiple of 2 kHz.
         """
         coil, instrument = self.trajectory, self.instrument
-        u = coil.sampled(SAMPLE_RATE)[0][coil.before(SAMPLE_RATE) : -1]
+        u = coil.sample_motion(SAMPLE_RATE)[0][coil.before(SAMPLE_RATE) : -1]
         force = move(self.specimen, coil, rate)
         return instrument.position(u), instrument.force(force, rate, coil.before(rate), noise)
 

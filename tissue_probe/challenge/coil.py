@@ -42,12 +42,12 @@ class Coil(NamedTuple):
     seed: int = 0
 
     @classmethod
-    def drawn(cls, random: np.random.Generator) -> Coil:
+    def draw(cls, random: np.random.Generator) -> Coil:
         """Draw a coil."""
         second, third = (log_uniform(random, *HARMONICS) for _ in range(2))
         return cls(second, third, log_uniform(random, *JITTER), int(random.integers(2**32)))
 
-    def distorted(self, s: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def distort_motion(self, s: FloatArray, rate: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return a motion at amplitude 1, and its derivative, with harmonics.
 
         Chebyshev polynomials: of sin a, 2 s^2 is 1 - cos 2a, and 4 s^3 - 3 s is -sin 3a.
@@ -55,7 +55,7 @@ class Coil(NamedTuple):
         value = s + 2.0 * self.second * s**2 + self.third * (4.0 * s**3 - 3.0 * s)
         return value, rate * (1.0 + 4.0 * self.second * s + self.third * (12.0 * s**2 - 3.0))
 
-    def shaking(self, count: int, rate: int) -> tuple[FloatArray, FloatArray]:
+    def draw_jitter(self, count: int, rate: int) -> tuple[FloatArray, FloatArray]:
         """Return the jitter [m] at ``count`` instants, ``rate`` [Hz] apart, and its derivative."""
         samples = round(PERIOD * rate)
         lines = np.arange(round(LOWEST * PERIOD), round(HIGHEST * PERIOD) + 1)

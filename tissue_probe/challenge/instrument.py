@@ -101,7 +101,7 @@ class Instrument:
         """
         late = self._late(force, rate)[before :: rate // SAMPLE_RATE]
         time = np.arange(late.size) / SAMPLE_RATE
-        return self._converted((1.0 + self.gain) * late + self._added(time) + noise)
+        return self._convert_force((1.0 + self.gain) * late + self._add_disturbances(time) + noise)
 
     def position(self, u: FloatArray) -> FloatArray:
         """Return what the encoder reads [m] at the coil's displacements [m]."""
@@ -123,7 +123,7 @@ class Instrument:
             force = lfilter([new, old], [1.0, -pole], force, zi=start)[0]
         return force
 
-    def _added(self, time: FloatArray) -> FloatArray:
+    def _add_disturbances(self, time: FloatArray) -> FloatArray:
         added = self.bias + self.drift * time
         added += self.hum * np.sin(2.0 * np.pi * self.hum_frequency * time + self.hum_phase)
         added -= self.settling * np.expm1(-time / self.settling_time)
@@ -133,7 +133,7 @@ class Instrument:
             added += self.burst * on * np.sin(2.0 * np.pi * self.burst_frequency * time)
         return added
 
-    def _converted(self, force: FloatArray) -> FloatArray:
+    def _convert_force(self, force: FloatArray) -> FloatArray:
         if self.clipped:
             force = np.minimum(force, force.max() - self.clipped * np.ptp(force))
         for share in self.stuck_times if self.stuck else ():

@@ -35,23 +35,23 @@ def fit_residual(
     """
     coil = position - position[0]
 
-    def left(values: FloatArray) -> FloatArray:
+    def measure_rest(values: FloatArray) -> FloatArray:
         k, beta = np.exp(values[:2])
-        own, zero = (rig, 0.0) if tolerances is None else tolerances.moved(rig, values[2:])
+        own, zero = (rig, 0.0) if tolerances is None else tolerances.draw_rig(rig, values[2:])
         poles = _poles(k, beta, own)
         over = force - _force(coil, position[0] - zero, k, poles, own)
         # The initial state acts linearly: the best one is known for each k, beta.
         free = _free_motion(force.size, poles)
         return over - free @ np.linalg.lstsq(free, over, rcond=None)[0]
 
-    def drawn(values: FloatArray) -> FloatArray:
-        return np.concatenate([left(values), FORCE_NOISE * values[2:]])
+    def draw_force(values: FloatArray) -> FloatArray:
+        return np.concatenate([measure_rest(values), FORCE_NOISE * values[2:]])
 
     extra = 0 if tolerances is None else len(tolerances)
     start = np.concatenate([np.log([rig.stiffness, rig.damping]), np.zeros(extra)])
     low, high = (np.log(LOWEST), np.log(HIGHEST))
     bounds = (np.append(low, [-FARTHEST] * extra), np.append(high, [FARTHEST] * extra))
-    return left(least_squares(drawn, start, bounds=bounds, xtol=1e-6, ftol=1e-6).x)
+    return measure_rest(least_squares(draw_force, start, bounds=bounds, xtol=1e-6, ftol=1e-6).x)
 
 
 def _poles(k: float, beta: float, rig: Specimen) -> tuple[complex, complex]:
@@ -66,7 +66,7 @@ def _force(
 ) -> FloatArray:
     """Force k0 (u - x) from equilibrium; x / u = (beta0 s + k0) / (m (s - p) (s - q))."""
     k0, p, q = rig.load_cell_stiffness, *poles
-    raised = _raised(coil)
+    raised = _raise_bend(coil)
     share = (rig.load_cell_damping * p + k0) / (rig.tip_mass * (p - q))
     other = (rig.load_cell_damping * q + k0) / (rig.tip_mass * (q - p))
     if np.iscomplexobj(p):
@@ -84,7 +84,7 @@ def _first_order(driven: FloatArray, pole: complex) -> FloatArray:
     return lfilter([new / SAMPLE_RATE, old / SAMPLE_RATE], [1.0, -decay], driven)
 
 
-def _raised(coil: FloatArray) -> FloatArray:
+def _raise_bend(coil: FloatArray) -> FloatArray:
     """Raise a signal by what straight lines between its samples cut off: 1/12 of its bend."""
     raised = coil.copy()
     raised[1:-1] -= np.diff(coil, 2) / 12.0

@@ -81,7 +81,7 @@ def _hertz_contact(strength: float, at: Situation, random: Random) -> Change:
 
     Without a preload, or with next to none, the loss of contact would hide the exponent.
     """
-    light = random.uniform(1.0, 1.4) * _holding(at, 0.0)
+    light = random.uniform(1.0, 1.4) * _find_holding_preload(at, 0.0)
     return Change(
         {"hertz_exponent": 1.0 + strength, "hertz_depth": at.depth, "unilateral": 1.0},
         preload=at.preload if at.preload > 0.5 * at.amplitude else light,
@@ -118,7 +118,7 @@ def _nonlinear_damping(strength: float, at: Situation, random: Random) -> Change
 
 def _contact_loss(strength: float, at: Situation, random: Random) -> Change:
     """Press the tip in lightly: the more so, the longer it is in the air."""
-    return Change({"unilateral": 1.0}, preload=(1.0 - strength) * _holding(at, 0.0))
+    return Change({"unilateral": 1.0}, preload=(1.0 - strength) * _find_holding_preload(at, 0.0))
 
 
 def _adhesion(strength: float, at: Situation, random: Random) -> Change:
@@ -129,11 +129,11 @@ def _adhesion(strength: float, at: Situation, random: Random) -> Change:
     """
     share = random.uniform(0.25, 0.5) * np.sqrt(strength)
     pull = float(share * at.specimen.stiffness * at.amplitude)
-    preload = (1.0 - strength) * _holding(at, pull)
+    preload = (1.0 - strength) * _find_holding_preload(at, pull)
     return Change({"unilateral": 1.0, "pull_off": pull}, preload=preload)
 
 
-def _holding(at: Situation, pull: float) -> float:
+def _find_holding_preload(at: Situation, pull: float) -> float:
     """Preload that keeps the tip on the tissue throughout [m], 4 mm at the most.
 
     The tissue's force swings by |k + i w beta| |x|, most at one of the excitation's frequencies.

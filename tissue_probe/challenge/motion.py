@@ -16,7 +16,7 @@ from tissue_probe.challenge.tip import (
     ENGAGED,
     POSITION,
     TOUCHING,
-    ended,
+    find_ended_mode,
     rates,
     switch,
 )
@@ -52,7 +52,7 @@ def move(specimen: Specimen, trajectory: Trajectory, rate: int = RATE) -> FloatA
     array, shape ((lead + duration) * rate,)
         Read-only. The last few are remembered.
     """
-    u, u_rate = trajectory.sampled(2 * rate)
+    u, u_rate = trajectory.sample_motion(2 * rate)
     start = -trajectory.before(2 * rate) / (2.0 * rate)
     force = _integrate(specimen.record(), start, 1.0 / rate, u, u_rate)
     force.flags.writeable = False
@@ -119,7 +119,7 @@ def _try(p, start, period, step, done, share, u, u_rate, state, modes, work):
         work[TRIAL, i] = state[i] + h / 6.0 * (total + work[SLOPES + 3, i])
     at = done + share
     coil, coil_rate = _at(u, step, at), _at(u_rate, step, at)
-    return ended(p, start + (step + at) * period, coil, coil_rate, work[TRIAL], modes)
+    return find_ended_mode(p, start + (step + at) * period, coil, coil_rate, work[TRIAL], modes)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -72,7 +72,7 @@ def follow(
     moved = CubicSpline(time, position - preload)(grid)
     highest = _highest(moved, period)
     _check_motion(moved, preload, highest * period, source)
-    course = _smoothed(grid, moved)
+    course = _smooth_motion(grid, moved)
     duration = (int(time[-1] * SAMPLE_RATE + 1e-6) + 1) / SAMPLE_RATE
     amplitude = float(np.abs(course(grid)).max())
     course = BSpline(course.t, course.c / amplitude, course.k)
@@ -133,7 +133,7 @@ def _highest(moved: FloatArray, period: float) -> float:
     return max(float(place) / (2.0 * moved.size * period), 1.0)
 
 
-def _smoothed(grid: FloatArray, moved: FloatArray) -> BSpline:
+def _smooth_motion(grid: FloatArray, moved: FloatArray) -> BSpline:
     """Fit a quintic spline whose knots are as close as the band in which there is motion asks."""
     period = grid[1]
     length = min(round(RESOLVED / period), moved.size)

@@ -68,10 +68,10 @@ def make_series(
     random = np.random.default_rng(seed)
     for effects in deal(hide, count, random):
         drawn = str(random.choice(list(DURATIONS))) if excitation == ANY else excitation
-        yield _showing(effects, drawn, rig, random)
+        yield _hide_showing(effects, drawn, rig, random)
 
 
-def _showing(
+def _hide_showing(
     effects: Effects, excitation: Excitation, rig: Rig, random: np.random.Generator
 ) -> Challenge:
     """Hide effects, or others in their place if they are two and do not both show."""

@@ -145,17 +145,17 @@ def make_challenge(
     """
     _check(effects, excitation, rig)
     random = np.random.default_rng(seed)
-    coil = Coil.drawn(random.spawn(1)[0]) if coil is None else coil
+    coil = Coil.draw(random.spawn(1)[0]) if coil is None else coil
     pressed = random.uniform(1e-3, 3e-3) if random.random() < 0.5 else 0.0
     if isinstance(excitation, Measured):
         pressed = excitation.preload
     first, other = _trajectories(random, excitation, coil)
     tolerances = Tolerances() if rig == "tolerant" else None
     clean = Case(*_rig_and_tissue(random, tolerances), first)
-    clean = clean.pressed(pressed if preload is None else preload)
+    clean = clean.press_in(pressed if preload is None else preload)
     case, hidden = _hide(effects, clean, random, tolerances)
     second = _phases_anew(replace(case, trajectory=other), random)
-    second = second.pressed(case.trajectory.preload)
+    second = second.press_in(case.trajectory.preload)
     answer = Answer(
         effects=tuple(effects),
         families=tuple(EFFECTS[name].family for name in effects),
@@ -197,7 +197,7 @@ def _rig_and_tissue(
     deviations = random.standard_normal(len(Tolerances._fields))
     if tolerances is None:
         return tissue, Instrument()
-    specimen, zero = tolerances.moved(tissue, deviations)
+    specimen, zero = tolerances.draw_rig(tissue, deviations)
     return specimen, Instrument(contact_zero=zero, pink_noise=PINK_NOISE)
 
 
@@ -207,7 +207,7 @@ def _trajectories(
     """Return the motions of both recordings; the second is broadband, and not the first's."""
     if isinstance(excitation, Measured):
         other = _trajectory(random, "msine60", excitation.duration, coil)
-        return Trajectory.following(excitation), replace(other, amplitude=excitation.amplitude)
+        return Trajectory.follow_motion(excitation), replace(other, amplitude=excitation.amplitude)
     kinds = (excitation, "chirp60" if excitation == "msine60" else "msine60")
     first, other = (_trajectory(random, kind, DURATIONS[excitation], coil) for kind in kinds)
     return first, other
@@ -229,9 +229,9 @@ def _hide(
     weakest = WEAKEST if len(effects) < 2 else WEAKEST_OF_TWO
     for name in sorted(effects, key=lambda name: not EFFECTS[name].sets_preload):
         target, seed = log_uniform(random, weakest, STRONGEST), int(random.integers(2**32))
-        alone = clean.pressed(case.trajectory.preload)
+        alone = clean.press_in(case.trajectory.preload)
         hidden[name] = hide(EFFECTS[name], alone, target, seed, tolerances)
-        case = case.changed(hidden[name].change)
+        case = case.apply_change(hidden[name].change)
     return case, hidden
 
 

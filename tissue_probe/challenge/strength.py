@@ -66,7 +66,7 @@ def hide(
         return effect.make(strength, case.situation, np.random.default_rng(seed))
 
     def ratio(strength: float) -> float:
-        return case.changed(change(strength)).ratio(case.specimen, SEARCH_RATE)
+        return case.apply_change(change(strength)).ratio(case.specimen, SEARCH_RATE)
 
     strength = effect.typical
     if ratio(strength) >= ABSORBED:
@@ -74,7 +74,7 @@ def hide(
     reached = ratio(strength)
     made, shown = change(strength), reached
     if tolerances is not None:
-        shown = case.changed(made).ratio(case.specimen, SEARCH_RATE, tolerances)
+        shown = case.apply_change(made).ratio(case.specimen, SEARCH_RATE, tolerances)
     return Hidden(made, strength, target, reached, shown, absorbed=reached < ABSORBED)
 
 

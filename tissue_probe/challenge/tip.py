@@ -101,7 +101,7 @@ def rates(p, time, u, u_rate, state, modes, result):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def ended(p, time, u, u_rate, state, modes):
+def find_ended_mode(p, time, u, u_rate, state, modes):
     """Return the number of a mode that has ended, or -1.
 
     Contact ends when the tissue would have to pull by more than ``pull_off``, and begins when the

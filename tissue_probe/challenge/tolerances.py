@@ -21,7 +21,7 @@ class Tolerances(NamedTuple):
     damping: float = 0.20
     zero: float = 30e-6
 
-    def moved(self, rig: Specimen, deviations: FloatArray) -> tuple[Specimen, float]:
+    def draw_rig(self, rig: Specimen, deviations: FloatArray) -> tuple[Specimen, float]:
         """Return a rig that is off, and its contact zero [m].
 
         Parameters

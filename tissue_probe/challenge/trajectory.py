@@ -83,7 +83,7 @@ class Trajectory:
     measured: Measured | None = None
 
     @classmethod
-    def following(cls, measured: Measured) -> Trajectory:
+    def follow_motion(cls, measured: Measured) -> Trajectory:
         """Return a motion as it was measured; no fault of a coil is added to those in it."""
         return cls(
             "measured",
@@ -125,24 +125,24 @@ class Trajectory:
         """Return how many samples come before the first of the record at ``rate`` [Hz]."""
         return round(self.lead * rate)
 
-    def sampled(self, rate: int) -> tuple[FloatArray, FloatArray]:
+    def sample_motion(self, rate: int) -> tuple[FloatArray, FloatArray]:
         """Return displacement [m] and velocity [m/s] of the coil at ``rate`` [Hz].
 
         From the beginning of the lead to the end of the record, both included; read-only.
         """
-        return _sampled(self, rate)
+        return _sample_measured(self, rate)
 
     def _motion(self, since: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the motion at amplitude 1 and its derivative [1/s], by time since its start."""
         if self.measured is not None:
             motion = self.measured.at(since + self.start_of_motion)
-            return motion if self.from_rest else _faded(since, *motion)
+            return motion if self.from_rest else _fade_in(since, *motion)
         if self.kind == "msine60":
-            return _faded(since, *_multisine(since, self.phases))
+            return _fade_in(since, *_multisine(since, self.phases))
         if self.kind == "sine10ss":
             angle = 2.0 * np.pi * 10.0 * since + self.phases[0]
             rate = np.full_like(since, 2.0 * np.pi * 10.0)
-            return _faded(since, np.sin(angle), rate * np.cos(angle))
+            return _fade_in(since, np.sin(angle), rate * np.cos(angle))
         angle, rate = _ANGLES[self.kind](since, self.duration)
         return np.sin(angle), rate * np.cos(angle)
 
@@ -157,7 +157,7 @@ def _chirp(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
     return 2.0 * np.pi * (time + 0.5 * rise * time**2), 2.0 * np.pi * (1.0 + rise * time)
 
 
-def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
+def _step_frequency(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
     """Angle and its rate: a staircase of frequencies, whose corners are rounded over 20 ms.
 
     The rounding keeps the velocity continuous; the angle takes the integral of ``_smooth``.
@@ -175,22 +175,22 @@ def _stepped(time: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]
 
 
 @lru_cache(maxsize=4)
-def _sampled(told: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
+def _sample_measured(told: Trajectory, rate: int) -> tuple[FloatArray, FloatArray]:
     before = told.before(rate)
     time = (np.arange(before + round(told.duration * rate) + 1) - before) / rate
     pressed, pressing = _smooth((time + told.lead) / PRESSING)
     u, velocity = told.held * pressed, told.held / PRESSING * pressing
     moving = slice(before + round(told.start_of_motion * rate), None)
     since = time[moving] - told.start_of_motion
-    motion, slope = told.coil.distorted(*told._motion(since))
-    jitter, shaking = _faded(since, *told.coil.shaking(since.size, rate))
+    motion, slope = told.coil.distort_motion(*told._motion(since))
+    jitter, shaking = _fade_in(since, *told.coil.draw_jitter(since.size, rate))
     u[moving] += told.amplitude * motion + jitter
     velocity[moving] += told.amplitude * slope + shaking
     u.flags.writeable = velocity.flags.writeable = False
     return u, velocity
 
 
-_ANGLES = {"sine10": _sine, "chirp60": _chirp, "stepped30": _stepped}
+_ANGLES = {"sine10": _sine, "chirp60": _chirp, "stepped30": _step_frequency}
 
 
 def _multisine(time: FloatArray, phases: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
@@ -211,7 +211,7 @@ def _peak(phases: tuple[float, ...]) -> float:
     return float(np.abs((np.fft.ifft(spectrum) * spectrum.size).imag).max())
 
 
-def _faded(
+def _fade_in(
     since: FloatArray, value: FloatArray, slope: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Let a motion begin smoothly from rest."""
