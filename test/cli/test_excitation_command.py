@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tissue_probe.cli.excitation import bound, time_to_know
+from tissue_probe.cli.excitation import compute_bound, time_to_know
 from tissue_probe.excitation import EXCITATIONS, Sine
 
 
@@ -15,13 +15,13 @@ from tissue_probe.excitation import EXCITATIONS, Sine
     [(0.015, 2.5, 0.0176), (0.02, 1.6, 0.015), (0.05, 0.75, 0.0097), (0.2, 0.375, 0.0056)],
 )
 def test_the_bound_is_that_of_an_independent_computation(time, stiffness, damping):
-    limit = bound(Sine(amplitude=1e-3), 450.0, 5.0, time, 0.005, force_offset=False)
+    limit = compute_bound(Sine(amplitude=1e-3), 450.0, 5.0, time, 0.005, force_offset=False)
     assert limit.stiffness[-1] == pytest.approx(stiffness, rel=0.025)
     assert limit.damping[-1] == pytest.approx(damping, rel=0.025)
 
 
 def test_five_per_cent_can_be_known_after_eleven_milliseconds():
-    limit = bound(Sine(amplitude=1e-3), 450.0, 5.0, 0.1, 0.005, force_offset=False)
+    limit = compute_bound(Sine(amplitude=1e-3), 450.0, 5.0, 0.1, 0.005, force_offset=False)
     assert time_to_know(limit.stiffness, 450.0) == pytest.approx(0.011, abs=0.0011)
 
 

@@ -13,7 +13,7 @@ from tissue_probe.analysis.measurements import read
 from tissue_probe.analysis.segments import segments
 from tissue_probe.cli import measured
 from tissue_probe.cli.asked import Asked
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 from tissue_probe.diagnosis.inspection.inspection import inspect
 from tissue_probe.quantities import FORCE
 
@@ -27,7 +27,7 @@ def options():
     app = typer.Typer()
 
     @app.command()
-    @grouped
+    @add_groups
     def command(measurements: measured.Measurements, signals: measured.Signals, asked: Asked):
         said = asked.keywords()
         read = measured.read(measurements, signals.layout())

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from tissue_probe.analysis import tables
 from tissue_probe.analysis.verdict_in_words import verdict
-from tissue_probe.cli.diagnose import ranked
+from tissue_probe.cli.diagnose import tabulate_ranking
 from tissue_probe.diagnosis.advice.separation import Suggestion
 from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.conclusion import Ladder
@@ -183,7 +183,7 @@ def test_no_name_breaks_behind_its_mark_at_80_columns():
     )
     console = Console(markup=False, highlight=False, width=80)
     with console.capture() as printed:
-        console.print(ranked(result))
+        console.print(tabulate_ranking(result))
     lines = printed.get().splitlines()
     assert max(map(len, lines)) <= 80
     for name in ("load_cell_stiffness_error", "standard_linear_solid"):

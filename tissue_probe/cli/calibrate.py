@@ -141,7 +141,7 @@ def tool(
     from tissue_probe.identification.ring_down import fit_ring_down
 
     recording = _read(samples, column)
-    block = _only(recording, samples)
+    block = _take_whole(recording, samples)
     found = fit_ring_down(block.force, block.sample_period, tip_mass, tip_mass_error)
     spread = CONFIDENCE_QUANTILE * tip_mass_error
     update(
@@ -181,7 +181,7 @@ def delay(
     recording = _read(samples)
     if not _is_table(samples):
         recording = recalibrate(recording, before)
-    block = _only(recording, samples)
+    block = _take_whole(recording, samples)
     tool = before.tip_mass, before.load_cell_stiffness, before.load_cell_damping
     found = force_delay(block.position, block.force, block.sample_period, *tool)
     corrected = 0.0 if _is_table(samples) else before.force_delay
@@ -207,7 +207,7 @@ def tare(bag: Bag, calibration: File = CALIBRATION) -> None:
 
     before = load(calibration)
     recording = _read(bag)
-    period = _only(recording, bag).sample_period
+    period = _take_whole(recording, bag).sample_period
     # By the file's own numbers: with a wrong sign contact would look like free air.
     position = before.position(raw_counts(recording))
     force = before.force(raw_volts(recording))
@@ -260,7 +260,7 @@ def _is_table(path: Path) -> bool:
     return not is_bag(path)
 
 
-def _only(recording: Recording, path: Path) -> SampleBlock:
+def _take_whole(recording: Recording, path: Path) -> SampleBlock:
     """Return the samples if none is missing between them: a fit needs them so."""
     if len(recording.blocks) > 1:
         raise ValueError(f"{path} has gaps between its samples: record one run without")

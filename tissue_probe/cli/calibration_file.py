@@ -58,7 +58,7 @@ def update(
     )
     changed.save(path)
     for name in values:
-        print(_told(changed, name))
+        print(_describe_constant(changed, name))
     print(f"Written to {path}")
 
 
@@ -69,7 +69,7 @@ def _serial(given: str) -> tuple[str, str]:
     return name.strip(), serial.strip()
 
 
-def _told(calibration: Calibration, name: str) -> str:
+def _describe_constant(calibration: Calibration, name: str) -> str:
     value = getattr(calibration, name)
     told = f"{name} = {value:.6g}" if isinstance(value, float) else f"{name} = {value}"
     if name in calibration.intervals:

@@ -76,7 +76,7 @@ def make(
 
     check_sealed(answers, folder)
     told = {}
-    made = make_series(hide, count, seed, chosen(excitation, starts, site), rig)
+    made = make_series(hide, count, seed, choose_motion(excitation, starts, site), rig)
     for number, each in enumerate(made, start=1):
         name = f"{number:04d}"
         write_recordings(folder, name, each, format)
@@ -87,7 +87,7 @@ def make(
     print(f"The answers are in {answers}; do not look.")
 
 
-def chosen(excitation: str, starts: Starts, site: int | None) -> str | Measured:
+def choose_motion(excitation: str, starts: Starts, site: int | None) -> str | Measured:
     """Return the name of an excitation, or the motion in a file; prints the motion's summary.
 
     Raises
@@ -197,7 +197,7 @@ def open_command(
     for effect, values in told["parameters"].items():
         true |= {f"{effect}: {each}": value for each, value in values.items()}
     table = Table("", "true", "found")
-    table.add_row("effects", ", ".join(told["effects"]) or "none", _named(found))
+    table.add_row("effects", ", ".join(told["effects"]) or "none", _name_found(found))
     for each in dict.fromkeys((*true, *found.values)):
         at, doubt = found.values.get(each), found.deviations.get(each, 0.0)
         told_of = "" if at is None else f"{at:.5g} +- {SIDE * doubt:.2g}"
@@ -205,7 +205,7 @@ def open_command(
     Console(highlight=False, markup=False).print(table)
 
 
-def _named(found: FittedModel) -> str:
+def _name_found(found: FittedModel) -> str:
     return ", ".join(found.composition.names) or "none"
 
 

@@ -10,11 +10,11 @@ import typer
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import picture
 from tissue_probe.cli.asked import Asked, Json, write_json
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
 
 
-@grouped
+@add_groups
 def compare(
     files: measured.Measurements,
     signals: measured.Signals,

@@ -9,7 +9,7 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.asked import Asked, Json, Validate, write_json
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ UNSETTLED = (
 )
 
 
-@grouped
+@add_groups
 def diagnose(
     files: measured.Measurements,
     signals: measured.Signals,
@@ -76,7 +76,7 @@ def diagnose(
     measured.tell(result.notes)
     print(with_options(result.asked.head))
     # Units stand in square brackets.
-    Console(markup=False, highlight=False).print(ranked(result))
+    Console(markup=False, highlight=False).print(tabulate_ranking(result))
     gave_up = [row[0] for row in result.ranking.rows if not row[-1]]
     if gave_up or not result.converged:
         print(UNSETTLED.format(len(gave_up)))
@@ -87,7 +87,7 @@ def diagnose(
         write_json(json, result.to_dict())
 
 
-def ranked(result: DiagnosisResult) -> Table:
+def tabulate_ranking(result: DiagnosisResult) -> Table:
     """Return the base model's errors, and those with each of the best effects."""
     from rich.table import Table
 

@@ -102,13 +102,13 @@ def excitation(
     }
     values = {name: value for name, value in given.items() if value is not None}
     signal = parse_excitation({"kind": kind, **values})
-    limit = bound(signal, stiffness, damping, duration, force_noise, force_offset)
+    limit = compute_bound(signal, stiffness, damping, duration, force_noise, force_offset)
     draw(signal, limit, stiffness, damping).savefig(output, dpi=100)
     summarize(limit, stiffness, damping)
     print(f"The bound against time is in {output}.")
 
 
-def bound(
+def compute_bound(
     signal: Excitation,
     stiffness: float,
     damping: float,

@@ -10,10 +10,10 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import Table
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 
 
-@grouped
+@add_groups
 def export(
     samples: measured.Samples,
     signals: measured.Signals,

@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass
 from typing import Any, get_type_hints
 
 
-def grouped(command: Callable[..., None]) -> Callable[..., None]:
+def add_groups(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command with the options of its groups in place of each.
 
     A group is a data class whose fields are options. It stands where its parameter stands.

@@ -11,7 +11,7 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.asked import Asked, Json, Validate, write_json
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 from tissue_probe.cli.options_named import with_options
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from tissue_probe.analysis.result_table import ResultTable
 
 
-@grouped
+@add_groups
 def improve(
     files: measured.Measurements,
     signals: measured.Signals,

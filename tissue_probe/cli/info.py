@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tissue_probe.cli import measured
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 
 if TYPE_CHECKING:
     from tissue_probe.recording.layout import Layout
 
 
-@grouped
+@add_groups
 def info(
     samples: measured.Samples,
     signals: measured.Signals,

@@ -12,7 +12,7 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.arguments import EffectFiles, in_a_folder, picture
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 
 if TYPE_CHECKING:
     from rich.table import Column
@@ -37,7 +37,7 @@ class ChooseFor(str, Enum):
     both = "both"
 
 
-@grouped
+@add_groups
 def map_command(
     samples: measured.Samples,
     signals: measured.Signals,

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from tissue_probe.cli.asked import Json, write_json
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 
 
-@grouped
+@add_groups
 def sensor(
     samples: Annotated[
         Path,

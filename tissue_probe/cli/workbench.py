@@ -10,10 +10,10 @@ import typer
 
 from tissue_probe.cli import measured
 from tissue_probe.cli.asked import OfSamples
-from tissue_probe.cli.groups import grouped
+from tissue_probe.cli.groups import add_groups
 
 
-@grouped
+@add_groups
 def workbench(
     signals: measured.Signals,
     asked: OfSamples,
