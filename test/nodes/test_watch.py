@@ -25,7 +25,7 @@ from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.nodes.map_messages import inclusions_message, results_message, surface_cloud
 from tissue_probe.nodes.qos import LATCHED
 from tissue_probe.signals import Leaving
-from tissue_probe.workbench.messages import unpacked
+from tissue_probe.workbench.messages import unpack_message
 
 
 @contextmanager
@@ -65,7 +65,9 @@ async def until(line, condition):
     async with asyncio.timeout(PATIENCE):
         while True:
             message = await line.recv()
-            told = (json.loads(message), {}) if isinstance(message, str) else unpacked(message)
+            told = (
+                (json.loads(message), {}) if isinstance(message, str) else unpack_message(message)
+            )
             if condition(*told):
                 return told
 

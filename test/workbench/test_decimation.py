@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tissue_probe.workbench.decimation import dots, lines
-from tissue_probe.workbench.messages import packed, unpacked
+from tissue_probe.workbench.messages import pack_message, unpack_message
 
 SIGNALS = hnp.arrays(np.float64, st.integers(2, 3000), elements=st.floats(-1e6, 1e6))
 
@@ -50,7 +50,7 @@ def test_dots_colour_the_same_pixels_as_all_points(y, wide, high):
 )
 def test_a_message_holds_what_was_put_into_it(head, arrays):
     named = {f"a{number}": array for number, array in enumerate(arrays)}
-    told, found = unpacked(packed({"head": head}, named))
+    told, found = unpack_message(pack_message({"head": head}, named))
     for name, value in told["head"].items():
         known = head[name]
         assert value == (None if isinstance(known, float) and not np.isfinite(known) else known)

@@ -250,7 +250,7 @@ def test_a_recording_is_seen_before_any_model_is_fitted(run):
     async def steps(desk):
         opened = await desk.open(EXAMPLES / "sweep.csv", LAYOUT)
         assert desk.rungs == []
-        return opened.measured, Pictures(desk).recorded(
+        return opened.measured, Pictures(desk).draw_recording(
             asked_for("recorded", file=opened.number, width=8000)
         )[1]
 

@@ -23,7 +23,7 @@ from starlette.websockets import WebSocket
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench import state, told, uploads
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import Refused, refused
+from tissue_probe.workbench.refused import Refused, describe_refusal
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.taken import take
 
@@ -36,10 +36,10 @@ KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript",
 BYTES = "application/octet-stream"
 
 
-async def _refused(request: Request, error: Exception) -> Response:
+async def _answer_refusal(request: Request, error: Exception) -> Response:
     assert isinstance(error, (TissueProbeError, OSError))
     desk = request.app.state.requests.desk
-    words = told.without_paths(desk, str(refused(error)))
+    words = told.without_paths(desk, str(describe_refusal(error)))
     return PlainTextResponse(f"{words}\n", status_code=409)
 
 
@@ -53,17 +53,17 @@ async def _not_here(request: Request, error: Exception) -> Response:
     return PlainTextResponse(f"{words.get(status, error.detail)}\n", status, headers)
 
 
-async def _left(request: Request, error: Exception) -> Response:
+async def _answer_nobody(request: Request, error: Exception) -> Response:
     """Answer nobody: the sender of the request went away before its end."""
     return Response(status_code=400)
 
 
 #: How a request ends that cannot be done.
 REFUSALS: dict[Any, Any] = {
-    TissueProbeError: _refused,
-    OSError: _refused,
+    TissueProbeError: _answer_refusal,
+    OSError: _answer_refusal,
     HTTPException: _not_here,
-    ClientDisconnect: _left,
+    ClientDisconnect: _answer_nobody,
 }
 
 

@@ -49,7 +49,7 @@ def as_object(text: str | bytes, subject: str) -> dict[str, Any]:
     return found
 
 
-def checked(kind: type[Kind], given: dict[str, Any], subject: str) -> Kind:
+def check_declared(kind: type[Kind], given: dict[str, Any], subject: str) -> Kind:
     """Return given values as an object of their declaration.
 
     Raises
@@ -63,7 +63,7 @@ def checked(kind: type[Kind], given: dict[str, Any], subject: str) -> Kind:
         raise Refused(_sentence(subject, error.errors(include_url=False)[0])) from None
 
 
-def shown(value: object) -> str:
+def shorten_value(value: object) -> str:
     """Return a given value as a sentence shows it: its beginning and its end, if it is long."""
     return reprlib.repr(value)
 
@@ -77,4 +77,4 @@ def _sentence(subject: str, first: ErrorDetails) -> str:
     if first["type"] == "extra_forbidden":
         return f"{subject}: there is no `{place}` in it"
     told = first["msg"].replace("Input should", "it should")
-    return f"{subject}: `{place}` is {shown(first['input'])}; {told}"
+    return f"{subject}: `{place}` is {shorten_value(first['input'])}; {told}"

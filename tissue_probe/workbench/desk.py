@@ -72,7 +72,7 @@ class Ranking:
         known = {row["effect"] for row in self.answer["ranking"] if row["rmse"] is not None}
         return self.result.beside(effect) if effect in known else None
 
-    def explained(self, rung: Rung, effect: str, stretch: int) -> NDArray[np.float64]:
+    def explain_residual(self, rung: Rung, effect: str, stretch: int) -> NDArray[np.float64]:
         """Return the part of the residual that an effect alone explains, if it is known by now.
 
         Raises

@@ -64,6 +64,6 @@ EXAMPLES = {
 }
 
 
-def told() -> list[dict[str, str]]:
+def describe_examples() -> list[dict[str, str]]:
     """Return names, titles and descriptions."""
     return [{"name": n, "title": each.title, "told": each.told} for n, each in EXAMPLES.items()]

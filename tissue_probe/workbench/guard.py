@@ -62,10 +62,10 @@ class Guard:
         headers = Headers(scope=scope)
         if told := self._foreign(scope, headers):
             await _refuse(scope, receive, send, told)
-        elif self._same(_asked(scope)) and scope["type"] == "http" and scope["path"] == "/":
+        elif self._same(_read_asked(scope)) and scope["type"] == "http" and scope["path"] == "/":
             await self._let_in()(scope, receive, send)
-        elif self._same(_kept(headers, self._cookie)):
-            await self._app(scope, receive, _forbidding(send))
+        elif self._same(_find_cookie(headers, self._cookie)):
+            await self._app(scope, receive, _forbid_framing(send))
         else:
             told = "open the address that `tissue_probe workbench` printed: it has the token"
             await _refuse(scope, receive, send, told)
@@ -92,12 +92,12 @@ class Guard:
         return answer
 
 
-def _asked(scope: Scope) -> str:
+def _read_asked(scope: Scope) -> str:
     query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
     return query.get("token", [""])[0]
 
 
-def _kept(headers: Headers, name: str) -> str:
+def _find_cookie(headers: Headers, name: str) -> str:
     try:
         cookies = SimpleCookie(headers.get("cookie", ""))
     except CookieError:
@@ -105,7 +105,7 @@ def _kept(headers: Headers, name: str) -> str:
     return cookies[name].value if name in cookies else ""
 
 
-def _forbidding(send: Send) -> Send:
+def _forbid_framing(send: Send) -> Send:
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)

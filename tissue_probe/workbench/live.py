@@ -57,7 +57,7 @@ class Live:
                 kind, size = FRAME.unpack(await process.stdout.readexactly(FRAME.size))
                 content = await process.stdout.readexactly(size)
                 if kind == DONE:
-                    self._answered(json.loads(content))
+                    self._hand_answer(json.loads(content))
                 elif kind == MAP:
                     self.map = content
                     self._pages.tell_bytes("live_map", content)
@@ -103,7 +103,7 @@ class Live:
         except TimeoutError:
             process.kill()
 
-    def _answered(self, told: dict[str, Any]) -> None:
+    def _hand_answer(self, told: dict[str, Any]) -> None:
         waiting = self._waiting.get(told["number"])
         if waiting is not None and not waiting.done():
             waiting.set_result(told)

@@ -21,7 +21,7 @@ TYPES = {"f4": np.dtype("<f4"), "f8": np.dtype("<f8"), "u2": np.dtype("<u2")}
 _ALIGNED = 8
 
 
-def packed(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
+def pack_message(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes:
     """Return a message.
 
     Parameters
@@ -42,7 +42,7 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> bytes
     return b"".join(pieces)
 
 
-def unpacked(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+def unpack_message(message: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Return head and arrays of a message.
 
     Raises

@@ -60,12 +60,12 @@ class Page:
             # The newest state came from the answer before it, or after: a page
             # that is told an answer knows the state that it led to.
             for kind in list(self._newest):
-                await self._out(self._newest.pop(kind)())
+                await self._send_message(self._newest.pop(kind)())
             if self._answers:
-                await self._out(self._answers.popleft())
+                await self._send_message(self._answers.popleft())
         return True
 
-    async def _out(self, message: bytes | str) -> None:
+    async def _send_message(self, message: bytes | str) -> None:
         if isinstance(message, str):
             await self._socket.send_text(message)
         else:

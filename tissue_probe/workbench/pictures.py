@@ -40,7 +40,7 @@ class Pictures:
         #: Each view, with the times of the samples that were not fitted.
         self._views: OrderedDict[tuple[int, str, int], tuple[ErrorView, Spans]] = OrderedDict()
 
-    def recorded(self, asked: Recorded) -> Picture:
+    def draw_recording(self, asked: Recorded) -> Picture:
         """Return position and force of a recording as they were read, over the whole of it.
 
         Of several that lie in one file, it is the one that is named by ``part``.
@@ -68,14 +68,14 @@ class Pictures:
                    "residual": view.residual}  # fmt: skip
         told: dict[str, Any] = {"noise": view.noise}
         if asked.values:
-            predicted = self._compared(asked).predict(asked.values, asked.stretch)
+            predicted = self._compare_model(asked).predict(asked.values, asked.stretch)
             if not np.isfinite(predicted).all():
                 raise Refused("`values`: the model diverges there")
             signals |= {"predicted": predicted, "residual": view.measured - predicted}
             used = signals["residual"][view.used]
             told["rmse"] = float(np.sqrt(np.mean(used**2)))
         if asked.effect:
-            signals["explained"] = self._explained(asked.effect, asked)
+            signals["explained"] = self._explain_residual(asked.effect, asked)
         first, stop = _span(asked, view)
         numbers, drawn = lines(signals, first, stop, asked.width)
         found: Arrays = {"time": numbers * view.sample_period}
@@ -92,7 +92,7 @@ class Pictures:
         limits = (*_limits(x[view.used]), *_limits(y[view.used]))
         pixels = (asked.width, asked.height)
         found = dict(zip(("x", "y"), dots(x, y, limits, pixels), strict=True))
-        if (chosen := self._brushed(view, asked)) is not None:
+        if (chosen := self._select_brushed(view, asked)) is not None:
             marked = dots(x[chosen], y[chosen], limits, pixels)
             found |= dict(zip(("marked_x", "marked_y"), marked, strict=True))
         return {"limits": limits}, {name: each.astype(np.float32) for name, each in found.items()}
@@ -102,7 +102,7 @@ class Pictures:
         view = self._view(asked)
         frequencies, density = view.spectrum()
         found = {"frequency": frequencies, "density": density}
-        if (chosen := self._brushed(view, asked)) is not None and chosen.any():
+        if (chosen := self._select_brushed(view, asked)) is not None and chosen.any():
             found["marked"] = view.spectrum(chosen)[1]
         white = 2.0 * view.sample_period * view.noise**2
         return {"white": white}, {n: each.astype(np.float32) for n, each in found.items()}
@@ -110,7 +110,7 @@ class Pictures:
     def brush(self, asked: Look) -> Picture:
         """Return the times of the samples that a look along an axis means, and their error."""
         view = self._view(asked)
-        chosen = self._brushed(view, asked)
+        chosen = self._select_brushed(view, asked)
         if chosen is None:
             return {"spans": [], "count": 0}, {}
         error = float(np.sqrt(np.mean(view.residual[chosen] ** 2))) if chosen.any() else 0.0
@@ -132,19 +132,19 @@ class Pictures:
         ]
         return {"regions": regions}, {}
 
-    def _brushed(self, view: ErrorView, asked: Look) -> NDArray[np.bool_] | None:
+    def _select_brushed(self, view: ErrorView, asked: Look) -> NDArray[np.bool_] | None:
         brush = asked.brush
         return None if brush is None else view.between(brush.axis, brush.low, brush.high)
 
-    def _explained(self, effect: str, asked: Look) -> NDArray[Any]:
+    def _explain_residual(self, effect: str, asked: Look) -> NDArray[Any]:
         if self._desk.ranking is None:
             raise Refused("nothing is ranked yet")
         if asked.source == "second":
             raise Refused("an effect's curve is of the recording that is fitted")
         rung = self._desk.rung(asked.rung)
-        return self._desk.ranking.explained(rung, effect, asked.stretch)
+        return self._desk.ranking.explain_residual(rung, effect, asked.stretch)
 
-    def _compared(self, asked: Look) -> ComparisonResult:
+    def _compare_model(self, asked: Look) -> ComparisonResult:
         rung = self._desk.rung(asked.rung)
         if asked.source != "second":
             return rung.compared
@@ -157,7 +157,7 @@ class Pictures:
 
     def _view_and_unused(self, asked: Look) -> tuple[ErrorView, Spans]:
         key = (asked.rung, asked.source, asked.stretch)
-        compared = self._compared(asked)
+        compared = self._compare_model(asked)
         if asked.stretch >= len(compared.sources):
             raise Refused(f"there are {len(compared.sources)} stretches")
         if key not in self._views:

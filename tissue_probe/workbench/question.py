@@ -7,7 +7,7 @@ from typing import Any
 
 from tissue_probe.analysis.asked import NAMED, Item
 from tissue_probe.workbench import stated
-from tissue_probe.workbench.declared import shown
+from tissue_probe.workbench.declared import shorten_value
 from tissue_probe.workbench.refused import Refused
 
 #: Values supposed where a page states nothing; of others' recordings the rig is asked for.
@@ -24,10 +24,10 @@ def checked_question(given: dict[str, Any]) -> dict[str, Any]:
     Refused
         If something is no parameter, or has no such value.
     """
-    return {name: _checked(name, value) for name, value in given.items()}
+    return {name: _check_statement(name, value) for name, value in given.items()}
 
 
-def _changed(asked: Any, given: dict[str, Any]) -> Any:
+def _apply_changes(asked: Any, given: dict[str, Any]) -> Any:
     """Return it with a page's statements, checked."""
     return replace(asked, **checked_question(given))
 
@@ -53,12 +53,12 @@ def _field(item: Item) -> tuple[str, Any, Any]:
 Asked = make_dataclass(
     "Asked",
     map(_field, ITEMS),
-    namespace={"changed": _changed, "parameters": _parameters, "of_samples": _of_samples},
+    namespace={"changed": _apply_changes, "parameters": _parameters, "of_samples": _of_samples},
     frozen=True,
 )
 
 
-def _checked(name: str, value: Any) -> Any:
+def _check_statement(name: str, value: Any) -> Any:
     item = NAMED.get(name)
     if item not in ITEMS:
         raise Refused(f"there is no parameter {name} of a comparison")
@@ -66,7 +66,9 @@ def _checked(name: str, value: Any) -> Any:
         if value in (None, "") and name not in SUPPOSED and item.default is None:
             return None
         if value not in item.choices:
-            raise Refused(f"`{name}` is {shown(value)}; give one of {', '.join(item.choices)}")
+            raise Refused(
+                f"`{name}` is {shorten_value(value)}; give one of {', '.join(item.choices)}"
+            )
         return value
     return _READ[item.kind](name, value)
 

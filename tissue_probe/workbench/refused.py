@@ -23,7 +23,7 @@ class Refused(TissueProbeError):
         return list(dict.fromkeys(_NAMED.findall(str(self))))
 
 
-def refused(error: TissueProbeError | OSError) -> Refused:
+def describe_refusal(error: TissueProbeError | OSError) -> Refused:
     """Return an error as a page is told it: a file of this machine by its name, not its path."""
     if isinstance(error, Refused):
         return error

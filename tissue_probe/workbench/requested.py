@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from tissue_probe.workbench.declared import Declared, as_object, checked, shown
+from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.opened import checked_layout
 from tissue_probe.workbench.question import checked_question
 from tissue_probe.workbench.refused import Refused
@@ -189,7 +189,7 @@ COMMANDS: Mapping[str, type[Declared]] = {
 }
 
 
-def parsed(text: str | bytes) -> dict[str, Any]:
+def parse_request(text: str | bytes) -> dict[str, Any]:
     """Return a request as the object that it is.
 
     Raises
@@ -212,18 +212,18 @@ def request(asked: dict[str, Any]) -> tuple[str, Request]:
     Refused
         If there is no such request, or it does not fit its declaration.
     """
-    name = _named(asked, "do", REQUESTS)
-    found = checked(REQUESTS[name], {n: v for n, v in asked.items() if n != "do"}, name)
+    name = _choose_named(asked, "do", REQUESTS)
+    found = check_declared(REQUESTS[name], {n: v for n, v in asked.items() if n != "do"}, name)
     if isinstance(found, Command):
-        command = _named(asked, "command", COMMANDS)
-        given = checked(COMMANDS[command], found.given, command)
+        command = _choose_named(asked, "command", COMMANDS)
+        given = check_declared(COMMANDS[command], found.given, command)
         found = found.model_copy(update={"given": given.model_dump(exclude_none=True)})
     return name, found
 
 
-def _named(asked: dict[str, Any], key: str, among: Mapping[str, Any]) -> str:
+def _choose_named(asked: dict[str, Any], key: str, among: Mapping[str, Any]) -> str:
     name = asked.get(key)
     if not isinstance(name, str) or name not in among:
-        told = f"is {shown(name)}" if key in asked else "is missing"
+        told = f"is {shorten_value(name)}" if key in asked else "is missing"
         raise Refused(f"a request: `{key}` {told}; give one of {', '.join(among)}")
     return name

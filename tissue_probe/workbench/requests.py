@@ -17,15 +17,15 @@ from typing import Any
 
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench import examples, requested, told, uploads
-from tissue_probe.workbench.declared import shown
+from tissue_probe.workbench.declared import shorten_value
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.live import Live
 from tissue_probe.workbench.mapped import raster
-from tissue_probe.workbench.messages import as_json, packed
+from tissue_probe.workbench.messages import as_json, pack_message
 from tissue_probe.workbench.next_experiment import next_experiment
 from tissue_probe.workbench.pages import Page, Pages
 from tissue_probe.workbench.pictures import Picture, Pictures
-from tissue_probe.workbench.refused import Refused, refused
+from tissue_probe.workbench.refused import Refused, describe_refusal
 from tissue_probe.workbench.requested import ByName, Command, Effects, OfFile, Request
 from tissue_probe.workbench.workshop import Cancelled
 
@@ -79,7 +79,7 @@ class Requests:
             "example": self._example,
         }
         self._drawn: dict[str, Callable[[Any], Picture]] = {
-            "recorded": self._pictures.recorded,
+            "recorded": self._pictures.draw_recording,
             "lines": self._pictures.lines,
             "dots": self._pictures.dots,
             "spectrum": self._pictures.spectrum,
@@ -100,7 +100,7 @@ class Requests:
         page.tell("choices", lambda: as_json({"choices": told.choices() | self._can()}))
         page.tell("desk", lambda: as_json({"desk": told.desk(self.desk)}))
         if (study := self.desk.study) is not None:
-            page.tell("study", lambda: as_json({"study": study.told()}))
+            page.tell("study", lambda: as_json({"study": study.describe_study()}))
         if self.live is not None and (found := self.live.map) is not None:
             page.tell("live_map", lambda: found)
 
@@ -123,11 +123,11 @@ class Requests:
     async def _answer(self, page: Page, text: str | bytes) -> None:
         number = None
         try:
-            asked = requested.parsed(text)
+            asked = requested.parse_request(text)
             number = asked["id"] if isinstance(asked.get("id"), int) else None
             page.answer(await self._result(*requested.request(asked)))
         except (TissueProbeError, OSError) as error:
-            page.answer(self._refusal(number, refused(error)))
+            page.answer(self._refusal(number, describe_refusal(error)))
         except Exception as error:  # a page must not wait for ever
             traceback.print_exc()
             told_all = f"an error of the program itself: {type(error).__name__}: {error}"
@@ -146,7 +146,7 @@ class Requests:
         if draw := self._drawn.get(name):
             loop = asyncio.get_running_loop()
             drawn, arrays = await loop.run_in_executor(self._drawing, draw, asked)
-            return packed({"id": number, "ok": drawn}, arrays)
+            return pack_message({"id": number, "ok": drawn}, arrays)
         if isinstance(asked, Command):
             return as_json({"id": number, "ok": await self._command(asked)})
         change = self._changes[name]
@@ -175,7 +175,7 @@ class Requests:
 
     async def _example(self, asked: ByName) -> None:
         if asked.name not in examples.EXAMPLES:
-            raise Refused(f"there is no example {shown(asked.name)}")
+            raise Refused(f"there is no example {shorten_value(asked.name)}")
         example = examples.EXAMPLES[asked.name]
         opened = [await self.desk.open(path, dict(example.layout)) for path in example.paths]
         if any(each.measured is None for each in opened):

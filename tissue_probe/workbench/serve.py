@@ -77,14 +77,14 @@ def serve(
         If the port is taken.
     """
     studied = None if study is None else opened_study(study)
-    listening = _listening(port)
+    listening = _open_socket(port)
     port = listening.getsockname()[1]
     kept = Kept(port)
     token = kept.token()
     desk = Desk(reading=Workshop(), fitting=Workshop())
     desk.asked = desk.asked.changed(asked)
     desk.study = studied
-    app = _made(desk, files, layout, kept, live, commands)
+    app = _make_application(desk, files, layout, kept, live, commands)
     address = f"http://127.0.0.1:{port}/?token={token}"
     config = uvicorn.Config(
         Guard(app, token, port),
@@ -121,7 +121,7 @@ def _try_out(compared: ComparisonResult) -> None:
     compared.view().spectrum()
 
 
-def _listening(port: int | None) -> socket.socket:
+def _open_socket(port: int | None) -> socket.socket:
     tried = range(PORT, PORT + TRIED) if port is None else [port]
     for each in tried:
         found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -137,7 +137,7 @@ def _listening(port: int | None) -> socket.socket:
     raise ParameterError(f"`port` {tried[0]} is taken; give another one")
 
 
-def _made(
+def _make_application(
     desk: Desk,
     files: Sequence[Path],
     layout: dict[str, Any],
@@ -149,7 +149,7 @@ def _made(
     requests = Requests(desk, kept.folder, live, commands)
     tell = desk.changed
 
-    def changed() -> None:
+    def note_change() -> None:
         tell()
         kept.keep(state.state(desk))
 
@@ -166,8 +166,8 @@ def _made(
                     await desk.draw_map(tables[0])
             elif before is not None:
                 await state.restore(desk, before)
-        desk.changed = changed
-        changed()
+        desk.changed = note_change
+        note_change()
 
     async def warm_up() -> None:
         """Load, here and in both processes, the modules that the first steps would wait for."""

@@ -14,7 +14,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.workbench.declared import Declared, as_object, checked, shown
+from tissue_probe.workbench.declared import Declared, as_object, check_declared, shorten_value
 from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.refused import Refused
@@ -83,7 +83,7 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
     Refused
         If it is no state of this version, or something in it cannot be done again.
     """
-    whole = _checked(kept)
+    whole = _check_state(kept)
     opened: list[Opened | None] = []
     desk.asked = desk.asked.changed(whole.asked)
     for file in map(Path, whole.effects):
@@ -106,7 +106,7 @@ async def restore(desk: Desk, kept: dict[str, Any]) -> None:
     await desk.add_all(whole.added)
 
 
-def _checked(kept: dict[str, Any]) -> State:
+def _check_state(kept: dict[str, Any]) -> State:
     """Return a state as it is declared, whole: nothing on the desk is touched before.
 
     Raises
@@ -115,8 +115,8 @@ def _checked(kept: dict[str, Any]) -> State:
         If it is none, or of another version.
     """
     if kept.get("version", VERSION) != VERSION:
-        raise Refused(f"this is the state of another version ({shown(kept['version'])})")
-    return checked(State, kept, "the state of a workbench")
+        raise Refused(f"this is the state of another version ({shorten_value(kept['version'])})")
+    return check_declared(State, kept, "the state of a workbench")
 
 
 def _at(opened: list[Opened | None], place: int | None) -> Opened | None:
@@ -157,9 +157,9 @@ def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
     try:
         with zipfile.ZipFile(path) as archive:
             told = as_object(_text(archive, MEMBER), MEMBER)
-            _checked(told)
+            _check_state(told)
             for number, each in enumerate(told["files"]):
-                each["path"] = str(_unpacked(archive, each["path"], folder / str(number)))
+                each["path"] = str(_unpack_member(archive, each["path"], folder / str(number)))
                 each["owned"] = True
             own = [_text(archive, name) for name in told["effects"]]
     except Refused:
@@ -175,7 +175,7 @@ def _text(archive: zipfile.ZipFile, member: str) -> str:
     return archive.read(member).decode()
 
 
-def _unpacked(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:
+def _unpack_member(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:
     info = archive.getinfo(member)
     if info.file_size > LARGEST:
         raise Refused(f"a recording in it has more than {LARGEST / 1e6:.0f} MB")

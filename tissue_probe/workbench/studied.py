@@ -67,7 +67,7 @@ class Studied:
             raise Refused(f"the study has no row {row}")
         return Path(self.rows[row]["path"])
 
-    def told(self) -> dict[str, Any]:
+    def describe_study(self) -> dict[str, Any]:
         """Return the table; recordings by their names, since no page is to know where they lie."""
         shown = [name for name in SHOWN if any(name in each for each in self.rows)]
         names = [*self.plan.factors, *shown]

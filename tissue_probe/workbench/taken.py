@@ -44,11 +44,11 @@ async def _content(name: str, requests: Requests) -> bytes:
     if name == "model.yaml":
         if not desk.rungs:
             raise Refused("there is no model yet: open a recording first")
-        return await _written(name, desk.rungs[-1].compared.model.save)
+        return await _write_bytes(name, desk.rungs[-1].compared.model.save)
     if name == "map.html":
         if desk.map is None:
             raise Refused("there is no map yet: open a scan first")
-        return await _written(name, desk.map.report)
+        return await _write_bytes(name, desk.map.report)
     if name == "report.html":
         found: bytes = await requests.change(desk.report)
         return found
@@ -57,7 +57,7 @@ async def _content(name: str, requests: Requests) -> bytes:
     return await asyncio.to_thread(packed_state, desk)
 
 
-async def _written(name: str, write: Callable[[Path], object]) -> bytes:
+async def _write_bytes(name: str, write: Callable[[Path], object]) -> bytes:
     """Return the bytes that a function writes to a file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name

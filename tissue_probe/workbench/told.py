@@ -34,7 +34,7 @@ def choices() -> dict[str, Any]:
         "position_unit": [*POSITION_UNITS, *VELOCITY_UNITS],
         "force_unit": [*FORCE_UNITS],
         "time_unit": [*TIME_UNITS],
-        "examples": examples.told(),
+        "examples": examples.describe_examples(),
     }
 
 
@@ -45,8 +45,8 @@ def desk(desk: Desk) -> dict[str, Any]:
         "fitted": desk.fitted,
         "second": desk.second,
         "asked": asdict(desk.asked),
-        "rungs": [_rung(rung) for rung in desk.rungs],
-        "ranking": _ranking(desk.ranking),
+        "rungs": [_describe_rung(rung) for rung in desk.rungs],
+        "ranking": _describe_ranking(desk.ranking),
         "map": _map(desk),
         "own": desk.own,
         "job": job(desk),
@@ -112,7 +112,7 @@ def _file(opened: Opened) -> dict[str, Any]:
     return told
 
 
-def _rung(rung: Rung) -> dict[str, Any]:
+def _describe_rung(rung: Rung) -> dict[str, Any]:
     fit, output = rung.compared.fit, rung.compared.fit.output
     return {
         "number": rung.number,
@@ -172,7 +172,7 @@ def _parameters(compared: ComparisonResult) -> list[dict[str, Any]]:
     return found
 
 
-def _ranking(ranking: Ranking | None) -> dict[str, Any] | None:
+def _describe_ranking(ranking: Ranking | None) -> dict[str, Any] | None:
     if ranking is None:
         return None
     told: dict[str, Any] = {"rung": ranking.rung, "rows": ranking.told, "done": False}

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tissue_probe.signals import NANOSECONDS
-from tissue_probe.workbench.messages import packed
+from tissue_probe.workbench.messages import pack_message
 from tissue_probe.workbench.worker import DONE, FRAME, TOLD
 
 #: A map, which must reach every page, unlike samples of a moment ago.
@@ -48,22 +48,22 @@ def main() -> None:
         while True:
             time.sleep(PERIOD)
             watch.hear()
-            head, arrays = _taken(watch)
-            _write(answer, TOLD, packed({"live": head}, arrays))
+            head, arrays = _take_messages(watch)
+            _write(answer, TOLD, pack_message({"live": head}, arrays))
             if watch.map is not told_map:
                 told_map = watch.map
                 _write(answer, MAP, _map(watch.map))
             for line in _commands():
                 if line is None:
                     return
-                _write(answer, DONE, json.dumps(_obeyed(watch, line)).encode())
+                _write(answer, DONE, json.dumps(_obey_command(watch, line)).encode())
     except BrokenPipeError:
         pass
     finally:
         watch.close()
 
 
-def _taken(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def _take_messages(watch: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Take away the messages heard since the last time."""
     from tissue_probe.nodes.watch import PLACES
 
@@ -98,7 +98,7 @@ def _map(found: Any) -> bytes:
         "sites": found.sites,
         "inclusions": found.inclusions,
     }
-    return packed({"live_map": head}, {} if found.surface is None else _raster(found.surface))
+    return pack_message({"live_map": head}, {} if found.surface is None else _raster(found.surface))
 
 
 def _raster(points: Any) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _commands() -> list[dict[str, Any] | None]:
     return [json.loads(line) for line in text.splitlines()] if text else [None]
 
 
-def _obeyed(watch: Any, asked: dict[str, Any]) -> dict[str, Any]:
+def _obey_command(watch: Any, asked: dict[str, Any]) -> dict[str, Any]:
     from tissue_probe.nodes.watch import CommandError
 
     try:

@@ -115,7 +115,7 @@ def rank(
 ) -> DiagnosisResult:
     """See ``tissue_probe.diagnose``; each effect's prediction is kept in the folder meanwhile."""
 
-    def found(effect: str, fit: Fit) -> None:
+    def note_found(effect: str, fit: Fit) -> None:
         # Forms of an effect are found one by one, here and in a copy of this process.
         error = Path(folder) / f"{effect}.error"
         if error.exists() and not fit.rmse < np.fromfile(error)[0]:
@@ -127,7 +127,7 @@ def rank(
     def progress(doing: str) -> None:
         tell({"doing": doing})
 
-    return tp.diagnose(measured, validate=second, progress=progress, found=found, **asked)
+    return tp.diagnose(measured, validate=second, progress=progress, found=note_found, **asked)
 
 
 def keep_predicted(folder: Path, effect: str, predicted: Sequence[Any]) -> None:

@@ -37,7 +37,7 @@ def main() -> None:
             os.write(answer, FRAME.pack(TOLD, len(text)) + text)
 
     while (work := read_frame(given)) is not None:
-        kind, content = _done(work[1], tell)
+        kind, content = _do_job(work[1], tell)
         _write_all(answer, FRAME.pack(kind, len(content)) + content)
 
 
@@ -51,7 +51,7 @@ def read_frame(file: BinaryIO) -> tuple[bytes, bytes] | None:
     return (kind, content) if len(content) == size else None
 
 
-def _done(content: bytes, tell: object) -> tuple[bytes, bytes]:
+def _do_job(content: bytes, tell: object) -> tuple[bytes, bytes]:
     from tissue_probe.workbench import work
 
     try:

@@ -56,7 +56,7 @@ class Workshop:
         async with self._one_at_a_time:
             if self._cancelled != before:
                 raise Cancelled("cancelled")
-            process = await self._started()
+            process = await self._start_worker()
             kind, content = await self._answer(process, work.to_bytes(), hear)
         if kind == FAILED:
             raise Refused(content.decode())
@@ -75,7 +75,7 @@ class Workshop:
         if process is not None:
             await process.wait()
 
-    async def _started(self) -> asyncio.subprocess.Process:
+    async def _start_worker(self) -> asyncio.subprocess.Process:
         if self._process is None or self._process.returncode is not None:
             # A group of its own: processes that the worker starts end with it, and no Ctrl-C
             # reaches it.
