@@ -19,7 +19,7 @@ from tissue_probe.devices.device import DeviceError
 from tissue_probe.devices.interlock import Interlock
 from tissue_probe.devices.limits import LimitExceeded, Limits
 from tissue_probe.devices.nidaqmx.decoder import SampleClock
-from tissue_probe.devices.nidaqmx.errors import told
+from tissue_probe.devices.nidaqmx.errors import convert_errors
 from tissue_probe.devices.nidaqmx.probe import NiDaqmxProbe
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
 from tissue_probe.devices.safety import GuardedDevice, Tripped
@@ -417,6 +417,6 @@ def test_a_driver_that_fell_behind_soon_has_all_that_waited(live_bench):
 def test_a_server_that_dies_while_it_answers_is_told_as_one_that_is_gone():
     with (
         pytest.raises(DeviceError, match="gRPC device server does not answer"),
-        told("the DAQ cannot be read"),
+        convert_errors("the DAQ cannot be read"),
     ):
         raise RpcError(grpc.StatusCode.CANCELLED, "CANCELLED")

@@ -155,9 +155,9 @@ class ComposedProbe:
             raise DeviceError("the simulated model diverges: check the values in the model file")
         times = (self._count + np.arange(command.size)) * self._period
         self._count += command.size
-        return self._delaying.apply(self._measured(position, times), force)
+        return self._delaying.apply(self._measure_position(position, times), force)
 
-    def _measured(self, true: FloatArray, times: FloatArray) -> FloatArray:
+    def _measure_position(self, true: FloatArray, times: FloatArray) -> FloatArray:
         """Return the reading of a true position; the model gives the true one of a reading."""
         if self._true is None:
             return true

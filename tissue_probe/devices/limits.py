@@ -213,9 +213,9 @@ class LimitMonitor:
             self._bounds,
         )
         if passed != NONE:
-            raise LimitExceeded(f"{self._told(passed, value)}: {ADVICE}", samples)
+            raise LimitExceeded(f"{self._describe_limit(passed, value)}: {ADVICE}", samples)
 
-    def _told(self, passed: int, value: float) -> str:
+    def _describe_limit(self, passed: int, value: float) -> str:
         limits = self._limits
         if passed == SATURATION:
             low, high = self._force_range

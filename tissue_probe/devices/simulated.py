@@ -153,7 +153,7 @@ class SimulatedProbe:
         """Add ``count`` samples to those that are ready to be handed out."""
         settings = self._settings
         command = self._next_commands(count)
-        position, force = self._moved(command)
+        position, force = self._move_on(command)
         step = settings.encoder_resolution
         if self._composed is not None:
             step = max(step, self._composed.rounding)
@@ -163,7 +163,7 @@ class SimulatedProbe:
         force += settings.force_noise * self._noise.standard_normal(count)
         self._ahead = np.concatenate([self._ahead, [position, force, command]], axis=1)
 
-    def _moved(self, command: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _move_on(self, command: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return true position and force at each sample, and move on."""
         if self._composed is None:
             return _simulate(

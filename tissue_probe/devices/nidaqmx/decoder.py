@@ -60,7 +60,7 @@ class Chip:
         """Hold the count of this instant until it is read."""
         self._select(BYTES[0])
 
-    def latched(self) -> int:
+    def read_latched(self) -> int:
         """Read the count that is held, 0 to 2^32 - 1, and let go of it."""
         value = self._byte()
         for selection in BYTES[1:]:
@@ -72,7 +72,7 @@ class Chip:
     def count(self) -> int:
         """Read the present count."""
         self.latch()
-        return self.latched()
+        return self.read_latched()
 
     def time_reading(self) -> float:
         """Read once; return how long it took [s]."""
@@ -135,7 +135,7 @@ class Hctl2032:
         volts, counts = np.empty(count), np.empty(count)
         for n in range(count):
             volts[n : n + 1] = load_cell.read(1)
-            counts[n] = _signed(self._chip.count() - self._zero)
+            counts[n] = _sign_count(self._chip.count() - self._zero)
             if load_cell.waiting:
                 raise DeviceError(
                     "the HCTL-2032 was read too late, after the next sample: lower "
@@ -217,7 +217,7 @@ class InterpolatedHctl2032:
         before = self._now()
         self._chip.latch()
         after = self._now()
-        count = _signed(self._chip.latched() - self._zero)
+        count = _sign_count(self._chip.read_latched() - self._zero)
         self._clock.see(self._fetched + load_cell.waiting, self._now())
         instant = self._clock.samples_at(0.5 * (before + after))
         since = instant - self._knots[-1][0]
@@ -271,7 +271,7 @@ def _cubic(knots: Sequence[tuple[float, float]], at: FloatArray) -> FloatArray:
     return total
 
 
-def _signed(count: int) -> int:
+def _sign_count(count: int) -> int:
     """Return a difference of 32-bit counts as a signed number: the counter wraps around."""
     return (count + 2**31) % 2**32 - 2**31
 

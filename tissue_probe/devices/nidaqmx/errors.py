@@ -43,7 +43,7 @@ _RPC_SENTENCES = {
 
 
 @contextmanager
-def told(doing: str) -> Iterator[None]:
+def convert_errors(doing: str) -> Iterator[None]:
     """Turn errors of ``nidaqmx`` into DeviceError, whose message begins with ``doing``."""
     try:
         yield

@@ -20,7 +20,7 @@ from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
 from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, Encoder, LoadCell
-from tissue_probe.devices.nidaqmx.errors import told
+from tissue_probe.devices.nidaqmx.errors import convert_errors
 from tissue_probe.devices.nidaqmx.guard import find_watchdog
 from tissue_probe.devices.nidaqmx.output import (
     Output,
@@ -112,7 +112,7 @@ class NiDaqmxProbe:
             self._let_go()  # a failure may have left tasks in any state
         if not self._opened:
             self._open()
-        with told("the DAQ cannot start"):
+        with convert_errors("the DAQ cannot start"):
             try:
                 self._output = self._make_output(excitation)
                 if self._watchdog is not None:
@@ -142,7 +142,7 @@ class NiDaqmxProbe:
         if not self._sampling or output is None:
             raise DeviceError("the DAQ is not sampling: start it before you read")
         try:
-            with told("the DAQ cannot be read"):
+            with convert_errors("the DAQ cannot be read"):
                 volts, counts = self._encoder.read(self._load_cell, count)
                 command = output.commands(self._taken, count)
                 self._taken += count
@@ -191,7 +191,7 @@ class NiDaqmxProbe:
             self._sampling = False
             self.commanded_voltage = 0.0
             failed, self._failed = self._failed, True  # until all is done
-            with told(f"the coil may be driven on for {self._driven_on}"):
+            with convert_errors(f"the coil may be driven on for {self._driven_on}"):
                 if self._coil is not None:
                     self._coil.close()
                     self._coil = None
@@ -212,7 +212,7 @@ class NiDaqmxProbe:
     def _open(self) -> None:
         self._connection = Connection(self._settings.server, self._settings.timeout, self._clock)
         try:
-            with told("the DAQ cannot be used"):
+            with convert_errors("the DAQ cannot be used"):
                 self._look_at_daq()
                 self._make_tasks()
                 self._put_at_zero()
