@@ -6,14 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tissue_probe.quantities import engineering, scaled
+from tissue_probe.quantities import engineering, scale_value
 
 
 @given(st.floats(1e-12, 1e12), st.sampled_from(["N", "m", "N/m", "Hz"]))
 def test_a_value_has_one_to_three_digits_before_the_point_and_stays_itself(value, unit):
     number, shown = engineering(value, unit).split()
     assert 1.0 <= abs(float(number)) < 1000.0 or not 1e-12 <= value < 1e12
-    factor, _ = scaled(value, unit)
+    factor, _ = scale_value(value, unit)
     assert float(number) * factor == pytest.approx(value, rel=6e-3)
     assert shown.endswith(unit)
 

@@ -30,10 +30,10 @@ class Alignment:
     def apply(self, position: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the next samples of both channels, each of shape (n,), aligned."""
         if self._force_is_late:
-            return self._delayed(position), force
-        return position, self._delayed(force)
+            return self._delay_values(position), force
+        return position, self._delay_values(force)
 
-    def _delayed(self, values: FloatArray) -> FloatArray:
+    def _delay_values(self, values: FloatArray) -> FloatArray:
         """Return as many values, late by the delay."""
         reach = self._weights.size - 1
         if reach == 0:

@@ -15,12 +15,12 @@ class Alike:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        return alike(self, other)
+        return are_alike(self, other)
 
     __hash__ = None  # type: ignore[assignment]
 
 
-def alike(one: Any, other: Any) -> bool:
+def are_alike(one: Any, other: Any) -> bool:
     """Whether two values are the same through and through; an unknown value (NaN) equals itself."""
     if one is other:
         return True
@@ -30,9 +30,9 @@ def alike(one: Any, other: Any) -> bool:
         known = one.dtype.kind in "fcmM"
         return one.dtype == other.dtype and np.array_equal(one, other, equal_nan=known)
     if is_dataclass(one) and not isinstance(one, type):
-        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+        return all(are_alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, Mapping):
-        return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)
+        return list(one) == list(other) and all(are_alike(one[key], other[key]) for key in one)
     if isinstance(one, (tuple, list)):
-        return len(one) == len(other) and all(map(alike, one, other))
+        return len(one) == len(other) and all(map(are_alike, one, other))
     return bool(one == other or (one != one and other != other))

@@ -45,13 +45,13 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
         By the parameter's name; a parameter that is not named is checked by the function itself.
     """
 
-    def checking(function: _F) -> _F:
+    def check_function(function: _F) -> _F:
         signature = inspect.signature(function)
         if unknown := kinds.keys() - signature.parameters.keys():
             raise TypeError(f"{function.__qualname__} has no parameter {unknown.pop()}")
 
         @wraps(function)
-        def checked(*args: Any, **kwargs: Any) -> Any:
+        def call_checked(*args: Any, **kwargs: Any) -> Any:
             bound = signature.bind(*args, **kwargs)
             for name, kind in kinds.items():
                 if name in bound.arguments:
@@ -64,9 +64,9 @@ def checks(**kinds: Kind) -> Callable[[_F], _F]:
                     raise
                 raise FileError(sentence(error)) from error
 
-        return checked  # type: ignore[return-value]
+        return call_checked  # type: ignore[return-value]
 
-    return checking
+    return check_function
 
 
 def refuse(name: str, given: object, wanted: str) -> NoReturn:
@@ -87,10 +87,10 @@ def refuse(name: str, given: object, wanted: str) -> NoReturn:
         Always.
     """
     whole, blank, part = name.partition(" ")
-    raise ParameterError(f"`{whole}`{blank}{part} is {_shown(given)}; give {wanted}")
+    raise ParameterError(f"`{whole}`{blank}{part} is {_shorten_value(given)}; give {wanted}")
 
 
-def _shown(given: object) -> str:
+def _shorten_value(given: object) -> str:
     """Write the given value, in short; of an object that is no plain value its type."""
     if given is None or isinstance(given, (str, bytes, Real, complex, Decimal, os.PathLike)):
         try:

@@ -23,12 +23,12 @@ _lock, _calls = Lock(), 0
 def for_a_call(most: int) -> Callable[[_F], _F]:
     """Keep a function's last answers, at most so many, until no call is under way."""
 
-    def keeping(function: _F) -> _F:
+    def keep_results(function: _F) -> _F:
         kept = lru_cache(maxsize=most)(function)
         _forget.append(kept.cache_clear)
         return kept  # type: ignore[return-value]
 
-    return keeping
+    return keep_results
 
 
 @contextmanager

@@ -50,7 +50,7 @@ class Quantity:
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> Any:
         """Come back from bytes as the one of its name: which of the two it is, is asked by `is`."""
-        return named, (self.name,)
+        return find_quantity, (self.name,)
 
     def size(self, values: NDArray[np.float64]) -> float:
         """Return the rms of values [SI], about their mean where the zero means nothing."""
@@ -67,7 +67,7 @@ class Quantity:
 PREFIXES = "fpnum kMGT"
 
 
-def scaled(value: float, unit: str) -> tuple[float, str]:
+def scale_value(value: float, unit: str) -> tuple[float, str]:
     """Return a value's divisor [unit], and the unit with its prefix, to read it easily.
 
     Pure numbers, times and rates of inverse units have none.
@@ -86,7 +86,7 @@ def scaled(value: float, unit: str) -> tuple[float, str]:
 
 def engineering(value: float, unit: str, digits: int = 3) -> str:
     """Return a value [SI] in words, as engineers write it: 0.0402 N is 40.2 mN."""
-    factor, shown = scaled(value, unit)
+    factor, shown = scale_value(value, unit)
     return f"{value / factor:.{digits}g} {shown}".removesuffix(" 1")
 
 
@@ -94,7 +94,7 @@ POSITION = Quantity("position", "m", "speed", "mm", 1e3, "um", 1e6, zeroed=False
 FORCE = Quantity("force", "N", "rate of force", "N", 1.0, "mN", 1e3, zeroed=True)
 
 
-def named(name: str) -> Quantity:
+def find_quantity(name: str) -> Quantity:
     """Return the quantity of a name."""
     return {each.name: each for each in (POSITION, FORCE)}[name]
 

@@ -5,7 +5,7 @@ from io import BytesIO
 import numpy as np
 import pytest
 
-from tissue_probe.figures.ladder import Rungs, draw_ladder, wrapped
+from tissue_probe.figures.ladder import Rungs, draw_ladder, wrap_name
 
 MODELS = ("Kelvin-Voigt", "+ cubic_stiffening", "+ coulomb_friction")
 TRAINING, HELDOUT, NOISE = (0.043, 0.012, 0.00503), (0.048, 0.0131, 0.0052), 5e-3
@@ -85,4 +85,4 @@ def test_an_error_is_told_off_the_mark_of_the_other_data():
     ],
 )
 def test_a_long_name_is_broken_at_its_underscores(room, lines):
-    assert wrapped("+ load_cell_stiffness_error", room).split("\n") == lines
+    assert wrap_name("+ load_cell_stiffness_error", room).split("\n") == lines

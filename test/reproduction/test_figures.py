@@ -13,7 +13,7 @@ import pytest
 from tissue_probe.identification.ring_down import ring_down
 from tissue_probe.reproduction.experiment import Experiment, Tissue
 from tissue_probe.reproduction.filters import EVERY, exact, paper_filters
-from tissue_probe.reproduction.finding import error, settling
+from tissue_probe.reproduction.finding import describe_settling, error
 from tissue_probe.reproduction.table import FIGURES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -109,12 +109,15 @@ def test_the_free_probe_rings_as_its_equation_says():
 def test_settling_counts_from_the_last_time_outside_five_per_cent():
     truth = np.full(100, 10.0)
     values = truth.copy()
-    assert settling(values, truth) == "0 ms"
+    assert describe_settling(values, truth) == "0 ms"
     values[40] = 11.0
-    assert settling(values, truth) == f"{41 * 0.5:.0f} ms"
+    assert describe_settling(values, truth) == f"{41 * 0.5:.0f} ms"
     values[-1] = np.nan
-    assert settling(values, truth).startswith("not in")
-    assert settling(values[:-1] * 0.0, truth[:-1] * [*[1.0] * 10, *[0.0] * 89], 0.005) == "0 ms"
+    assert describe_settling(values, truth).startswith("not in")
+    assert (
+        describe_settling(values[:-1] * 0.0, truth[:-1] * [*[1.0] * 10, *[0.0] * 89], 0.005)
+        == "0 ms"
+    )
 
 
 def test_the_error_is_that_of_the_last_tenth_of_a_second():

@@ -142,7 +142,7 @@ def multiple(ratio: float) -> str:
     return f"{ratio:.0f}×" if 1e3 <= ratio < 1e6 else f"{ratio:.3g}×"
 
 
-def wrapped(name: str, room: int) -> str:
+def wrap_name(name: str, room: int) -> str:
     """Break a name behind spaces and underscores into lines of at most ``room`` characters.
 
     A part that is longer by itself stays whole.
@@ -166,7 +166,7 @@ def _name_steps(axes: Axes, models: Sequence[str], width: float) -> None:
         labels = [name.replace(", ", ",\n") for name in models]
         axes.set_xticks(range(len(models)), labels, rotation=35.0, ha="right", fontsize=9)
     else:
-        axes.set_xticks(range(len(models)), [wrapped(name, room) for name in models])
+        axes.set_xticks(range(len(models)), [wrap_name(name, room) for name in models])
 
 
 def _limits(errors: FloatArray, floor: float) -> tuple[float, float]:

@@ -79,7 +79,12 @@ def draw_map(
         _draw_sites(axes, sites)
         _draw_nodules(axes, nodules)
         _draw_inclusions(axes, shown)
-        axes.set(aspect="equal", xlabel="x [mm]", xlim=_shown(surface.x), ylim=_shown(surface.y))
+        axes.set(
+            aspect="equal",
+            xlabel="x [mm]",
+            xlim=_choose_range(surface.x),
+            ylim=_choose_range(surface.y),
+        )
     _write_contrasts(figure.axes[0], shown)
     figure.axes[0].set_ylabel("y [mm]")
     handles = _legend(found, sites, shown, nodules)
@@ -87,7 +92,7 @@ def draw_map(
     return figure
 
 
-def _shown(axis: FloatArray) -> tuple[float, float]:
+def _choose_range(axis: FloatArray) -> tuple[float, float]:
     """Return the shown range of an axis [mm]: the raster, and a little of the unknown around it."""
     return MILLIMETRES * axis[0] - BESIDE, MILLIMETRES * axis[-1] + BESIDE
 

@@ -26,7 +26,7 @@ from tissue_probe.figures.compare import (
     scale_profiles,
     zoom,
 )
-from tissue_probe.figures.ladder import HEAD, Rungs, draw_rungs, multiple, wrapped
+from tissue_probe.figures.ladder import HEAD, Rungs, draw_rungs, multiple, wrap_name
 from tissue_probe.figures.shown_figure import ShownFigure
 from tissue_probe.signals import FloatArray
 
@@ -135,7 +135,7 @@ def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> Non
     if np.isfinite(base):
         axes.axvline(base, label="base model", **_BASE)
     axes.axvline(1.0, label="noise", **_NOISE)
-    axes.set_yticks(range(len(shown)), [wrapped(each.name, NAME) for each in shown])
+    axes.set_yticks(range(len(shown)), [wrap_name(each.name, NAME) for each in shown])
     for label, each in zip(axes.get_yticklabels(), shown, strict=True):
         label.set_fontweight(_weight(each))
     axes.set_ylim(len(shown) - 0.5, -0.5)

@@ -113,7 +113,7 @@ def fit_ring_down(
     scale = np.ptp(swing)
     start = (2.0 * np.pi * guess, guess, 0.3 * scale, 0.3 * scale, np.median(swing))
     try:
-        found, covariance = curve_fit(_swing, time, swing, start)
+        found, covariance = curve_fit(_compute_swing, time, swing, start)
     except RuntimeError:
         raise ValueError("no decaying swing fits the force after its peak") from None
     rate, decay = abs(found[0]), found[1]
@@ -132,12 +132,12 @@ def fit_ring_down(
         damping_deviation=float(2.0 * tip_mass * np.hypot(decay_deviation, decay * of_mass)),
         frequency=float(np.sqrt(squared) / (2.0 * np.pi)),
         begin=begin,
-        fitted=_swing(time, *found),
+        fitted=_compute_swing(time, *found),
         degrees_of_freedom=swing.size - found.size,
     )
 
 
-def _swing(
+def _compute_swing(
     time: FloatArray, rate: float, decay: float, cosine: float, sine: float, zero: float
 ) -> FloatArray:
     swing: FloatArray = cosine * np.cos(rate * time) + sine * np.sin(rate * time)

@@ -19,7 +19,7 @@ def significant(value: float, digits: int = 3) -> str:
     if value != 0.0 and not _SMALLEST <= abs(value) < _LARGEST:
         power = math.floor(math.log10(abs(value)))
         return f"{value / 10.0**power:.{digits - 1}f} × 10{_superscript(power)}"
-    return _fixed(value, digits - 1 - _magnitude(value))
+    return _write_fixed(value, digits - 1 - _magnitude(value))
 
 
 def interval(value: float, low: float, high: float) -> tuple[str, str]:
@@ -41,7 +41,9 @@ def interval(value: float, low: float, high: float) -> tuple[str, str]:
     scaled = not _SMALLEST <= large < _LARGEST
     power = math.floor(math.log10(large)) if scaled else 0
     decimals = 1 - (_magnitude(half) - power)
-    middle, least, most = (_fixed(each / 10.0**power, decimals) for each in (value, low, high))
+    middle, least, most = (
+        _write_fixed(each / 10.0**power, decimals) for each in (value, low, high)
+    )
     if scaled:
         factor = f" × 10{_superscript(power)}"
         return f"{middle}{factor}", f"({least} … {most}){factor}"
@@ -61,7 +63,7 @@ def _superscript(power: int) -> str:
     return str(power).translate(_SUPERSCRIPTS)
 
 
-def _fixed(value: float, decimals: int) -> str:
+def _write_fixed(value: float, decimals: int) -> str:
     # Adding 0 takes the sign off a zero.
     text = f"{round(value, decimals) + 0.0:.{max(decimals, 0)}f}"
     return text.replace("-", "−")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tissue_probe.diagnosis.residuals.localise import Localisation, Profile
-from tissue_probe.quantities import Quantity, scaled
+from tissue_probe.quantities import Quantity, scale_value
 from tissue_probe.report.contents import Report, ReportSignals
 from tissue_probe.signals import FloatArray
 
@@ -20,7 +20,7 @@ FEW = 8  # samples in a bin, from which on its error is shown
 
 def unit_of(report: Report) -> tuple[float, str]:
     """Return the divisor of errors, and their unit, so that the base model's reads easily."""
-    return scaled(report.steps[0].training_rmse, report.output.unit)
+    return scale_value(report.steps[0].training_rmse, report.output.unit)
 
 
 def ladder(report: Report) -> list[dict[str, Any]]:
@@ -45,8 +45,8 @@ def ladder(report: Report) -> list[dict[str, Any]]:
 def signals(drawn: ReportSignals, noise: float, output: Quantity) -> dict[str, Any]:
     """Return measured and predicted signal, from which the page takes the errors."""
     span = float(np.ptp(drawn.measured)) if drawn.measured.size else 0.0
-    factor, unit = scaled(span, output.unit)
-    small, small_unit = scaled(noise, output.unit)
+    factor, unit = scale_value(span, output.unit)
+    small, small_unit = scale_value(noise, output.unit)
     one = np.array_equal(drawn.base, drawn.final)
     models = {"model": drawn.final}
     if not one:
@@ -58,9 +58,9 @@ def signals(drawn: ReportSignals, noise: float, output: Quantity) -> dict[str, A
         "per": factor / small,
         "error_unit": small_unit,
         "noise": noise / small,
-        "time": packed(drawn.time),
-        "measured": packed(drawn.measured / factor),
-        "models": {name: packed(values / factor) for name, values in models.items()},
+        "time": pack_values(drawn.time),
+        "measured": pack_values(drawn.measured / factor),
+        "models": {name: pack_values(values / factor) for name, values in models.items()},
     }
 
 
@@ -94,6 +94,6 @@ def _ratio(profile: Profile, noise: float) -> list[float | None]:
     return [float(f"{each:.4g}") if np.isfinite(each) else None for each in ratio]
 
 
-def packed(values: FloatArray) -> str:
+def pack_values(values: FloatArray) -> str:
     """Return numbers in single precision, more than any load cell has, as base64."""
     return b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")

@@ -178,10 +178,10 @@ def render_study(page: StudyPage) -> str:
     """Return the page as HTML; its plots are drawings (SVG) within, and it loads nothing."""
     environment = templates()
     environment.filters["per_cent"] = lambda share: f"{100.0 * share:.0f} %"
-    environment.globals["told"] = _told
+    environment.globals["told"] = _tabulate_line
     return environment.get_template("study.html.jinja").render(page=page)
 
 
-def _told(line: Line) -> str:
+def _tabulate_line(line: Line) -> str:
     value, between = interval(line.value, line.low, line.high)
     return f"{value} [{between}]" if between else value

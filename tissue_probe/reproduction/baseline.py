@@ -9,7 +9,7 @@ import numpy as np
 from tissue_probe.reproduction.drawing import LABELS, Runs, draw_line, draw_runs, legend, panels
 from tissue_probe.reproduction.experiment import FORCE_NOISE, Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, EKF, EVERY, ROBUST
-from tissue_probe.reproduction.finding import Finding, Reproduction, error, settling
+from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling, error
 
 # 440 N/m is the value of eq. 42 for EcoFlex 00-10; the damping fits the axis of figure 7b.
 EXPERIMENT = Experiment(((0.0, Tissue(440.0, 5.0)),))
@@ -39,7 +39,7 @@ def fig7() -> Reproduction:
 def _findings(symbol: str, known: np.ndarray) -> tuple[Finding, Finding]:
     name = "stiffness" if symbol == "k" else "damping"
     values = {each: getattr(estimates, name) for each, estimates in run().items()}
-    times = {each: settling(values[each], known) for each in values}
+    times = {each: describe_settling(values[each], known) for each in values}
     errors = {each: error(values[each], known) for each in values}
     return (
         Finding(

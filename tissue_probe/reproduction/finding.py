@@ -29,7 +29,7 @@ class Reproduction:
     findings: tuple[Finding, ...]
 
 
-def settling(values: FloatArray, truth: FloatArray, begin: float = 0.0) -> str:
+def describe_settling(values: FloatArray, truth: FloatArray, begin: float = 0.0) -> str:
     """Say how long after ``begin`` [s] values come within 5 % of the truth for good.
 
     Where the truth is 0, within 5 % of the value before ``begin``.

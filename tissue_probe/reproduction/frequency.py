@@ -38,7 +38,7 @@ WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(WIDE)
 STARTS = tuple((i + 0.25) / 12.0 for i in range(12))
 
 
-def joining(tissue: Tissue, frequency: float, start: float) -> Experiment:
+def join_experiment(tissue: Tissue, frequency: float, start: float) -> Experiment:
     """Return an experiment that begins at a part of a period of the moving coil."""
     lead = (np.ceil(0.5 * frequency) + start) / frequency
     return Experiment(((0.0, tissue),), frequency=frequency, lead=lead, seed=round(100 * start))
@@ -47,7 +47,9 @@ def joining(tissue: Tissue, frequency: float, start: float) -> Experiment:
 @cache
 def sweep(tissue: Tissue, of: Filter) -> FloatArray:
     """Return k, beta and trace after one second, shape (3, starts, frequencies)."""
-    found = [[_after_one_second(of, joining(tissue, f, s)) for f in FREQUENCIES] for s in STARTS]
+    found = [
+        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES] for s in STARTS
+    ]
     return np.moveaxis(found, 2, 0)
 
 
@@ -126,7 +128,7 @@ def fig16() -> Reproduction:
     """Draw the force at 30 Hz, of the start from which the paper's EKF goes farthest astray."""
     stiffness = sweep(LIVER, WIDE_EKF)[0, :, -1]
     worst = STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
-    experiment = joining(LIVER, FREQUENCIES[-1], worst)
+    experiment = join_experiment(LIVER, FREQUENCIES[-1], worst)
     force, time = experiment.samples().force, experiment.time
     figure, axes = panels(["force [N]"], "time [s]")
     shown, panel = time >= time[-1] - 0.04, axes["force [N]"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tissue_probe.reproduction.drawing import LABELS, draw_runs
 from tissue_probe.reproduction.experiment import NO_CONTACT, Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, EKF, EVERY, ROBUST
-from tissue_probe.reproduction.finding import Finding, Reproduction, settling
+from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling
 
 LIFTED, LOWERED = 4.0, 6.0  # s; four seconds on either tissue, section V-D
 # The values are not stated; these fit the axes of the figure.
@@ -23,7 +23,9 @@ def fig11() -> Reproduction:
     for symbol, name, known in zip(("k", "β"), ("stiffness", "damping"), truth, strict=True):
         values = {each: getattr(estimates, name) for each, estimates in runs.items()}
         for what, begin, end in (("lifted", LIFTED, samples), ("on softer tissue", LOWERED, None)):
-            time = {each: settling(v[:end], known[:end], begin) for each, v in values.items()}
+            time = {
+                each: describe_settling(v[:end], known[:end], begin) for each, v in values.items()
+            }
             findings.append(
                 Finding(
                     f"{symbol} within 5 %, {what}",

@@ -7,7 +7,7 @@ import numpy as np
 from tissue_probe.reproduction.drawing import LABELS, band, legend, panels
 from tissue_probe.reproduction.experiment import Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, EVERY, ROBUST, UKF
-from tissue_probe.reproduction.finding import Finding, Reproduction, settling
+from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling
 
 # Not stated; near the axes of figures 14 and 15. Each place is as much stiffer or softer.
 LIVER = Tissue(2000.0, 1.0, relaxing_stiffness=1700.0, relaxation_rate=190.0)
@@ -34,7 +34,7 @@ def fig14() -> Reproduction:
         last = np.array([run.stiffness[-1] for run in runs])
         spreads[each] = f"{last.mean():.0f} ± {last.std():.0f} N/m"
         middle = len(PLACES) // 2
-        times[each] = settling(runs[middle].stiffness, experiments[middle].truth()[0])
+        times[each] = describe_settling(runs[middle].stiffness, experiments[middle].truth()[0])
     stiffness, damping = np.mean([experiment.truth() for experiment in experiments], axis=(0, 2))
     axes["stiffness"].set_ylim(-0.25 * stiffness, 1.8 * stiffness)
     axes["damping"].set_ylim(-0.25 * damping, 1.8 * damping)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tissue_probe.reproduction.drawing import LABELS, TRUTH, legend, panels
 from tissue_probe.reproduction.experiment import Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, ROBUST, Filter
-from tissue_probe.reproduction.finding import Finding, Reproduction, settling
+from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling
 from tissue_probe.signals import TissueEstimates
 
 # The values are not stated; these fit the axes of the figure.
@@ -39,7 +39,7 @@ def fig10() -> Reproduction:
 def _times(runs: dict[Filter, list[TissueEstimates]]) -> Finding:
     times = {
         each: " / ".join(
-            settling(found.stiffness, experiment.truth()[0])
+            describe_settling(found.stiffness, experiment.truth()[0])
             for found, experiment in zip(estimates, EXPERIMENTS, strict=True)
         )
         for each, estimates in runs.items()

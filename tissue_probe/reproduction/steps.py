@@ -7,7 +7,7 @@ from functools import cache
 from tissue_probe.reproduction.drawing import Runs, draw_runs
 from tissue_probe.reproduction.experiment import Experiment, Tissue
 from tissue_probe.reproduction.filters import AFEKF, EKF, EVERY, ROBUST
-from tissue_probe.reproduction.finding import Finding, Reproduction, settling
+from tissue_probe.reproduction.finding import Finding, Reproduction, describe_settling
 
 DOUBLED = 2.0  # s, section III-D
 # The values are not stated; these fit the axes of the figures.
@@ -35,8 +35,8 @@ def _reproduce(name: str, symbol: str) -> Reproduction:
     known = truth[0 if name == "stiffness" else 1]
     values = {each: getattr(estimates, name) for each, estimates in runs.items()}
     before = slice(round(DOUBLED / EXPERIMENT.time[1]))
-    started = {each: settling(values[each][before], known[before]) for each in runs}
-    changed = {each: settling(values[each], known, DOUBLED) for each in runs}
+    started = {each: describe_settling(values[each][before], known[before]) for each in runs}
+    changed = {each: describe_settling(values[each], known, DOUBLED) for each in runs}
     return Reproduction(
         draw_runs(EXPERIMENT.time, runs, truth, [name]),
         (
