@@ -1,4 +1,4 @@
-"""A disk that is full ends a run in a sentence; no row is lost or doubled, and the next run repairs.
+"""A full disk ends a run in a sentence; no row is lost or doubled, and the next run repairs.
 
 Each run is a process of its own, on a disk that is small (a file system in memory, where mounting
 one is permitted) or that takes no longer file (a limit of the process).
@@ -82,7 +82,7 @@ def run_story(laboratory: Path, disk: Path, kind: str, before: tuple[str, ...] =
 
 
 def in_a_small_file_system(disk: Path) -> tuple[str, ...]:
-    """Return how a command is run with a file system of 1 MB there; skip where none is permitted."""
+    """Return how a command is run with a file system of 1 MB there; skip where that is refused."""
     if shutil.which("unshare") is None:
         pytest.skip("unshare, which mounts without rights of its own, is not installed")
     mount = f'mount -t tmpfs -o size=1m tmpfs "{disk}" && exec "$@"'

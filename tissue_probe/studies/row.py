@@ -84,8 +84,8 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
     dict
         ``path``, ``task``, ``version``, ``question`` (the key of task, keywords and version),
         ``key`` (of the question and the file's bytes), ``size`` [bytes], ``changed`` [ns since
-        1970] and ``inode`` of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the recording or
-        the question is at fault) or ``failed`` (the program is), and its ``sentence``.
+        1970] and ``inode`` of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the
+        recording or the question is at fault) or ``failed`` (the program is), and its ``sentence``.
         Where it is done: ``samples``, ``duration`` [s], ``own`` (whether this suite recorded
         it), ``position_unit_from`` and ``force_unit_from`` (values of ``signals.UnitFrom``),
         ``stiffness`` and ``stiffness_sd`` [N/m], ``damping`` and ``damping_sd`` [N s/m],
