@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pandas as pd
@@ -10,6 +11,7 @@ import pytest
 from laboratory import QUESTION, write
 
 import tissue_probe as tp
+from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.plan import Plan, read_plan, recordings_of
 
 
@@ -52,6 +54,40 @@ def test_a_second_run_computes_what_has_changed_alone(laboratory):
     assert changed["stiffness"] == pytest.approx(350.0, rel=0.01)
     assert len(stored(laboratory)) == 6
     assert tp.study(plan_of(laboratory, task="estimate"), workers=1).computed == 6
+
+
+def test_another_file_of_the_same_size_and_date_is_noticed(laboratory):
+    plan = plan_of(laboratory, task="estimate", question={"force_polarity": "compression"})
+    tp.study(plan, workers=1)
+    file = laboratory / "a_1.csv"
+    status, text = file.stat(), file.read_text()
+    other = laboratory.parent / "other"
+    other.write_text(text[:-3] + ("1" if text[-3] != "1" else "2") + text[-2:])
+    os.utime(other, ns=(status.st_atime_ns, status.st_mtime_ns))
+    os.replace(other, file)
+    assert (file.stat().st_size, file.stat().st_mtime_ns) == (status.st_size, status.st_mtime_ns)
+    assert tp.study(plan, workers=1).computed == 1
+
+
+def test_a_change_within_a_folder_is_noticed(laboratory):
+    """A folder, as bags are, keeps its own date when a file in it is written anew."""
+    folder = laboratory / "d_1.csv"
+    folder.mkdir()
+    (folder / "part").write_text("one")
+    plan = plan_of(laboratory, recordings={folder: {}})
+    assert tp.study(plan, workers=1).computed == 1
+    assert tp.study(plan, workers=1).computed == 0
+    (folder / "part").write_text("two")
+    assert tp.study(plan, workers=1).computed == 1
+
+
+def test_a_batch_that_is_written_twice_is_there_once(tmp_path):
+    """So an interrupt between a batch's writing and the next line doubles no row."""
+    rows = [{"path": "a", "stiffness": 1.0}, {"path": "b", "stiffness": 2.0}]
+    kept = Dataset(tmp_path / "rows")
+    kept.write(rows)
+    kept.write(rows)
+    assert kept.read() == rows
 
 
 def test_other_factors_are_taken_over_without_computing(laboratory):

@@ -5,17 +5,18 @@ Programs that read such a folder leave out files whose names begin with ``_``.
 
 from __future__ import annotations
 
+import hashlib
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 from pyarrow.csv import write_csv
 
 from tissue_probe.errors import FileError
+from tissue_probe.one_line import sentence
 
 
 class Dataset:
@@ -39,50 +40,65 @@ class Dataset:
     def write(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Add a batch of rows.
 
+        The file's name comes from the recordings in it: a batch that is written a second time, as
+        after an interrupt, is there once.
+
         Raises
         ------
         FileError
-            If the disk is full, or the folder cannot be written.
+            If the disk is full, or the folder cannot be written; the folder is then as before.
         """
         if rows:
-            self._put(rows, self.folder / f"rows-{uuid4().hex}.parquet")
+            paths = "\n".join(str(each["path"]) for each in rows)
+            name = hashlib.sha256(paths.encode()).hexdigest()
+            self._put(rows, self.folder / f"rows-{name}.parquet")
 
     def _put(self, rows: Sequence[Mapping[str, Any]], file: Path) -> None:
-        unfinished = self.folder / f"_unfinished-{file.name}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            pq.write_table(_table(rows), unfinished)
-            os.replace(unfinished, file)
         except OSError as error:
-            unfinished.unlink(missing_ok=True)
-            raise FileError(f"{self.folder}: rows cannot be written: {error}") from error
+            raise FileError(f"{self.folder}: it cannot be made: {sentence(error)}") from error
+        _write_whole(pq.write_table, _table(rows), file)
 
-    def forget(self, paths: Collection[str]) -> None:
-        """Take away the rows of some recordings, so that none is there twice."""
-        for file in self.folder.glob("rows-*.parquet") if paths else ():
-            rows = pq.read_table(file).to_pylist()
-            left = [each for each in rows if each["path"] not in paths]
-            if not left:
+    def amend(self, changed: Mapping[str, Mapping[str, Any] | None]) -> None:
+        """Put other rows in the place of some recordings' rows, or take these away (None).
+
+        Each file is replaced at once: meanwhile no row is missing, and none is there twice.
+
+        Raises
+        ------
+        FileError
+            If the disk is full, or a file cannot be written.
+        """
+        for file in self._files() if changed else ():
+            rows = self._rows(file)
+            left = [changed.get(each["path"], each) for each in rows]
+            if left == rows:
+                continue
+            if kept := [each for each in left if each is not None]:
+                self._put(kept, file)
+            else:
                 file.unlink()
-            elif len(left) < len(rows):
-                self._put(left, file)  # in its place at once: no row is there twice meanwhile
 
     def read(self) -> list[dict[str, Any]]:
         """Return all rows; a file that is damaged is set aside, and its rows are missing."""
-        rows: list[dict[str, Any]] = []
-        for file in sorted(self.folder.glob("rows-*.parquet")):
-            rows += self._rows(file)
-        return [{name: value for name, value in row.items() if value is not None} for row in rows]
+        return [each for file in self._files() for each in self._rows(file)]
+
+    def _files(self) -> list[Path]:
+        return sorted(self.folder.glob("rows-*.parquet"))
 
     def _rows(self, file: Path) -> list[dict[str, Any]]:
         try:
-            rows: list[dict[str, Any]] = pq.read_table(file).to_pylist()
+            # Not by ``read_table``, which looks for a data set of many files each time.
+            with pq.ParquetFile(file) as opened:
+                table = opened.read(use_threads=False)
         except (pa.ArrowException, OSError):
             aside = self.folder / f"_damaged-{file.stem}"
             os.replace(file, aside)
             self.damaged.append(aside)
             return []
-        return rows
+        rows = table.to_pylist()
+        return [{name: value for name, value in row.items() if value is not None} for row in rows]
 
 
 def write_tables(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -94,12 +110,27 @@ def write_tables(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         If they cannot be written.
     """
     table = _table(rows)
+    for name, write in (("table.parquet", pq.write_table), ("table.csv", write_csv)):
+        _write_whole(write, table, folder / name)
+
+
+def _write_whole(write: Callable[[pa.Table, Path], None], table: pa.Table, file: Path) -> None:
+    """Write a file as a whole, or leave all as it was."""
+    unfinished = file.with_name(f"_unfinished-{file.name}")
     try:
-        for name, write in (("table.parquet", pq.write_table), ("table.csv", write_csv)):
-            write(table, folder / f"_unfinished-{name}")
-            os.replace(folder / f"_unfinished-{name}", folder / name)
+        write(table, unfinished)
+        os.replace(unfinished, file)
     except OSError as error:
-        raise FileError(f"{folder}: the table cannot be written: {error}") from error
+        unfinished.unlink(missing_ok=True)
+        raise FileError(
+            f"{file} cannot be written: {_reason(error)}; all that was written before is kept: run "
+            "the study again once there is room"
+        ) from error
+
+
+def _reason(error: OSError) -> str:
+    """Return the system's own words; pyarrow's have its calls around them."""
+    return os.strerror(error.errno) if error.errno else sentence(error)
 
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> pa.Table:

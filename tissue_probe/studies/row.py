@@ -23,7 +23,7 @@ from tissue_probe.errors import ParameterError, TissueProbeError
 from tissue_probe.one_line import sentence
 from tissue_probe.physics.composition import Composition
 from tissue_probe.recording.layout import Layout
-from tissue_probe.studies.key import key_of, key_of_question
+from tissue_probe.studies.key import key_of, key_of_question, state_of
 from tissue_probe.studies.moduli import moduli
 from tissue_probe.studies.provenance import UNITS_FROM, provenance, units_not_told
 
@@ -32,7 +32,7 @@ TASKS: tuple[Task, ...] = ("estimate", "compare", "diagnose")
 
 #: The names that rows have, beside those with a dot.
 ROW_HAS = (
-    *("path", "task", "version", "question", "key", "size", "changed"),
+    *("path", "task", "version", "question", "key", "size", "changed", "inode"),
     *("status", "sentence", "seconds", "samples", "duration", "notes"),
     *("stiffness", "stiffness_sd", "damping", "damping_sd", "quality"),
     *("frequency", "storage", "storage_sd", "loss", "loss_sd"),
@@ -83,9 +83,9 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
     -------
     dict
         ``path``, ``task``, ``version``, ``question`` (the key of task, keywords and version),
-        ``key`` (of the question and the file's bytes), ``size`` [bytes] and ``changed`` [ns since
-        1970] of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the recording or
-        the question is at fault) or ``failed`` (the program is), and its ``sentence``.
+        ``key`` (of the question and the file's bytes), ``size`` [bytes], ``changed`` [ns since
+        1970] and ``inode`` of the file, ``seconds`` (taken), ``status``: ``done``, ``refused`` (the
+        recording or the question is at fault) or ``failed`` (the program is), and its ``sentence``.
         Where it is done: ``samples``, ``duration`` [s], ``own`` (whether this suite recorded
         it), ``position_unit_from`` and ``force_unit_from`` (values of ``signals.UnitFrom``),
         ``stiffness`` and ``stiffness_sd`` [N/m], ``damping`` and ``damping_sd`` [N s/m],
@@ -105,8 +105,7 @@ def row(path: str | Path, task: Task = "estimate", **question: Any) -> dict[str,
     file = Path(path)
     told: dict[str, Any] = {"path": str(path), "task": task, "version": tissue_probe.__version__}
     try:
-        status = file.stat()
-        told |= {"size": status.st_size, "changed": status.st_mtime_ns}
+        told |= state_of(file)  # before it is read: a change meanwhile is another state
         told |= {"question": key_of_question(task, question)}
         told |= {"key": key_of(file, told["question"])}
         told |= {"status": "done", "sentence": "", **_answer(file, task, question)}

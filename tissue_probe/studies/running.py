@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
@@ -12,7 +13,7 @@ import tissue_probe
 from tissue_probe import arguments as take
 from tissue_probe.errors import ParameterError
 from tissue_probe.studies.dataset import Dataset, write_tables
-from tissue_probe.studies.key import key_of, key_of_question
+from tissue_probe.studies.key import key_of, key_of_question, state_of
 from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.provenance import doubts
 from tissue_probe.studies.result import StudyResult
@@ -66,14 +67,14 @@ def study(
     plan = plan if isinstance(plan, Plan) else read_plan(plan)
     check_question(plan.task, plan.question)
     _refuse_names(plan.factors)
-    recordings = {str(path.resolve()): factors for path, factors in plan.recordings.items()}
+    recordings = {os.path.realpath(path): factors for path, factors in plan.recordings.items()}
     kept, asked = Dataset(plan.output / ROWS), key_of_question(plan.task, plan.question)
     before = {each["path"]: each for each in kept.read()}
     done = dict(_held(before, recordings, asked))
     wanted = [path for path in recordings if path not in done]
-    moved = [each for path, each in done.items() if each != before.get(path)]
-    kept.forget({*wanted, *(each["path"] for each in moved)})
-    kept.write(moved)
+    other = {path: each for path, each in done.items() if each != before.get(path)}
+    kept.amend({**dict.fromkeys(wanted), **other})
+    kept.write([each for path, each in other.items() if path not in before])
     computed = _counted(_computed(wanted, plan, workers), len(done), len(recordings), progress)
     done |= {each["path"]: each for each in _written(kept, computed, recordings)}
     notes = [
@@ -107,22 +108,22 @@ def _held(
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the recordings whose row is there, and the row with their factors as they are now.
 
-    A file of the same path, size and date is the same; any other is read for its key.
+    A file in the state of the row is not read; of any other the key tells.
     """
     by_path = {path: each for path, each in before.items() if each.get("question") == asked}
     by_key = {each["key"]: each for each in by_path.values() if "key" in each}
+    own = frozenset(ROW_HAS)
     for path, factors in recordings.items():
         try:
-            status = Path(path).stat()
-            dated = {"size": status.st_size, "changed": status.st_mtime_ns}
+            state = state_of(Path(path))
             found = by_path.get(path)
-            if found is None or any(found[name] != value for name, value in dated.items()):
+            if found is None or any(found.get(name) != value for name, value in state.items()):
                 found = by_key.get(key_of(Path(path), asked)) if by_key else None
         except OSError:
             continue
         if found is not None:
-            own = {name: value for name, value in found.items() if name in ROW_HAS or "." in name}
-            yield path, {**own, **dated, "path": path, **factors}
+            told = {name: value for name, value in found.items() if name in own or "." in name}
+            yield path, {**told, **state, "path": path, **factors}
 
 
 def _counted(
@@ -160,6 +161,8 @@ def _computed(paths: Sequence[str], plan: Plan, workers: int | None) -> Iterator
     is done again, one recording at a time, so that the one that kills is known.
     """
     left = dict.fromkeys(paths)
+    if not left:
+        return
     try:
         for each in _side_by_side(paths, plan, workers):
             del left[each["path"]]

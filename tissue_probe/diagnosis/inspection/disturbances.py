@@ -101,13 +101,16 @@ def _rows(values: FloatArray, large: float) -> list[tuple[int, int]]:
         if values.size < _AROUND + length:
             break
         windows = np.lib.stride_tricks.sliding_window_view(values, length + 2 * _SIDE)
-        off = windows @ _departures(length).T
-        row = off[:, _SIDE:-_SIDE]
+        departures = _departures(length)
+        # A copy in one piece, which is multiplied several times faster than the view.
+        row = np.ascontiguousarray(windows) @ departures[_SIDE:-_SIDE].T
         inside = np.sqrt(np.mean(row**2, axis=1))
-        beside = np.abs(np.delete(off, np.s_[_SIDE:-_SIDE], axis=1)).max(axis=1)
+        far = (inside > large) & (inside > _ALONE * np.median(inside) / 0.93)
+        if not far.any():
+            continue  # the most records
+        beside = np.abs(windows @ np.delete(departures, np.s_[_SIDE:-_SIDE], axis=0).T).max(axis=1)
         ends = (row[:, [0, -1]] * np.sign(row[:, :1])).min(axis=1)
-        clear = (inside > large) & (beside < _SHARE * inside) & (ends > _ABRUPT * inside)
-        clear &= inside > _ALONE * np.median(inside) / 0.93
+        clear = far & (beside < _SHARE * inside) & (ends > _ABRUPT * inside)
         for place in map(int, np.flatnonzero(clear)):
             usual, quiet = (_usual(each, place) for each in (inside, beside))
             stands_out = inside[place] > _ALONE * usual and beside[place] < _QUIET * quiet

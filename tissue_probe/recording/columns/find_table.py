@@ -198,7 +198,7 @@ def _preamble(rows: Sequence[Row], place: int, decimal: str) -> Iterator[str]:
 
 def _with_those_before(rows: Sequence[Row], best: Run, decimal: str, splits) -> Run:
     """Begin where the table begins: text does not end it where its header comes again below."""
-    for run in reversed([run for run in _runs(rows, decimal) if run.stop <= best.first]):
+    for run in reversed(list(_runs(rows[: best.first], decimal))):
         if _has_labels(rows[run.first], decimal) and not _has_labels(rows[best.first], decimal):
             continue  # no samples: numbers behind a word, as preambles have them
         if run.width != best.width:

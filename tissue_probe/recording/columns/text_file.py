@@ -201,15 +201,20 @@ def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, Run]
     """Return rows, dialect and table of lines, for the best dialect; None where none fits."""
     best: tuple[list[Row], Dialect, Run] | None = None
     for separator in SEPARATORS:
-        for decimal in (".", ","):
-            dialect = Dialect(encoding, separator, decimal)
-            try:
-                rows = [Row(n, dialect.split(line), line) for n, line in enumerate(lines, 1)]
-            except csv.Error:
-                continue
+        cut = Dialect(encoding, separator, ".").split
+        try:
+            parts = [cut(line) for line in lines]
+        except csv.Error:
+            continue
+        if all(len(each) < 2 for each in parts):
+            continue  # a separator that cuts no line makes no table, of either decimal mark
+        numbered = enumerate(zip(parts, lines, strict=True), 1)
+        rows = [Row(n, each, line) for n, (each, line) in numbered]
+        commas = any("," in cell for each in parts for cell in each)
+        for decimal in (".", ",") if commas else ".":  # without any, points read all that they do
             run = longest_run(rows, decimal)
             if run is not None and (best is None or run.explained > best[2].explained):
-                best = rows, dialect, run
+                best = rows, Dialect(encoding, separator, decimal), run
     return best
 
 
@@ -246,11 +251,10 @@ class _Reading:
         self._names = names
         self._places = [found.names.index(name) for name in names]
         first = [r for r in rows[found.first :] if len(r.cells) == found.width and not r.comment]
+        kinds = [row.kinds(dialect.decimal) for row in first]
         self._timed = [
-            any(cells.kind(row.cells[place], dialect.decimal) is Kind.TIME for row in first)
-            and not any(
-                cells.kind(row.cells[place], dialect.decimal) is Kind.NUMBER for row in first
-            )
+            any(each[place] is Kind.TIME for each in kinds)
+            and not any(each[place] is Kind.NUMBER for each in kinds)
             for place in self._places
         ]
         self._whole = [
