@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument
+from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, InstrumentErrors
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import SEARCH_RATE
 from tissue_probe.challenge.trajectory import DURATIONS, LINES, Trajectory
@@ -115,7 +115,7 @@ def record(term: str, excitation: str, strength: float, seed: int) -> Record:
     other, amplitude = SECOND[excitation]
     second = _moving(random, other, amplitude)
     truth, change = TERMS.get(term, (frozenset[str](), lambda s, at: {}))
-    case = Case(specimen, Instrument(), first)
+    case = Case(specimen, InstrumentErrors(), first)
     if truth:
         case = replace(case, specimen=_as_strong(case, change, strength))
     another = replace(case, trajectory=second)

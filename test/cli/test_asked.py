@@ -12,7 +12,7 @@ from tissue_probe.cli import app
 from tissue_probe.cli.asked import Asked as Options
 from tissue_probe.errors import ParameterError
 from tissue_probe.workbench.question import Asked as OfPage
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 def test_python_takes_and_explains_all_that_is_declared():
@@ -44,7 +44,7 @@ def test_the_page_states_all_but_files():
     stated = OfPage().changed({"prior": {"relaxation": ["10", "0"]}, "course": "held"})
     assert (stated.prior, stated.course) == ({"relaxation": 10.0}, "held")
     assert OfPage().changed({"prior": stated.prior}).prior == stated.prior
-    with pytest.raises(Refused, match="`course` is 'bent'"):
+    with pytest.raises(RequestRefused, match="`course` is 'bent'"):
         OfPage().changed({"course": "bent"})
 
 

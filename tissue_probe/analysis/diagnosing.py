@@ -17,7 +17,7 @@ from tissue_probe.analysis.measurements import Measurements, Source, measurement
 from tissue_probe.analysis.other_rig import other_rig
 from tissue_probe.analysis.question import (
     Asked,
-    Question,
+    ModelQuestion,
     check_wanted,
     question,
 )
@@ -81,7 +81,7 @@ class DiagnosisResult(Alike):
     validated: Measurements
     sources: tuple[str, ...]
     notes: tuple[str, ...]
-    asked: Question
+    asked: ModelQuestion
     wording: Callable[[str], str] = str
 
     @property
@@ -289,7 +289,7 @@ def diagnose(
 
 
 def _diagnose_measurements(
-    put: Question,
+    put: ModelQuestion,
     fitted: Measurements,
     validated: Measurements,
     add: Sequence[str],

@@ -29,7 +29,7 @@ from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.figures.compare import Comparison
 from tissue_probe.figures.ladder import Rungs, draw_ladder
 from tissue_probe.figures.shape import draw_shape
-from tissue_probe.figures.story import Candidate, draw_story
+from tissue_probe.figures.story import TriedEffect, draw_story
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
 from tissue_probe.physics.model_file import Data, DataFile
@@ -134,7 +134,7 @@ def story(result: DiagnosisResult) -> Figure:
         base.output,
     )
     ranking = [
-        Candidate(
+        TriedEffect(
             find_added_effect(fit).name,
             diagnosis.heldout(fit),
             find_added_effect(fit).name in diagnosis.effects,

@@ -62,7 +62,7 @@ PRIOR = "`prior`: {} counts as {:g} times as likely as any other effect before t
 
 
 @dataclass(frozen=True)
-class Question:
+class ModelQuestion:
     """A model, statements on its rig and the samples, and the effects that it may miss.
 
     Attributes
@@ -167,7 +167,7 @@ class Question:
         return self.model.composition
 
 
-def question(**asked: Unpack[Asked]) -> Question:
+def question(**asked: Unpack[Asked]) -> ModelQuestion:
     """Put together a question.
 
     Raises
@@ -190,7 +190,7 @@ def question(**asked: Unpack[Asked]) -> Question:
         notes = (f"{name}: the search for its values did not settle; take them for a guess",)
     odds = said.get("prior") or {}
     notes += tuple(PRIOR.format(name, times) for name, times in odds.items())
-    found = Question(
+    found = ModelQuestion(
         begun,
         _instrument(begun.composition.rig, said.get("known_rig", False), constants),
         notes,
@@ -266,7 +266,7 @@ def _write_value(value: Any) -> str:
     return str(value) if isinstance(value, (str, int, float, Path)) else " ".join(map(str, value))
 
 
-def check_wanted(asked: Question, wanted: Sequence[str]) -> None:
+def check_wanted(asked: ModelQuestion, wanted: Sequence[str]) -> None:
     """Refuse effects to add that are not known, in the model already, or one law with another.
 
     Raises

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tissue_probe.challenge.change import Change, Situation
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, Instrument
+from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, InstrumentErrors
 from tissue_probe.challenge.kelvin_voigt import fit_residual
 from tissue_probe.challenge.motion import RATE, move
 from tissue_probe.challenge.specimen import Specimen
@@ -24,7 +24,7 @@ class Case:
     """Specimen, instrument and trajectory of one measurement."""
 
     specimen: Specimen
-    instrument: Instrument
+    instrument: InstrumentErrors
     trajectory: Trajectory
 
     @property

@@ -24,7 +24,7 @@ ENCODER_STEP = 1e-7
 
 
 @dataclass(frozen=True)
-class Instrument:
+class InstrumentErrors:
     """Errors of the two channels; SI units, defaults without effect.
 
     Attributes

@@ -16,9 +16,9 @@ from tissue_probe.challenge.simulator import (
     EFFECTS,
     LIBRARY,
     WEAKEST_OF_TWO,
-    Answer,
     Challenge,
     Excitation,
+    HiddenTruth,
     Rig,
     make_challenge,
 )
@@ -84,7 +84,7 @@ def _hide_showing(
     return make_challenge(seed, effects[:1], excitation, rig)
 
 
-def all_show(answer: Answer) -> bool:
+def all_show(answer: HiddenTruth) -> bool:
     """Whether each of several effects leaves something alone, beyond the rig's tolerances too."""
     if len(answer.effects) < 2:
         return True

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.challenge.case import Case
-from tissue_probe.challenge.change import Change, Effect
+from tissue_probe.challenge.change import Change, HiddenEffect
 from tissue_probe.challenge.tolerances import Tolerances
 
 SEARCH_RATE = 8_000
@@ -54,7 +54,7 @@ class Hidden:
 
 
 def hide(
-    effect: Effect, case: Case, target: float, seed: int, tolerances: Tolerances | None = None
+    effect: HiddenEffect, case: Case, target: float, seed: int, tolerances: Tolerances | None = None
 ) -> Hidden:
     """Find the strength at which an effect leaves ``target`` times the noise.
 
@@ -78,7 +78,7 @@ def hide(
     return Hidden(made, strength, target, reached, shown, absorbed=reached < ABSORBED)
 
 
-def _reach(ratio: Callable[[float], float], effect: Effect, target: float) -> float:
+def _reach(ratio: Callable[[float], float], effect: HiddenEffect, target: float) -> float:
     """Find where the ratio is the target, by secants on logarithms kept within a bracket.
 
     The excess over the noise grows about as the strength, so that the first secant is near.

@@ -13,7 +13,7 @@ from tissue_probe.cli.measured import Site, read
 from tissue_probe.quantities import SIDE
 
 if TYPE_CHECKING:
-    from tissue_probe.challenge.grading import Count, Diagnosis, Grade
+    from tissue_probe.challenge.grading import Count, Grade, GradedDiagnosis
     from tissue_probe.challenge.measured import Measured
     from tissue_probe.physics.fitted_model import FittedModel
 
@@ -216,7 +216,7 @@ def _number(value: object) -> str:
     return f"{value:.5g}" if isinstance(value, (int, float)) else str(value or "")
 
 
-def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
+def read_diagnoses(folder: Path, names: list[str]) -> dict[str, GradedDiagnosis]:
     """Return the diagnoses that are there, by the recordings' names.
 
     Raises
@@ -225,14 +225,14 @@ def read_diagnoses(folder: Path, names: list[str]) -> dict[str, Diagnosis]:
         If there is none at all, or one cannot be read.
     """
     from tissue_probe.challenge.folder import read_json
-    from tissue_probe.challenge.grading import Diagnosis
+    from tissue_probe.challenge.grading import GradedDiagnosis
 
     found = {}
     for name in names:
         path = folder / f"{name}.json"
         if path.exists():
             try:
-                found[name] = Diagnosis.parse(read_json(path))
+                found[name] = GradedDiagnosis.parse(read_json(path))
             except ValueError as error:
                 raise ValueError(f"{path}: {error}") from error
     if not found:

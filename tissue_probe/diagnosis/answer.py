@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.diagnosis import Diagnosis
 from tissue_probe.diagnosis.evidence.adequacy import adequacy
 from tissue_probe.diagnosis.evidence.conclusion import Ladder
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.instrument_values import InstrumentValue as Found
+from tissue_probe.diagnosis.instrument_values import FoundInstrumentValue as Found
 from tissue_probe.diagnosis.ranking.rules import find_added_effect
 from tissue_probe.quantities import SIDE
 

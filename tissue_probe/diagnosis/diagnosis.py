@@ -25,7 +25,7 @@ from tissue_probe.diagnosis.improvement.ladder import Progress, climb, climb_by
 from tissue_probe.diagnosis.improvement.moves import addable
 from tissue_probe.diagnosis.input_course import COURSE, report_course
 from tissue_probe.diagnosis.inspection.finding import Finding
-from tissue_probe.diagnosis.instrument_values import InstrumentValue
+from tissue_probe.diagnosis.instrument_values import FoundInstrumentValue
 from tissue_probe.diagnosis.left_out import left_out
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -113,7 +113,7 @@ class Diagnosis:
     validation_noise: float = math.nan
     command: DriverCommand | None = None
     uncertainty: float = 0.0
-    instrument: tuple[InstrumentValue, ...] = ()
+    instrument: tuple[FoundInstrumentValue, ...] = ()
     shape: FoundShape | None = None
 
     @property

@@ -30,7 +30,7 @@ PART = "{}In part {} the force's zero is {:.3g} +- {:.2g} N off that of the firs
 
 
 @dataclass(frozen=True)
-class InstrumentValue:
+class FoundInstrumentValue:
     """A value of the instrument in a recording, or in a part of it.
 
     Attributes
@@ -59,7 +59,7 @@ class InstrumentValue:
     force: float = float("nan")
 
 
-def instrument_values(fit: Fit, instrument: Instrument) -> tuple[InstrumentValue, ...]:
+def instrument_values(fit: Fit, instrument: Instrument) -> tuple[FoundInstrumentValue, ...]:
     """Return the values of the instrument that a fit found."""
     problem = Problem(fit.composition, fit.measurements, instrument)
     unknown = instrument.any_zero and instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
@@ -67,7 +67,7 @@ def instrument_values(fit: Fit, instrument: Instrument) -> tuple[InstrumentValue
     return (*touches, *_of_parts(fit, problem), *_of_channels(fit, problem))
 
 
-def findings(values: tuple[InstrumentValue, ...]) -> list[Finding]:
+def findings(values: tuple[FoundInstrumentValue, ...]) -> list[Finding]:
     """Say where the tip touches, unless that is at the position's zero, and how parts differ.
 
     Effects on a channel are named by the verdict.
@@ -77,7 +77,7 @@ def findings(values: tuple[InstrumentValue, ...]) -> list[Finding]:
     return [Finding("instrument", _sentence(each)) for each in told]
 
 
-def _touches(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _touches(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return the place of touch of each run."""
     runs, deviations = problem.runs, fit.deviations()
     contact = fit.composition.kernel.values.index(CONTACT)
@@ -89,7 +89,7 @@ def _touches(fit: Fit, problem: Problem) -> list[InstrumentValue]:
         same = () if np.isnan(force) else (BIAS,)
         source = fit.measurements[first].source
         found.append(
-            InstrumentValue(CONTACT, "m", source, None, value, deviations[name], same, force)
+            FoundInstrumentValue(CONTACT, "m", source, None, value, deviations[name], same, force)
         )
     return found
 
@@ -107,7 +107,7 @@ def _as_force(fit: Fit, problem: Problem, index: int, name: str) -> float:
     return float(moved.mean()) if rest < measurement.noise.own else float("nan")
 
 
-def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _of_parts(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return by how much each part of a run differs from its first."""
     own, runs, deviations = of_part(fit.composition), problem.runs, fit.deviations()
     found = []
@@ -118,11 +118,11 @@ def _of_parts(fit: Fit, problem: Problem) -> list[InstrumentValue]:
                 name, entry = runs.names[place], runs.entries[place]
                 source, value = fit.measurements[index].source, fit.named()[name]
                 told = (runs.meanings[place], entry.unit, source, part + 1, value)
-                found.append(InstrumentValue(*told, deviations[name]))
+                found.append(FoundInstrumentValue(*told, deviations[name]))
     return found
 
 
-def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
+def _of_channels(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return the values of effects that act on a channel, such as a delay between both."""
     own, runs, deviations = of_part(fit.composition), problem.runs, fit.deviations()
     effects = [each for each in fit.composition.effects if each.acts_on_channels]
@@ -134,11 +134,11 @@ def _of_channels(fit: Fit, problem: Problem) -> list[InstrumentValue]:
             of_one = len({runs.numbers[index] for index in within}) == 1 < runs.count
             source = fit.measurements[within[0]].source if of_one else ""
             told = (meaning, runs.entries[place].unit, source, None, fit.named()[name])
-            found.append(InstrumentValue(*told, deviations[name]))
+            found.append(FoundInstrumentValue(*told, deviations[name]))
     return found
 
 
-def _sentence(found: InstrumentValue) -> str:
+def _sentence(found: FoundInstrumentValue) -> str:
     told = f"{found.recording}: " if found.recording else ""
     doubt = SIDE * found.deviation
     if found.part is not None:

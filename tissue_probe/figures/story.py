@@ -49,7 +49,7 @@ _HEADING = {"loc": "left", "fontsize": 11, "fontweight": "bold"}
 
 
 @dataclass(frozen=True)
-class Candidate:
+class TriedEffect:
     """An effect that was tried alone.
 
     Parameters
@@ -72,7 +72,7 @@ class Candidate:
 
 
 def draw_story(
-    title: str, base: Comparison, ranking: Sequence[Candidate], rungs: Rungs, name: str = ""
+    title: str, base: Comparison, ranking: Sequence[TriedEffect], rungs: Rungs, name: str = ""
 ) -> Figure:
     """Draw the base model and where it fails, above the gain of each effect and the ladder.
 
@@ -124,7 +124,7 @@ def _draw_base(figure: Figure, place: SubplotSpec, base: Comparison, model: str,
     axes.set_title("Where its error lies" if here else "Nothing stands out", **_HEADING)
 
 
-def _draw_ranking(axes: Axes, ranking: Sequence[Candidate], rungs: Rungs) -> None:
+def _draw_ranking(axes: Axes, ranking: Sequence[TriedEffect], rungs: Rungs) -> None:
     """Draw a bar for each effect, the best on top, beside the base model's error."""
     shown = ranking[:SHOWN]
     ratios = np.array([each.heldout for each in shown]) / rungs.noise
@@ -159,7 +159,7 @@ def _scale_errors(axes: Axes, ratios: FloatArray) -> None:
         place(LogFormatter(minor_thresholds=(2.0, 0.7)))
 
 
-def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
+def _draw_bar(axes: Axes, row: int, each: TriedEffect, ratio: float) -> None:
     """Draw the error that an effect leaves, or say why there is no number."""
     begin, told = axes.get_xlim()[0], multiple(ratio)
     if not np.isfinite(ratio):
@@ -178,11 +178,11 @@ def _draw_bar(axes: Axes, row: int, each: Candidate, ratio: float) -> None:
     )
 
 
-def _weight(candidate: Candidate) -> str:
+def _weight(candidate: TriedEffect) -> str:
     return "bold" if candidate.added else "normal"
 
 
-def _add_key(axes: Axes, shown: Sequence[Candidate]) -> None:
+def _add_key(axes: Axes, shown: Sequence[TriedEffect]) -> None:
     kinds = [
         (any(each.added for each in shown), Patch(label="chosen", **_CHOSEN)),
         (any(each.tied for each in shown), Patch(label="cannot be told apart", **_TRIED | _TIED)),

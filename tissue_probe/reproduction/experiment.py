@@ -23,7 +23,7 @@ AMPLITUDE = 2.3e-3  # m; makes 1 N on the tissue of the baseline, as in figure 8
 
 
 @dataclass(frozen=True)
-class Tissue:
+class SimulatedTissue:
     """Kelvin-Voigt tissue with, perhaps, a spring and a damper in series beside it.
 
     Attributes
@@ -49,11 +49,11 @@ class Tissue:
         return self.stiffness + share * w**2, self.damping + share * rate
 
 
-NO_CONTACT = Tissue(0.0, 0.0)
+NO_CONTACT = SimulatedTissue(0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Experiment:
+class SineExperiment:
     """One measurement with a sine at the coil, which starts at rest.
 
     ``tissues`` holds (time [s] from which it is under the tip, tissue), the first at 0; times are
@@ -61,7 +61,7 @@ class Experiment:
     measurement [s], which begins ``lead`` [s] after the motion.
     """
 
-    tissues: tuple[tuple[float, Tissue], ...]
+    tissues: tuple[tuple[float, SimulatedTissue], ...]
     duration: float = 1.0
     frequency: float = 10.0
     amplitude: float = AMPLITUDE
@@ -109,7 +109,7 @@ class Experiment:
         samples = np.arange(self._first + self.time.size)
         return np.searchsorted(starts, samples, side="right") - 1
 
-    def _rates(self, tissue: Tissue) -> FloatArray:
+    def _rates(self, tissue: SimulatedTissue) -> FloatArray:
         """Return the matrix of [x, x', extension of the branch, sin, cos] (paper, eq. 1)."""
         w = 2.0 * np.pi * self.frequency
         tip = np.array(

@@ -16,7 +16,7 @@ from tissue_probe.reproduction.experiment import (
     SAMPLE_PERIOD,
     TIP_MASS,
 )
-from tissue_probe.reproduction.finding import Finding, Reproduction
+from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 
 KICK = 8e-3  # m/s of the tip; makes 0.15 N, as in the figure
 TIME = np.arange(round(0.2 / SAMPLE_PERIOD)) * SAMPLE_PERIOD
@@ -38,8 +38,8 @@ def fig6() -> Reproduction:
     return Reproduction(
         figure,
         (
-            Finding("k0 of the free probe", "9700 N/m", stiffness, "the same fit"),
-            Finding("β0 of the free probe", "0.8 N s/m", damping, "the same fit"),
-            Finding("resonance", "78 Hz", frequency, "the same fit"),
+            ReproducedQuantity("k0 of the free probe", "9700 N/m", stiffness, "the same fit"),
+            ReproducedQuantity("β0 of the free probe", "0.8 N s/m", damping, "the same fit"),
+            ReproducedQuantity("resonance", "78 Hz", frequency, "the same fit"),
         ),
     )

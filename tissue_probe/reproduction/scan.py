@@ -20,9 +20,9 @@ from tissue_probe.mapping.stiffness_map import StiffnessMapData
 from tissue_probe.mapping.verdict import Verdict
 from tissue_probe.physics.phantom import Phantom
 from tissue_probe.reproduction.drawing import LABELS
-from tissue_probe.reproduction.experiment import Experiment, Tissue
-from tissue_probe.reproduction.filters import AFEKF, EKF, ROBUST, UKF, Filter
-from tissue_probe.reproduction.finding import Finding, Reproduction
+from tissue_probe.reproduction.experiment import SimulatedTissue, SineExperiment
+from tissue_probe.reproduction.filters import AFEKF, EKF, ROBUST, UKF, ShownFilter
+from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 from tissue_probe.signals import FloatArray, TissueEstimates
 
 GRID = Grid((0.0, 0.0, 0.0), 0.01, 5, 5)
@@ -34,11 +34,13 @@ FINE = 10
 COMPARED = {"paper's three, averaged": (UKF, EKF, AFEKF), "robust_ekf": (ROBUST,)}
 
 
-def palpate(phantom: Phantom) -> dict[Filter, list[TissueEstimates]]:
+def palpate(phantom: Phantom) -> dict[ShownFilter, list[TissueEstimates]]:
     """Run every filter for one second at each cell, by rising index, knowing nothing before."""
     x, y = (place.ravel() for place in np.meshgrid(GRID.x, GRID.y))
     cells = zip(phantom.stiffness(x, y), phantom.damping(x, y), strict=True)
-    experiments = [Experiment(((0.0, Tissue(k, b)),), seed=i) for i, (k, b) in enumerate(cells)]
+    experiments = [
+        SineExperiment(((0.0, SimulatedTissue(k, b)),), seed=i) for i, (k, b) in enumerate(cells)
+    ]
     filters = [each for row in COMPARED.values() for each in row]
     return {each: [each.run(experiment) for experiment in experiments] for each in filters}
 
@@ -53,9 +55,9 @@ def fig12() -> Reproduction:
     return Reproduction(
         _draw(maps, phantom),
         (
-            Finding("nodules found", "each of 3", *nodules),
-            Finding("rms error of k over the sites", "not known", *errors),
-            Finding(
+            ReproducedQuantity("nodules found", "each of 3", *nodules),
+            ReproducedQuantity("rms error of k over the sites", "not known", *errors),
+            ReproducedQuantity(
                 "covariance trace, stiffest site over softest",
                 "higher over the nodules",
                 _contrast(theirs),

@@ -23,7 +23,7 @@ from starlette.websockets import WebSocket
 from tissue_probe.errors import TissueProbeError
 from tissue_probe.workbench import state, told, uploads
 from tissue_probe.workbench.opened import Opened
-from tissue_probe.workbench.refused import Refused, describe_refusal
+from tissue_probe.workbench.refused import RequestRefused, describe_refusal
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.taken import take
 
@@ -144,7 +144,7 @@ async def _open_state(requests: Requests, path: Path) -> None:
         requests.desk.forget(number)
     await state.restore(requests.desk, kept)
     if kept["programs"]:
-        raise Refused(
+        raise RequestRefused(
             "this state has effects of your own; they are not run before you open their file "
             "under Missing, and the rungs that need them are left out"
         )

@@ -13,7 +13,7 @@ import sys
 from typing import Any
 
 from tissue_probe.workbench.pages import Pages
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.watching import MAP
 from tissue_probe.workbench.worker import DONE, FRAME
 
@@ -21,7 +21,7 @@ from tissue_probe.workbench.worker import DONE, FRAME
 ANSWER = 15.0
 
 
-class Live:
+class LiveListener:
     """Listens for as long as the server runs.
 
     Parameters
@@ -76,7 +76,7 @@ class Live:
             If they do not obey.
         """
         if self._process is None or self._process.stdin is None or self.ended:
-            raise Refused(self.ended or "nobody listens to ROS yet; wait a moment")
+            raise RequestRefused(self.ended or "nobody listens to ROS yet; wait a moment")
         number = next(self._numbers)
         line = {"number": number, "command": command, "given": given}
         self._waiting[number] = answer = asyncio.get_running_loop().create_future()
@@ -84,11 +84,11 @@ class Live:
             self._process.stdin.write(json.dumps(line).encode() + b"\n")
             told = await asyncio.wait_for(answer, ANSWER)
         except (TimeoutError, asyncio.CancelledError, ConnectionError):
-            raise Refused("the nodes do not answer") from None
+            raise RequestRefused("the nodes do not answer") from None
         finally:
             del self._waiting[number]
         if "refused" in told:
-            raise Refused(told["refused"])
+            raise RequestRefused(told["refused"])
         return told["ok"]
 
     async def close(self) -> None:

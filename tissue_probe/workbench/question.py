@@ -8,7 +8,7 @@ from typing import Any
 from tissue_probe.analysis.asked import NAMED, Item
 from tissue_probe.workbench import stated
 from tissue_probe.workbench.declared import shorten_value
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Values supposed where a page states nothing; of others' recordings the rig is asked for.
 SUPPOSED: dict[str, Any] = {"tissue": "kelvin_voigt"}
@@ -61,12 +61,12 @@ Asked = make_dataclass(
 def _check_statement(name: str, value: Any) -> Any:
     item = NAMED.get(name)
     if item not in ITEMS:
-        raise Refused(f"there is no parameter {name} of a comparison")
+        raise RequestRefused(f"there is no parameter {name} of a comparison")
     if item.kind == "choice":
         if value in (None, "") and name not in SUPPOSED and item.default is None:
             return None
         if value not in item.choices:
-            raise Refused(
+            raise RequestRefused(
                 f"`{name}` is {shorten_value(value)}; give one of {', '.join(item.choices)}"
             )
         return value

@@ -19,7 +19,7 @@ from tissue_probe.studies.plan import Plan, read_plan
 from tissue_probe.studies.row import SHOWN, SIGNALS
 from tissue_probe.studies.running import ROWS
 from tissue_probe.workbench.question import Asked
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Studied:
             If there is no such row.
         """
         if not 0 <= row < len(self.rows):
-            raise Refused(f"the study has no row {row}")
+            raise RequestRefused(f"the study has no row {row}")
         return Path(self.rows[row]["path"])
 
     def describe_study(self) -> dict[str, Any]:
@@ -111,5 +111,5 @@ def opened_study(path: Path) -> Studied:
     rows = [each for each in there if each.get("question") == question]
     if not rows:
         yet = "no rows of its question" if there else "no rows"
-        raise Refused(f"{path} has {yet} yet: run `tissue_probe study run {path}` first")
+        raise RequestRefused(f"{path} has {yet} yet: run `tissue_probe study run {path}` first")
     return Studied(path.name, plan, sorted(rows, key=lambda each: of[each["path"]]))

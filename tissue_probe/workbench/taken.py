@@ -14,7 +14,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 from tissue_probe.workbench.notebook import notebook
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.state import ENDING, packed_state
 
@@ -43,11 +43,11 @@ async def _content(name: str, requests: Requests) -> bytes:
     desk = requests.desk
     if name == "model.yaml":
         if not desk.rungs:
-            raise Refused("there is no model yet: open a recording first")
+            raise RequestRefused("there is no model yet: open a recording first")
         return await _write_bytes(name, desk.rungs[-1].compared.model.save)
     if name == "map.html":
         if desk.map is None:
-            raise Refused("there is no map yet: open a scan first")
+            raise RequestRefused("there is no map yet: open a scan first")
         return await _write_bytes(name, desk.map.report)
     if name == "report.html":
         found: bytes = await requests.change(desk.report)

@@ -11,7 +11,7 @@ import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 
-from tissue_probe.workbench.refused import Refused
+from tissue_probe.workbench.refused import RequestRefused
 
 #: Most bytes of one file: a day of 2 kHz as text has some 6 GB, an hour 0.3 GB.
 LARGEST = 2**31
@@ -39,7 +39,7 @@ async def keep(name: str, parts: AsyncIterator[bytes], folder: Path) -> Path:
             async for part in parts:
                 size += len(part)
                 if size > most:
-                    raise Refused(
+                    raise RequestRefused(
                         f"{path.name} has more than {most / 1e6:.0f} MB; start `tissue_probe "
                         "workbench` with the file's name instead, which copies nothing"
                     )

@@ -20,7 +20,7 @@ from tissue_probe.analysis.effect_pages.experiments import (
 )
 from tissue_probe.analysis.effect_pages.simulated import (
     SAMPLE_RATE,
-    Motion,
+    DriveMotion,
     force,
     rig_for,
     simulate_recording,
@@ -38,7 +38,7 @@ from tissue_probe.quantities import engineering
 
 #: The motion of the pictures: slow enough to tell a spring from a damper by eye, and out of the
 #: tissue for a part of each period.
-DRAWN = Motion({"kind": "sine", "frequency": 5.0}, 0.8e-3, 2.0)
+DRAWN = DriveMotion({"kind": "sine", "frequency": 5.0}, 0.8e-3, 2.0)
 #: Other effects that a page names: more pass for one another than a reader can try.
 NAMED = 5
 

@@ -27,7 +27,7 @@ SETTING_IN = 0.2
 
 
 @dataclass(frozen=True)
-class Motion:
+class DriveMotion:
     """A motion of the drive, from rest at the surface.
 
     Attributes
@@ -83,13 +83,13 @@ def typical(composition: Composition) -> dict[str, float]:
     return {entry.name: entry.default for entry in composition.values}
 
 
-def force(composition: Composition, values: Mapping[str, float], motion: Motion) -> FloatArray:
+def force(composition: Composition, values: Mapping[str, float], motion: DriveMotion) -> FloatArray:
     """Return the force of a model at each sample of a motion [N]."""
     return simulate_recording(composition, values, motion).force
 
 
 def simulate_recording(
-    composition: Composition, values: Mapping[str, float], motion: Motion, noise: float = 0.0
+    composition: Composition, values: Mapping[str, float], motion: DriveMotion, noise: float = 0.0
 ) -> Measurements:
     """Return a simulated recording of a motion; a second input, where one is heard, is a sine."""
     model = FittedModel(composition, dict(values), {})

@@ -23,9 +23,9 @@ from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, En
 from tissue_probe.devices.nidaqmx.errors import convert_errors
 from tissue_probe.devices.nidaqmx.guard import find_watchdog
 from tissue_probe.devices.nidaqmx.output import (
-    Output,
     RegeneratedOutput,
     StreamedOutput,
+    TimedOutput,
     period_in_samples,
 )
 from tissue_probe.devices.nidaqmx.settings import NiDaqmxSettings
@@ -94,7 +94,7 @@ class NiDaqmxProbe:
         self.force_range = (float(min(ends)), float(max(ends)))
         self._lock = Lock()
         self._sampling = False
-        self._output: Output | None = None
+        self._output: TimedOutput | None = None
         self._opened: list[_Closes] = []
         self._failed = False
         self._open()
@@ -265,7 +265,7 @@ class NiDaqmxProbe:
             "coil_driven_after_death": self._driven_on,
         }
 
-    def _make_output(self, excitation: Excitation) -> Output:
+    def _make_output(self, excitation: Excitation) -> TimedOutput:
         """Arm nothing yet: load the coil's task with the excitation, to start with the input."""
         settings = self._settings
         self._coil = self._coil_task()

@@ -41,7 +41,7 @@ RIVAL = float(np.log(SURE / (1.0 - SURE)))
 
 
 @dataclass(frozen=True)
-class Posterior:
+class ModelPosterior:
     """Probabilities of the models that were tried, given that one of the library's is right.
 
     Attributes
@@ -96,7 +96,7 @@ class Posterior:
 
 def posterior(
     base: Fit, fits: Iterable[Fit], second: Mapping[frozenset[str], float] | None = None
-) -> Posterior:
+) -> ModelPosterior:
     """Return how probable models are.
 
     Nothing is added to a model that leaves noise only. Forms of one family are told apart no better
@@ -113,17 +113,17 @@ def posterior(
         only the models named there count.
     """
     best = _best_of_each([base, *fits])
-    groups: dict[tuple[str, ...], list[_Told]] = defaultdict(list)
+    groups: dict[tuple[str, ...], list[_WeightedFit]] = defaultdict(list)
     for names, fit in _possible(best, base, second).items():
         likely = -0.5 * fit.misfit + (second.get(names, 0.0) if second else 0.0)
-        told = _Told(fit, likely, thought_of(fit, base))
+        told = _WeightedFit(fit, likely, thought_of(fit, base))
         groups[tuple(sorted(_families(fit, base)))].append(told)
     weighed = [pair for group in groups.values() for pair in _temper_group(group, best)]
     weighed.sort(key=lambda pair: (-pair[1], pair[0].fit.misfit))
     weighed = _with_twins(weighed, base)
     models, weights = [told.fit for told, _ in weighed], np.array([each for _, each in weighed])
     probabilities = np.exp(weights - np.logaddexp.reduce(weights))
-    return Posterior(
+    return ModelPosterior(
         base, tuple(models), tuple(map(float, probabilities)), _unknown(adequacy(models[0]))
     )
 
@@ -146,7 +146,7 @@ def _possible(
     return found or {frozenset(): base}
 
 
-class _Told(NamedTuple):
+class _WeightedFit(NamedTuple):
     """A fit, the logarithm of its likelihood, and of its probability before that."""
 
     fit: Fit
@@ -154,7 +154,7 @@ class _Told(NamedTuple):
     thought: float
 
 
-_Weighed = tuple[_Told, float]
+_Weighed = tuple[_WeightedFit, float]
 """A fit, and the logarithm of its probability up to the same constant of all."""
 
 
@@ -235,7 +235,7 @@ def _with_twins(weighed: Sequence[_Weighed], base: Fit) -> list[_Weighed]:
     return sorted(found, key=lambda pair: -pair[1])
 
 
-def _are_twins(told: _Told, best: _Told, base: Fit) -> bool:
+def _are_twins(told: _WeightedFit, best: _WeightedFit, base: Fit) -> bool:
     """Whether a model is the same function of the record as the best, of other families."""
     fit, other = told.fit, best.fit
     return (
@@ -276,7 +276,9 @@ def _contains(fit: Fit, other: Fit) -> bool:
     return fit is not other and within.issuperset(other.composition.names)
 
 
-def _temper_group(group: Sequence[_Told], known: Mapping[frozenset[str], Fit]) -> list[_Weighed]:
+def _temper_group(
+    group: Sequence[_WeightedFit], known: Mapping[frozenset[str], Fit]
+) -> list[_Weighed]:
     """Share the evidence of a group of forms among them, told apart as far as forms may be.
 
     Where an effect removes E of the cost, its form leaves FORM^2 E of that, if it is right to that

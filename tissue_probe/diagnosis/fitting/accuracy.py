@@ -17,7 +17,7 @@ import numpy as np
 
 from tissue_probe.diagnosis.fitting.covariance import covariance, free
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.point import Point, point_at, scale_of
+from tissue_probe.diagnosis.fitting.point import SearchPoint, point_at, scale_of
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
@@ -35,7 +35,7 @@ DEGREES = (3, 7, 9)
 
 
 @dataclass(frozen=True)
-class Doubt:
+class SimulationDoubt:
     """By how much values are wrong for the simulation, in their standard deviations, shape (q,).
 
     ``by_step`` for the steps of the integration, ``by_course`` for the input's course.
@@ -55,13 +55,13 @@ class Doubt:
         return float(np.max(np.abs(self.by_course), initial=0.0))
 
 
-def doubt(fit: Fit, instrument: Instrument) -> Doubt:
+def doubt(fit: Fit, instrument: Instrument) -> SimulationDoubt:
     """Return by how much a finer simulation would change the values of a fit."""
     problem = Problem(fit.composition, fit.measurements, instrument)
     point = point_at(problem, fit.values, fit.starts)
     if point is None:
         nothing = np.zeros(len(fit.values))
-        return Doubt(nothing, nothing)
+        return SimulationDoubt(nothing, nothing)
     known = covariance(problem, point)
     step = course = np.zeros(len(fit.values))
     if problem.states and not problem.kernel.linear:
@@ -69,7 +69,7 @@ def doubt(fit: Fit, instrument: Instrument) -> Doubt:
     along = [smoother(each) or each for each in problem.measurements]
     if any(new is not old for new, old in zip(along, problem.measurements, strict=True)):
         course = _shift(fit, problem, point, known, along)
-    return Doubt(step, course)
+    return SimulationDoubt(step, course)
 
 
 def widen_covariance(fit: Fit, instrument: Instrument) -> Fit:
@@ -88,7 +88,7 @@ def widen_covariance(fit: Fit, instrument: Instrument) -> Fit:
 def _shift(
     fit: Fit,
     problem: Problem,
-    point: Point,
+    point: SearchPoint,
     known: FloatArray,
     finer: Sequence[Measurement],
 ) -> FloatArray:

@@ -14,7 +14,7 @@ from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.chained import NEAR, Chained
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Felt, Motion, motion
+from tissue_probe.diagnosis.observation.motion import MotionEstimate, MotionInformation, motion
 from tissue_probe.diagnosis.observation.noise import FAINT, Noise, faint
 from tissue_probe.signals import FloatArray
 
@@ -59,11 +59,13 @@ def _has_moved(new: Measurement, old: Measurement) -> bool:
 
 
 def _estimate_motion(
-    measurement: Measurement, known: Motion | None, noise: Noise, residual: FloatArray
+    measurement: Measurement, known: MotionEstimate | None, noise: Noise, residual: FloatArray
 ) -> Measurement:
     if known is None or not isinstance(noise, Chained) or noise.memory.size:
         return measurement
-    shown = Felt(residual, measurement.position, noise.taps, np.hypot(noise.own, noise.beside))
+    shown = MotionInformation(
+        residual, measurement.position, noise.taps, np.hypot(noise.own, noise.beside)
+    )
     told = motion(known.samples, known.noise, shown).surer(known.share)
     return replace(measurement, position=told.position, motion=told, noise=Noise(noise.own))
 
@@ -92,7 +94,7 @@ def add_position_noise(fit: Fit, instrument: Instrument) -> list[Measurement]:
     ]
 
 
-def _noise(problem: Problem, fit: Fit, index: int, motion: Motion) -> Noise:
+def _noise(problem: Problem, fit: Fit, index: int, motion: MotionEstimate) -> Noise:
     measurement, random = fit.measurements[index], np.random.default_rng(0)
     position, white = measurement.position, Noise(measurement.noise.own)
     values, start = fit.values, fit.starts[index]

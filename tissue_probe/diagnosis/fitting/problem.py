@@ -37,7 +37,7 @@ SHORTEST = 1e-8
 RESTING = 1e-4
 
 
-class Begin(NamedTuple):
+class StartPrior(NamedTuple):
     """The prior of the states at a first sample: mean and precision.
 
     ``precision``, shape (n, n), is the inverse of their covariance.
@@ -166,7 +166,7 @@ class Problem:
             place = self.runs.places[numbers.index(number)][contact]
             self.nominal[place], self.deviation[place] = np.min(positions), np.ptp(positions)
 
-    def begin(self, values: FloatArray) -> list[Begin]:
+    def begin(self, values: FloatArray) -> list[StartPrior]:
         """Return the prior of the states at the start of each measurement."""
         begins = []
         for index, measurement in enumerate(self.measurements):
@@ -197,7 +197,7 @@ class Problem:
             if not still:  # a branch holds its memory times the speed
                 felt = np.maximum(extent.speed / rates[forgetting], shortest)
                 deviation[forgetting] = np.minimum(deviation[forgetting], felt)
-            begins.append(Begin(z, deviation, alike / np.multiply.outer(deviation, deviation)))
+            begins.append(StartPrior(z, deviation, alike / np.multiply.outer(deviation, deviation)))
         return begins
 
     def _indentation(self, values: FloatArray, z: FloatArray, position: float) -> float:

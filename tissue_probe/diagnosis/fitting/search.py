@@ -12,7 +12,7 @@ from scipy.linalg.lapack import dposv
 
 from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.outcome import finish_fit
-from tissue_probe.diagnosis.fitting.point import Point, point_at
+from tissue_probe.diagnosis.fitting.point import SearchPoint, point_at
 from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.sharing import Numbers
 from tissue_probe.signals import BoolArray, FloatArray
@@ -41,7 +41,7 @@ DRAWN, PRESSED = 0.25, 1.1
 
 
 def _solve(
-    problem: Problem, point: Point, damping: float
+    problem: Problem, point: SearchPoint, damping: float
 ) -> tuple[FloatArray, list[FloatArray], float]:
     """Return values and starts after one damped Gauss-Newton step, and the cost it promises.
 
@@ -82,7 +82,7 @@ def _solution(matrix: FloatArray, right: FloatArray) -> FloatArray:
     return np.linalg.lstsq(matrix, right, rcond=1e-13)[0] if failed else solution
 
 
-def _bounds(problem: Problem, point: Point) -> tuple[FloatArray, FloatArray]:
+def _bounds(problem: Problem, point: SearchPoint) -> tuple[FloatArray, FloatArray]:
     """Return how far values may go, and starts where the probe is not at rest.
 
     Where it is, coarse steps of the encoder may hide how far from rest it seems to begin; but a
@@ -172,7 +172,7 @@ def search(
         return None if point is None else _descend(problem, point, bar or Bar())
 
 
-def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
+def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> Fit:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
     for step in range(MOST_STEPS):
         values, starts, promised = _solve(problem, point, damping)
@@ -200,12 +200,12 @@ def _descend(problem: Problem, point: Point, bar: Bar) -> Fit:
     return finish_fit(problem, point, settled)
 
 
-def _least(point: Point) -> float:
+def _least(point: SearchPoint) -> float:
     """Return the gain below which a cost counts as settled."""
     return max(SETTLED_SHARE * point.cost, SETTLED)
 
 
-def _is_lowest(problem: Problem, point: Point) -> bool:
+def _is_lowest(problem: Problem, point: SearchPoint) -> bool:
     """Whether a step that is not damped would gain little.
 
     Along a valley that only a tolerance of the rig closes a damped step goes hardly anywhere; and

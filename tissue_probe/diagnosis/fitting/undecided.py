@@ -18,7 +18,7 @@ from tissue_probe.diagnosis.fitting.fit import Fit
 from tissue_probe.diagnosis.fitting.problem import Problem
 from tissue_probe.diagnosis.observation.instrument import Instrument
 from tissue_probe.diagnosis.observation.measurement import Measurement
-from tissue_probe.diagnosis.observation.motion import Motion
+from tissue_probe.diagnosis.observation.motion import MotionEstimate
 from tissue_probe.signals import BoolArray
 
 #: Errors drawn: a sample that switches in a fifth of them is found in 97 of 100 cases.
@@ -47,7 +47,9 @@ def find_undecided(fit: Fit, instrument: Instrument) -> list[BoolArray]:
     return found
 
 
-def _find_undecided_samples(problem: Problem, fit: Fit, index: int, motion: Motion) -> BoolArray:
+def _find_undecided_samples(
+    problem: Problem, fit: Fit, index: int, motion: MotionEstimate
+) -> BoolArray:
     """Return the samples whose output changes far more than usual with the position's noise.
 
     Errors are as large as the samples leave them possible: that they are smaller elsewhere tells

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.inspection.information import (
     ENOUGH,
@@ -109,7 +109,7 @@ def inspect(
         findings += check_times(np.asarray(time, dtype=np.float64), sample_period)
     if np.count_nonzero(known) < FEWEST:
         return Inspection(tuple(findings))
-    u, f = (Channel(*named) for named in _bridge_missing(position, force, known))
+    u, f = (InspectedChannel(*named) for named in _bridge_missing(position, force, known))
     findings += _check_information(u, f, known, sample_period)
     if beyond := list(check_size(u, f)):
         return Inspection((*findings, *beyond))
@@ -137,7 +137,7 @@ def _check_known(known: np.ndarray, sample_period: float) -> Iterator[Finding]:
 
 
 def _check_information(
-    position: Channel, force: Channel, known: np.ndarray, sample_period: float
+    position: InspectedChannel, force: InspectedChannel, known: np.ndarray, sample_period: float
 ) -> Iterator[Finding]:
     """Yield ``too_short`` where the samples of something that moves do not tell its stiffness."""
     deviation = stiffness_deviation(position.values, force.values, sample_period, known)

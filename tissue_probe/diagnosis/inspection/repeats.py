@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import erf
 
 from tissue_probe.diagnosis.chance import binomial_from
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.signals import FloatArray, IntArray
 
 CHANCE = 1e-4
@@ -30,15 +30,15 @@ SHORTEST = 3  # equal samples in a row that count as a run
 
 
 @dataclass(frozen=True)
-class Runs:
+class EqualRuns:
     """Runs of equal samples: where each begins, and how many samples it has; shape (k,)."""
 
     first: IntArray
     length: IntArray
 
-    def __getitem__(self, chosen: NDArray[np.bool_]) -> Runs:
+    def __getitem__(self, chosen: NDArray[np.bool_]) -> EqualRuns:
         """Select runs by a mask."""
-        return Runs(self.first[chosen], self.length[chosen])
+        return EqualRuns(self.first[chosen], self.length[chosen])
 
     def spans(self) -> tuple[tuple[int, int], ...]:
         """Return (first, stop) of each."""
@@ -48,15 +48,17 @@ class Runs:
         )
 
 
-def runs(values: FloatArray) -> Runs:
+def runs(values: FloatArray) -> EqualRuns:
     """Return the runs of at least 3 equal samples."""
     bounds = np.flatnonzero(np.diff(values) != 0.0) + 1
     first = np.concatenate([[0], bounds])
     length = np.diff(np.concatenate([first, [values.size]]))
-    return Runs(first, length)[length >= SHORTEST]
+    return EqualRuns(first, length)[length >= SHORTEST]
 
 
-def find_clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
+def find_clipped(
+    channel: InspectedChannel, other: InspectedChannel
+) -> list[tuple[float, EqualRuns]]:
     """Return the limits at which a channel was cut off, each with its runs there.
 
     Noise makes the extreme value a rare one: then pairs of neighbours that share it are counted
@@ -81,7 +83,7 @@ def find_clipped(channel: Channel, other: Channel) -> list[tuple[float, Runs]]:
     return found
 
 
-def find_stuck(channel: Channel, other: Channel) -> Runs:
+def find_stuck(channel: InspectedChannel, other: InspectedChannel) -> EqualRuns:
     """Return the runs in which a channel repeated a value instead of measuring.
 
     Parameters
@@ -99,7 +101,7 @@ def find_stuck(channel: Channel, other: Channel) -> Runs:
     return equal[(by_chance | _jumps(channel, equal)) & _moves(other, equal)]
 
 
-def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _turns(channel: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs that a motion comes to and leaves gently: the seeming noise elsewhere is none.
 
     That is by one step, or by no more than it moves beyond.
@@ -122,11 +124,11 @@ def _turns(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
     return turns
 
 
-def _equal_neighbours(channel: Channel) -> float:
+def _equal_neighbours(channel: InspectedChannel) -> float:
     return float(erf(channel.grain / (2.0 * np.sqrt(2.0) * channel.noise)))
 
 
-def _rare_pairs(channel: Channel, limit: float, there: Runs) -> bool:
+def _rare_pairs(channel: InspectedChannel, limit: float, there: EqualRuns) -> bool:
     """Whether neighbours share the limit more often than noise has them."""
     at_limit = int(np.count_nonzero(channel.values == limit))
     pairs = int(np.sum(there.length - 1))
@@ -137,7 +139,7 @@ def _rare_pairs(channel: Channel, limit: float, there: Runs) -> bool:
     return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < CHANCE
 
 
-def _corners(channel: Channel, other: Channel, there: Runs) -> bool:
+def _corners(channel: InspectedChannel, other: InspectedChannel, there: EqualRuns) -> bool:
     """Whether a channel without noise comes to a limit, and leaves it, as only clipping does.
 
     A parabola that stays within one step for L samples has, 2 samples outside, a slope of at most
@@ -152,7 +154,7 @@ def _corners(channel: Channel, other: Channel, there: Runs) -> bool:
     return bool(np.any(fast & (there.length > SHORTEST) & _moves(other, there)))
 
 
-def _jumps(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _jumps(channel: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs that end by a jump over the motion that the neighbours say was missed.
 
     The jump is larger than the steps about it, as L samples were missed; but not larger than L such
@@ -171,7 +173,7 @@ def _jumps(channel: Channel, equal: Runs) -> NDArray[np.bool_]:
         return (jump > least) & (jump > 2.5 * slope) & (jump < 4.0 * (equal.length + 1) * slope)
 
 
-def _slopes(values: FloatArray, equal: Runs, skip: int = 0) -> tuple[FloatArray, FloatArray]:
+def _slopes(values: FloatArray, equal: EqualRuns, skip: int = 0) -> tuple[FloatArray, FloatArray]:
     """Return the mean change a sample over the 4 samples before and after each run, unsigned.
 
     NaN where the record has no so many; ``skip`` samples next to the run's end are left out.
@@ -185,7 +187,7 @@ def _slopes(values: FloatArray, equal: Runs, skip: int = 0) -> tuple[FloatArray,
     return before, after
 
 
-def _moves(other: Channel, equal: Runs) -> NDArray[np.bool_]:
+def _moves(other: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:
     """Mark runs during which the other channel does not stand still."""
     least = max(3.0 * other.step, 8.0 * other.noise, 1e-4 * other.span)
     return np.array(

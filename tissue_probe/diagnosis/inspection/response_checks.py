@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.coarse_response import (
     CoarseResponse,
     best_lag,
@@ -44,7 +44,7 @@ WIDEST = 0.5
 """Travel of no probe [m]."""
 
 
-def check_size(position: Channel, force: Channel) -> Iterator[Finding]:
+def check_size(position: InspectedChannel, force: InspectedChannel) -> Iterator[Finding]:
     """Yield ``suspicious_units`` of values with which nothing can be computed."""
     for channel in (position, force):
         largest = np.abs(channel.values).max()
@@ -66,8 +66,8 @@ FEW_A_CYCLE = (
 
 
 def check_response(
-    position: Channel,
-    force: Channel,
+    position: InspectedChannel,
+    force: InspectedChannel,
     sample_period: float,
     times: float = 1.0,
     drives: Quantity = POSITION,
@@ -87,7 +87,7 @@ def check_response(
         yield found
 
 
-def _cycle(position: Channel) -> float:
+def _cycle(position: InspectedChannel) -> float:
     """Return how many samples a cycle of the strongest oscillation has."""
     values = position.values - position.values.mean()
     strongest = int(np.argmax(np.abs(np.fft.rfft(values * np.hanning(values.size)))))
@@ -95,7 +95,11 @@ def _cycle(position: Channel) -> float:
 
 
 def _response(
-    position: Channel, force: Channel, sample_period: float, times: float, drives: Quantity
+    position: InspectedChannel,
+    force: InspectedChannel,
+    sample_period: float,
+    times: float,
+    drives: Quantity,
 ) -> Iterator[Finding]:
     yield from _check_units(position, force)
     if np.std(force.values) < 1.3 * force.noise:
@@ -129,13 +133,13 @@ def _response(
     )
 
 
-def _ends_pressed(channel: Channel) -> int:
+def _ends_pressed(channel: InspectedChannel) -> int:
     """Return 1 or -1 where a record ends far above or below where it begins; else 0."""
     moved = float(np.mean(channel.values[-ENDS:]) - channel.values[0])
     return int(np.sign(moved)) if abs(moved) > HALF * channel.span else 0
 
 
-def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
+def _check_units(position: InspectedChannel, force: InspectedChannel) -> Iterator[Finding]:
     stiffness = np.std(force.values / force.span) / np.std(position.values / position.span)
     stiffness *= force.span / position.span
     if not SOFTEST < stiffness < STIFFEST:
@@ -152,7 +156,7 @@ def _check_units(position: Channel, force: Channel) -> Iterator[Finding]:
         )
 
 
-def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> int:
+def _lag(both, found: CoarseResponse, force: InspectedChannel, sample_period: float) -> int:
     """Return a lag [samples] that explains the force far better than none; 0 if none does."""
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
@@ -166,7 +170,7 @@ def _lag(both, found: CoarseResponse, force: Channel, sample_period: float) -> i
 
 
 def _measure_unexplained(
-    position: Channel, force: Channel, sample_period: float
+    position: InspectedChannel, force: InspectedChannel, sample_period: float
 ) -> tuple[float, float]:
     """Return the share of the force that nothing passive explains, with its sign and the other."""
     return tuple(

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tissue_probe.diagnosis.inspection.channel import Channel
+from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.diagnosis.inspection.disturbances import LONGEST
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.residuals.noise_floor import FELT, noise_beside_steps
@@ -69,7 +69,9 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
         )
 
 
-def check_sampling(position: Channel, force: Channel, sample_period: float) -> Iterator[Finding]:
+def check_sampling(
+    position: InspectedChannel, force: InspectedChannel, sample_period: float
+) -> Iterator[Finding]:
     """Yield the faults of a channel by itself.
 
     ``constant_position``, ``constant_force``, ``no_motion``, ``low_rate``, ``coarse_encoder``,
@@ -99,7 +101,7 @@ def check_sampling(position: Channel, force: Channel, sample_period: float) -> I
         yield Finding("one_way", ONE_WAY)
 
 
-def _goes_one_way(position: Channel) -> bool:
+def _goes_one_way(position: InspectedChannel) -> bool:
     """Whether the position goes on in one direction, without rests that would tell time alone."""
     blocks = np.array_split(position.values, min(BLOCKS, position.values.size))
     ways = np.diff([block.mean() for block in blocks]) / position.span
@@ -107,7 +109,7 @@ def _goes_one_way(position: Channel) -> bool:
     return bool(abs(np.sign(ways) @ going) == going.sum() > (1.0 - RESTS) * ways.size)
 
 
-def _stands_still(position: Channel, force: Channel) -> bool:
+def _stands_still(position: InspectedChannel, force: InspectedChannel) -> bool:
     """Whether the position moves within its resolution, or as noise that the force does not see.
 
     A motion sampled too slowly looks like noise in the position alone. A step in the first samples,
@@ -121,7 +123,7 @@ def _stands_still(position: Channel, force: Channel) -> bool:
     return bool(quiet and lasting_range(position.values, LONGEST) < 2.0 * SUDDEN * noise)
 
 
-def _measure_likeness(position: Channel, force: Channel) -> float:
+def _measure_likeness(position: InspectedChannel, force: InspectedChannel) -> float:
     """Return how alike the force is to position, speed and acceleration together, from 0 to 1.
 
     A sample and its two neighbours tell these three.
@@ -136,7 +138,7 @@ def _measure_likeness(position: Channel, force: Channel) -> float:
     return float(np.linalg.norm(told)) / size if size else 0.0
 
 
-def _answers(position: Channel, force: Channel) -> bool:
+def _answers(position: InspectedChannel, force: InspectedChannel) -> bool:
     """Whether the force jumps where the position does: a step that is commanded, with no encoder.
 
     Where an encoder turns from one count to the next the force changes as it does elsewhere.
@@ -148,7 +150,7 @@ def _answers(position: Channel, force: Channel) -> bool:
     return bool(np.median(np.abs(change[moves])) > SUDDEN * np.sqrt(np.mean(change[~moves] ** 2)))
 
 
-def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
+def _check_rate(position: InspectedChannel, sample_period: float) -> Iterator[Finding]:
     """Look where 99 % of the displacement's energy lies below."""
     centred = position.values - position.values.mean()
     energy = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
@@ -163,7 +165,7 @@ def _check_rate(position: Channel, sample_period: float) -> Iterator[Finding]:
         )
 
 
-def _goes_evenly(position: Channel) -> bool:
+def _goes_evenly(position: InspectedChannel) -> bool:
     """Whether the steps are those of an even motion: hardly a move is longer than the one before.
 
     Rounding makes the moves of a ramp uneven: it is not a whole number of steps from one sample to
@@ -174,7 +176,7 @@ def _goes_evenly(position: Channel) -> bool:
     return bool(np.count_nonzero(uneven) < UNEVEN * np.count_nonzero(moves))
 
 
-def _check_encoder(position: Channel) -> Iterator[Finding]:
+def _check_encoder(position: InspectedChannel) -> Iterator[Finding]:
     steps = position.span / position.step if position.step else np.inf
     if steps < FEWEST_STEPS and not _goes_evenly(position):
         yield Finding(

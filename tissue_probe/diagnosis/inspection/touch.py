@@ -38,7 +38,7 @@ ROUNDED = 1e-12
 
 
 @dataclass(frozen=True)
-class Touch:
+class FirstTouch:
     """The first touch.
 
     Attributes
@@ -56,7 +56,7 @@ class Touch:
     zero: float
 
 
-def first_touch(position: FloatArray, force: FloatArray, noise: float) -> Touch | None:
+def first_touch(position: FloatArray, force: FloatArray, noise: float) -> FirstTouch | None:
     """Find where a record that begins in the air first feels the tissue; None where it does not.
 
     In the air the force is the same wherever the tip is, and its zero drifts slowly at the most; in
@@ -84,7 +84,9 @@ def _first_way(position: FloatArray, back: float) -> int:
     return int(np.argmax(position[:until])) + 1
 
 
-def _find_touch(position: FloatArray, force: FloatArray, until: int, noise: float) -> Touch | None:
+def _find_touch(
+    position: FloatArray, force: FloatArray, until: int, noise: float
+) -> FirstTouch | None:
     """Find a touch before a sample."""
     changed = _change(position[:until], force[:until])
     if changed is None:
@@ -107,7 +109,7 @@ def _find_touch(position: FloatArray, force: FloatArray, until: int, noise: floa
     rises = float(force[after - FEWEST : after].mean() - course(time[last]))
     if not (abs(slope) + 2.0 * doubt) * way < FLAT * rises:
         return None
-    return Touch(last, float(position[last]), _zero(force[: last + 1], usual))
+    return FirstTouch(last, float(position[last]), _zero(force[: last + 1], usual))
 
 
 def _zero(force: FloatArray, noise: float) -> float:

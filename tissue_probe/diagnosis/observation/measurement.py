@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tissue_probe.diagnosis.observation.motion import Motion
+from tissue_probe.diagnosis.observation.motion import MotionEstimate
 from tissue_probe.diagnosis.observation.noise import UNKNOWN, Noise
 from tissue_probe.diagnosis.observation.resampling import AS_MEASURED, Resampling
 from tissue_probe.diagnosis.residuals.noise_floor import (
@@ -109,7 +109,7 @@ class Measurement:
     used: BoolArray | None = None
     output: Quantity = FORCE
     misread: FloatArray | None = None
-    motion: Motion | None = None
+    motion: MotionEstimate | None = None
     input_noise: float = np.nan
     coil_gain: float = np.nan
     notes: tuple[str, ...] = ()

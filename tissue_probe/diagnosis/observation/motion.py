@@ -41,7 +41,7 @@ ANGLES = (np.arange(2000) + 0.5) * np.pi / 2000
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionEstimate:
     """The estimate of a motion whose samples are noisy.
 
     Attributes
@@ -70,11 +70,11 @@ class Motion:
             else self.samples
         )
 
-    def since(self, first: int) -> Motion:
+    def since(self, first: int) -> MotionEstimate:
         """Return the same from a sample on."""
-        return Motion(self.samples[first:], self.noise, self.calmness[first:], self.share)
+        return MotionEstimate(self.samples[first:], self.noise, self.calmness[first:], self.share)
 
-    def surer(self, share: float) -> Motion:
+    def surer(self, share: float) -> MotionEstimate:
         """Return the same with errors of the position that are so many times as large."""
         return replace(self, share=share * self.share)
 
@@ -112,7 +112,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Felt:
+class MotionInformation:
     """The information of another channel on the same motion, by a fitted model.
 
     Attributes
@@ -134,7 +134,9 @@ class Felt:
     noise: float
 
 
-def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motion:
+def motion(
+    samples: FloatArray, noise: float, felt: MotionInformation | None = None
+) -> MotionEstimate:
     """Tell the motion from its samples: smooth at rest, and free to move where it moves.
 
     The jerk is white noise whose strength changes along the record and is told from the motion (an
@@ -155,7 +157,7 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     """
     alone, _ = _strength(samples, samples, noise, np.zeros(ANGLES.size))
     if felt is None:
-        return Motion(samples, noise, alone)
+        return MotionEstimate(samples, noise, alone)
     weight = (noise / felt.noise) ** 2
     through = np.convolve(felt.position, felt.taps, mode="same")
     told = samples + weight * np.convolve(felt.residual + through, felt.taps[::-1], mode="same")
@@ -164,7 +166,7 @@ def motion(samples: FloatArray, noise: float, felt: Felt | None = None) -> Motio
     both, found = _strength(samples, told, noise, weight * np.abs(turned) ** 2, by_force)
     departs = uniform_filter1d(((found - samples) / noise) ** 2, ALIKE, mode="nearest") > DEPARTS
     near = maximum_filter1d(departs, 2 * ALIKE + 1)
-    return Motion(
+    return MotionEstimate(
         samples, noise, np.where(sliding_window_view(near, JERK.size).any(axis=1), alone, both)
     )
 

@@ -85,7 +85,7 @@ def is_settled(fit: Fit, lowest: float) -> bool:
 
 
 @dataclass(frozen=True)
-class Look:
+class CoarseLook:
     """Fewer samples, to compute a start's promise, and the factor from their cost to that of all.
 
     Most of the time goes into promises, and they only put starts in order.
@@ -95,7 +95,7 @@ class Look:
     scale: float
 
     @classmethod
-    def at(cls, base: Fit, instrument: Instrument) -> Look:
+    def at(cls, base: Fit, instrument: Instrument) -> CoarseLook:
         """Take no more samples than are needed of each measurement of a fit."""
         few = tuple(each.approximate().thin_samples() for each in base.measurements)
         problem = Problem(base.composition, few, instrument)
@@ -109,7 +109,7 @@ _Proposal = tuple[float, FloatArray, list[FloatArray]]
 
 
 @dataclass(frozen=True)
-class Begin:
+class SearchStart:
     """Where a search may begin: the cost that one step promises, values, and states at the start.
 
     ``best`` are the most promising, in order; ``direct`` says that a strength was among the
@@ -125,7 +125,7 @@ class Begin:
         return self.best[0][0]
 
 
-class Candidate:
+class SoughtEffect:
     """One effect, in one form of it, that is sought beside a fitted model."""
 
     def __init__(
@@ -133,7 +133,7 @@ class Candidate:
         base: Fit,
         effect: Effect,
         instrument: Instrument,
-        look: Look,
+        look: CoarseLook,
         values: Sequence[Values],
     ) -> None:
         self.base, self.effect, self.values = base, effect, values
@@ -142,12 +142,12 @@ class Candidate:
         #: The objects that fits hold, and every process has.
         self.known = list_shared_objects(base, [composition])
         exactly = self.problem.kernel.corrects
-        self.look = Look(base.measurements, 1.0) if exactly else look
+        self.look = CoarseLook(base.measurements, 1.0) if exactly else look
         self.looked_at = Problem(composition, self.look.measurements, instrument)
         #: To be set before anything is searched; a copy of the process may have found it.
-        self.begun = Begin()
+        self.begun = SearchStart()
 
-    def begin(self) -> Begin:
+    def begin(self) -> SearchStart:
         """Return where the search may begin."""
         begun: list[_Proposal] = []
         pairs = list(propose_starts(self.base, self.effect, self.values))
@@ -164,7 +164,9 @@ class Candidate:
         begun.sort(key=lambda each: each[0])
         strength = [parameter.name for parameter in self.effect.parameters[:1]]
         direct = any(strength[0] in proposal for _, proposal in pairs if strength)
-        return Begin([each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct)
+        return SearchStart(
+            [each for each in begun[:FOLLOWED] if each[0] <= WORSE * begun[0][0]], direct
+        )
 
     def _in_each_run(self, proposals: Sequence[_Proposal]) -> list[_Proposal]:
         """Return the most promising values where each of several runs has its own instant.

@@ -24,7 +24,7 @@ CONTRAST = 0.25  # by which a region's share of the error must exceed its share 
 
 
 @dataclass(frozen=True)
-class Region:
+class ResidualRegion:
     """Where the residual stands out.
 
     Parameters
@@ -70,7 +70,7 @@ class Profile:
     edges: FloatArray
     energy: FloatArray
     expected: FloatArray
-    here: Region | None
+    here: ResidualRegion | None
     labels: tuple[str, ...] = ()
 
     @property
@@ -230,7 +230,7 @@ def _region(
     width: FloatArray | NDArray[np.int_],
     noise: float,
     circular: bool = False,
-) -> Region | None:
+) -> ResidualRegion | None:
     """Return the run of bins of largest contrast, or None; see `localise`."""
     bins = energy.size
     beyond = energy.sum() - expected.sum()
@@ -254,7 +254,7 @@ def _region(
     chance = bins**2 * chi_squared_beyond(energy[run].sum() / noise**2, samples)
     if chance > SIGNIFICANCE:
         return None
-    return Region(
+    return ResidualRegion(
         float(edges[run[0]]),
         float(edges[run[-1] + 1]),
         float(energy[run].sum() / expected[run].sum()),

@@ -18,7 +18,7 @@ from scipy.spatial.distance import cdist
 
 from tissue_probe.errors import ParameterError
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
-from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, Found
+from tissue_probe.mapping.posterior.found import LEAST_PROBABILITY, LINK, FoundInclusion
 from tissue_probe.mapping.posterior.prior import LOG_CONTRAST, LOG_RADIUS, X, Y
 from tissue_probe.mapping.posterior.sampled import LEAST_SITES, Sampled
 from tissue_probe.mapping.posterior.shape import metric
@@ -205,7 +205,7 @@ def _relevant(sampled: Sampled, sought: Sought) -> tuple[np.ndarray, FloatArray,
     return state[large], each[large][:, [X, Y]], count.size
 
 
-def _distances(places: FloatArray, found: list[Found]) -> FloatArray:
+def _distances(places: FloatArray, found: list[FoundInclusion]) -> FloatArray:
     """Return how far places [mm] are from each inclusion's nearest part [mm]; (places, found)."""
     far = np.empty((len(places), len(found)))
     for column, one in zip(far.T, found, strict=True):
@@ -238,7 +238,7 @@ def _open(
     return told
 
 
-def _boundary_sd(one: Found) -> float:
+def _boundary_sd(one: FoundInclusion) -> float:
     """Return the standard deviation of the boundary along rays from the middle, rms [mm]."""
     rows, count, _ = one.some(_MEMBERS)
     reach = np.zeros((count.size, _RAYS))
@@ -248,7 +248,10 @@ def _boundary_sd(one: Found) -> float:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _reaches(rows, count, x, y, out):
-    """Write how far the boundary is from a place [mm] along rays; rows as ``Found.some`` has."""
+    """Write how far the boundary is from a place [mm] along rays.
+
+    The rows are those of ``FoundInclusion.some``.
+    """
     for state in range(count.size):
         for part in range(count[state]):
             row = rows[state, part]

@@ -49,7 +49,7 @@ _ANYWHERE, _ANY_CONTRAST = 0.3, 0.5
 KINDS, _RESHAPES = 6, 3
 
 
-class Region(NamedTuple):
+class SitesRegion(NamedTuple):
     """Where sites and inclusions may be [mm].
 
     ``sx``, ``sy`` are the sites, ``spacing`` their distance, ``box`` a rectangle around all (least
@@ -65,7 +65,7 @@ class Region(NamedTuple):
     area: float
 
 
-class State(NamedTuple):
+class ChainState(NamedTuple):
     """Inclusions, shape (MOST, PARAMETERS), and what follows from them at the sites.
 
     ``shapes`` and ``excesses`` are g and e of each inclusion, ``sum_felt`` is 1 + sum e g, ``r``
@@ -519,7 +519,7 @@ def changed_one(state, count, kind, beta, region, scratch):
 def begin_state(inclusions, count, kinds, Q, y, region):
     """Return the state of inclusions and of the kinds of errors of sites."""
     n = y.size
-    state = State(
+    state = ChainState(
         inclusions, np.zeros((MOST, n)), np.zeros(MOST), np.ones(n), np.empty(n), np.empty(n),
         kinds, np.empty((n, n)), np.empty(1),
     )  # fmt: skip

@@ -14,9 +14,9 @@ from tissue_probe.mapping.polygon import Polygon
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.boundary import MEMBERS, boundaries, share_inside
 from tissue_probe.mapping.posterior.check import LEAST, predictive_probability
-from tissue_probe.mapping.posterior.doubt import Doubt
+from tissue_probe.mapping.posterior.doubt import SiteDoubt
 from tissue_probe.mapping.posterior.felt_surface import sums_at, surface_of
-from tissue_probe.mapping.posterior.found import Found
+from tissue_probe.mapping.posterior.found import FoundInclusion
 from tissue_probe.mapping.posterior.hidden import could_hide
 from tissue_probe.mapping.posterior.process import LEVELS, map_of_process
 from tissue_probe.mapping.posterior.results import (
@@ -28,7 +28,7 @@ from tissue_probe.mapping.posterior.results import (
     SurfaceFelt,
     TissueBackground,
 )
-from tissue_probe.mapping.posterior.sampled import FORM, LEAST_SITES, Felt, Sampled
+from tissue_probe.mapping.posterior.sampled import FORM, LEAST_SITES, FeltSites, Sampled
 from tissue_probe.mapping.posterior.sampling import AGREEMENT, States
 from tissue_probe.mapping.sites import Sites
 from tissue_probe.signals import FloatArray
@@ -139,7 +139,7 @@ def read_out(
     )
 
 
-def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
+def _notes(felt: FeltSites, disagreement: float, probability: float) -> list[str]:
     told = _contradictions(felt)
     places = len(felt.visits)
     if places < LEAST_SITES:
@@ -169,7 +169,7 @@ def _notes(felt: Felt, disagreement: float, probability: float) -> list[str]:
     return told
 
 
-def _contradictions(felt: Felt) -> list[str]:
+def _contradictions(felt: FeltSites) -> list[str]:
     """Say where visits of one place differ by far more than their errors."""
     told = []
     for rows in felt.visits:
@@ -185,7 +185,7 @@ def _contradictions(felt: Felt) -> list[str]:
     return told
 
 
-def _describe_doubt(one: Doubt, felt: Felt) -> str:
+def _describe_doubt(one: SiteDoubt, felt: FeltSites) -> str:
     hangs = "is felt by one site" if one.alone else "is none if one site slipped"
     return (
         f"the inclusion at the site at x {felt.x[one.row]:.4g} mm, y {felt.y[one.row]:.4g} mm, "
@@ -195,7 +195,12 @@ def _describe_doubt(one: Doubt, felt: Felt) -> str:
 
 
 def _inclusion(
-    one: Found, felt_by: int, mean: FloatArray, sd: FloatArray, x: FloatArray, y: FloatArray
+    one: FoundInclusion,
+    felt_by: int,
+    mean: FloatArray,
+    sd: FloatArray,
+    x: FloatArray,
+    y: FloatArray,
 ) -> Inclusion:
     centre = one.centre
     row, column = (int(np.abs(axis - at).argmin()) for axis, at in ((y, centre[1]), (x, centre[0])))
@@ -212,7 +217,7 @@ def _inclusion(
     )
 
 
-def _tissue(states: States, background: Background, felt: Felt) -> TissueBackground:
+def _tissue(states: States, background: Background, felt: FeltSites) -> TissueBackground:
     """Return the background: of each state the trend, less what its inclusions add; their median.
 
     A site alone may lie on an inclusion or not, and states differ by that: their spread is in the

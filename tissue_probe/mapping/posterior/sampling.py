@@ -12,7 +12,7 @@ import numpy as np
 
 from tissue_probe.mapping.posterior.background import Background
 from tissue_probe.mapping.posterior.chain import run
-from tissue_probe.mapping.posterior.moves import Region
+from tissue_probe.mapping.posterior.moves import SitesRegion
 from tissue_probe.mapping.posterior.prior import MOST, PARAMETERS
 from tissue_probe.signals import FloatArray, IntArray
 
@@ -96,7 +96,7 @@ class Chains:
     """
 
     def __init__(
-        self, y: FloatArray, region: Region, background: Background, outliers: FloatArray
+        self, y: FloatArray, region: SitesRegion, background: Background, outliers: FloatArray
     ) -> None:
         self._data = (y, region, background.precision, background.log_weight, outliers)
         self._seeds = np.random.default_rng(_digest(y, region.sx, region.sy))

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from tissue_probe.recording.columns import cells
-from tissue_probe.recording.columns.find_table import Found, Row
+from tissue_probe.recording.columns.find_table import FoundTable, Row
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
@@ -42,7 +42,7 @@ class ChannelLabels:
     """
 
     path: Path
-    found: Found
+    found: FoundTable
     tags: Tags
     decimal: str
 
@@ -156,7 +156,9 @@ class ChannelLabels:
         return {name: (each - first) / NANOSECONDS for name, each in instants.items()}
 
 
-def channel_labels(path: Path, rows: Sequence[Row], found: Found, decimal: str) -> ChannelLabels:
+def channel_labels(
+    path: Path, rows: Sequence[Row], found: FoundTable, decimal: str
+) -> ChannelLabels:
     """Return the channels' labels in the rows above a table; none where it is no .lvm file.
 
     Parameters

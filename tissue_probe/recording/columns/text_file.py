@@ -23,9 +23,15 @@ import numpy as np
 from tissue_probe.recording.columns import cells
 from tissue_probe.recording.columns.blocks import Blocks
 from tissue_probe.recording.columns.bounds import check_rows
-from tissue_probe.recording.columns.cells import Kind
+from tissue_probe.recording.columns.cells import CellKind
 from tissue_probe.recording.columns.channel_labels import ChannelLabels, channel_labels
-from tissue_probe.recording.columns.find_table import Found, Row, Run, find_table, longest_run
+from tissue_probe.recording.columns.find_table import (
+    FoundTable,
+    NumericRows,
+    Row,
+    find_table,
+    longest_run,
+)
 from tissue_probe.recording.columns.source import Columns, Loaded, Progress
 from tissue_probe.recording.errors import RecordingError
 
@@ -197,9 +203,9 @@ def _dialect(path: Path, encoding: str) -> tuple[list[Row], Dialect]:
     raise RecordingError(f"{path} is not a table: no line in it has two numbers side by side")
 
 
-def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, Run] | None:
+def _best(lines: Sequence[str], encoding: str) -> tuple[list[Row], Dialect, NumericRows] | None:
     """Return rows, dialect and table of lines, for the best dialect; None where none fits."""
-    best: tuple[list[Row], Dialect, Run] | None = None
+    best: tuple[list[Row], Dialect, NumericRows] | None = None
     for separator in SEPARATORS:
         for decimal in (".", ","):
             dialect = Dialect(encoding, separator, decimal)
@@ -234,7 +240,7 @@ class _Reading:
         self,
         path: Path,
         dialect: Dialect,
-        found: Found,
+        found: FoundTable,
         rows: Sequence[Row],
         names: Sequence[str],
         labels: ChannelLabels,
@@ -247,9 +253,9 @@ class _Reading:
         self._places = [found.names.index(name) for name in names]
         first = [r for r in rows[found.first :] if len(r.cells) == found.width and not r.comment]
         self._timed = [
-            any(cells.kind(row.cells[place], dialect.decimal) is Kind.TIME for row in first)
+            any(cells.kind(row.cells[place], dialect.decimal) is CellKind.TIME for row in first)
             and not any(
-                cells.kind(row.cells[place], dialect.decimal) is Kind.NUMBER for row in first
+                cells.kind(row.cells[place], dialect.decimal) is CellKind.NUMBER for row in first
             )
             for place in self._places
         ]
@@ -296,7 +302,7 @@ class _Reading:
         if text.count('"') % 2:
             return True
         cells_of = self._dialect.split(text)
-        begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not Kind.TEXT
+        begins = cells_of and cells.kind(cells_of[0], self._dialect.decimal) is not CellKind.TEXT
         short = len(cells_of) < self._found.width or len(text) < self._shortest
         return bool(begins) and short
 
