@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 import tissue_probe as tp
-from tissue_probe.analysis.asked import ITEMS, NAMED
+from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME
 from tissue_probe.analysis.question import Asked, question
 from tissue_probe.cli import app
 from tissue_probe.cli.asked import Asked as Options
@@ -16,7 +16,7 @@ from tissue_probe.workbench.refused import RequestRefused
 
 
 def test_python_takes_and_explains_all_that_is_declared():
-    assert set(Asked.__annotations__) == set(NAMED)
+    assert set(Asked.__annotations__) == set(ITEMS_BY_NAME)
     for function in (tp.compare, tp.diagnose, tp.improve, tp.promises):
         shown = inspect.signature(function).parameters
         said = " ".join(inspect.getdoc(function).split())

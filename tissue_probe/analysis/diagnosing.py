@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 #: Where an effect shows in the difference of two recordings only, such as dry friction at one speed
 #: in each.
-TOGETHER = Finding(
+SHOWN_TOGETHER = Finding(
     "together",
     "The model that explains the first recording does not explain the others, so all were fitted "
     "together: no recording is left to try the result on. The result holds if specimen, site and "
@@ -319,7 +319,7 @@ def _diagnose_measurements(
         progress("the model does not carry over: all recordings are fitted together")
         together = search_effects([*taken, *tried], [])
         if together.verdict == "missing":
-            diagnosis = replace(together, findings=(TOGETHER, *together.findings))
+            diagnosis = replace(together, findings=(SHOWN_TOGETHER, *together.findings))
             fitted, validated = Measurements((*fitted.parts, *validated.parts)), Measurements(())
             taken = [*taken, *tried]
     notes = (*put.notes, *(finding.sentence for finding in diagnosis.findings))

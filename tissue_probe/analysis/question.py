@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from tissue_probe import arguments as take
-from tissue_probe.analysis.asked import ITEMS, NAMED, Item
+from tissue_probe.analysis.asked import ITEMS, ITEMS_BY_NAME, Item
 from tissue_probe.analysis.choices import Course, RigChoice, Starts, TissueName
 from tissue_probe.analysis.segments import Segment, segments
-from tissue_probe.diagnosis.observation.instrument import FLICKER, Instrument
+from tissue_probe.diagnosis.observation.instrument import FLICKER_NAME, Instrument
 from tissue_probe.errors import ParameterError
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.fitted_model import FittedModel
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Values of the tissue that may be known: zeros say that there is none.
-TISSUE = ("stiffness", "damping")
+KNOWN_TISSUE = ("stiffness", "damping")
 
 Constants = Mapping[str, "float | tuple[float, float]"]
 """A constant's value, or value and standard deviation, by its name [SI units]."""
@@ -201,7 +201,7 @@ def question(**asked: Unpack[Asked]) -> ModelQuestion:
         said.get("course", "auto"),
         odds,
         said.get("without", ()),
-        {name: value for name, value in said.items() if _is_said(NAMED[name], value)},
+        {name: value for name, value in said.items() if _is_said(ITEMS_BY_NAME[name], value)},
     )
     if begun.effect_files or found.prior or found.without:
         _ = found.library  # a file that cannot be used is told before anything is fitted
@@ -346,17 +346,17 @@ def _instrument(rig: Rig, known: bool, constants: Constants) -> Instrument:
             raise ParameterError(
                 f"`constant` {name}: its standard deviation is {deviation:g}; give 0 or more"
             )
-        if name == FLICKER:
+        if name == FLICKER_NAME:
             if not 0.0 <= value < math.inf:
                 raise ParameterError(
                     f"`constant` {name}: give its rms in newtons, 0 or more, not {value:g}"
                 )
             flicker_noise = value
             continue
-        if name not in (*values, *TISSUE):
+        if name not in (*values, *KNOWN_TISSUE):
             raise ParameterError(
                 f"`constant` {name}: {name} is no constant of {rig}; "
-                f"give one of {', '.join((*values, *TISSUE, FLICKER))}"
+                f"give one of {', '.join((*values, *KNOWN_TISSUE, FLICKER_NAME))}"
             )
         (entry,) = Composition(rig).entries([name])
         # How large it may be depends on the record; which sign it has, does not.

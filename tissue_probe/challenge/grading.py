@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from tissue_probe.challenge.instrumental import SPOILT
+from tissue_probe.challenge.instrumental import SPOILING_EFFECTS
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.simulator import EFFECTS, LIBRARY
 
@@ -219,7 +219,7 @@ def kind_of(answer: Mapping[str, Any]) -> HiddenKind:
         return HiddenKind.absorbed
     if effects[0] in OUTSIDE:
         return HiddenKind.outside
-    return HiddenKind.spoilt if effects[0] in SPOILT else HiddenKind.one
+    return HiddenKind.spoilt if effects[0] in SPOILING_EFFECTS else HiddenKind.one
 
 
 def _mark_one(marks: Grade, effects: list[str], diagnosis: GradedDiagnosis) -> None:

@@ -78,7 +78,7 @@ INSTRUMENTAL: dict[str, HiddenEffect] = {
 }
 """Effects of the library that lie in the channels, by name."""
 
-SPOILT: dict[str, HiddenEffect] = {
+SPOILING_EFFECTS: dict[str, HiddenEffect] = {
     "adc_saturation": HiddenEffect("converter", _adc_saturation, 5e-3, 0.15, 0.4),
     "stuck_samples": HiddenEffect("converter", _stuck_samples, 5.0, 20.0, 50.0),
 }

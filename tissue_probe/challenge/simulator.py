@@ -14,22 +14,27 @@ import numpy as np
 from tissue_probe.challenge.case import Case
 from tissue_probe.challenge.change import Change, HiddenEffect, log_uniform
 from tissue_probe.challenge.coil import Coil
-from tissue_probe.challenge.instrument import FORCE_NOISE, SAMPLE_RATE, InstrumentErrors, pink_noise
-from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILT
+from tissue_probe.challenge.instrument import (
+    CHALLENGE_RATE,
+    FORCE_NOISE,
+    InstrumentErrors,
+    pink_noise,
+)
+from tissue_probe.challenge.instrumental import INSTRUMENTAL, SPOILING_EFFECTS
 from tissue_probe.challenge.measured import Measured
 from tissue_probe.challenge.mechanical import MECHANICAL
 from tissue_probe.challenge.outside import OUTSIDE
 from tissue_probe.challenge.specimen import Specimen
 from tissue_probe.challenge.strength import Hidden, hide
 from tissue_probe.challenge.tolerances import Tolerances
-from tissue_probe.challenge.trajectory import DURATIONS, LINES, Kind, Trajectory
+from tissue_probe.challenge.trajectory import DURATIONS, MULTISINE_LINES, Kind, Trajectory
 from tissue_probe.errors import ParameterError
 from tissue_probe.signals import FloatArray
 
 LIBRARY: dict[str, HiddenEffect] = {**MECHANICAL, **INSTRUMENTAL}
 """Effects that a diagnosis should name."""
 
-EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILT}
+EFFECTS: dict[str, HiddenEffect] = {**LIBRARY, **OUTSIDE, **SPOILING_EFFECTS}
 """Everything that can be hidden, by name."""
 
 Rig = Literal["exact", "tolerant"]
@@ -48,7 +53,7 @@ class SimulatedRecord:
     time: FloatArray
     position: FloatArray
     force: FloatArray
-    sample_period: float = 1.0 / SAMPLE_RATE
+    sample_period: float = 1.0 / CHALLENGE_RATE
 
 
 @dataclass(frozen=True)
@@ -214,7 +219,7 @@ def _trajectories(
 
 
 def _trajectory(random: np.random.Generator, kind: str, duration: float, coil: Coil) -> Trajectory:
-    phases = tuple(random.uniform(0.0, 2.0 * np.pi, LINES).tolist())
+    phases = tuple(random.uniform(0.0, 2.0 * np.pi, MULTISINE_LINES).tolist())
     return Trajectory(kind, random.uniform(0.8e-3, 1.2e-3), duration, phases=phases, coil=coil)
 
 
@@ -250,7 +255,7 @@ def _measure(case: Case, random: np.random.Generator) -> SimulatedRecord:
     noise = FORCE_NOISE * random.standard_normal(count)
     noise += case.instrument.pink_noise * pink_noise(count, random)
     position, force = case.measure(noise)
-    return SimulatedRecord(np.arange(count) / SAMPLE_RATE, position, force)
+    return SimulatedRecord(np.arange(count) / CHALLENGE_RATE, position, force)
 
 
 def _parameters(change: Change) -> dict[str, Any]:

@@ -17,12 +17,12 @@ from tissue_probe.challenge.tolerances import Tolerances
 SEARCH_RATE = 8_000
 """Steps a second while searching [Hz]; the challenge itself is simulated at 40 kHz."""
 
-TOLERANCE = 0.02  # of the logarithm of the excess
-TRIALS = 12
+STRENGTH_TOLERANCE = 0.02  # of the logarithm of the excess
+STRENGTHS_TRIED = 12
 ABSORBED = 1.05
 """Ratio below which an effect counts as absorbed by the Kelvin-Voigt model."""
 
-SHOWN = 1.2
+FAINTEST_RATIO = 1.2
 """Ratio that an effect leaves at least, if any strength does."""
 
 
@@ -90,7 +90,7 @@ def _reach(ratio: Callable[[float], float], effect: HiddenEffect, target: float)
 
     low, place, high = np.log([effect.weakest, effect.typical, effect.strongest])
     slope, errors = 1.0, {place: excess(place)}
-    while abs(errors[place]) > TOLERANCE and len(errors) < TRIALS:
+    while abs(errors[place]) > STRENGTH_TOLERANCE and len(errors) < STRENGTHS_TRIED:
         low, high = (place, high) if errors[place] < 0.0 else (low, place)
         following = float(np.clip(place - errors[place] / slope, low, high))
         if following in errors:  # beyond what is known to be too weak or too strong
@@ -101,6 +101,6 @@ def _reach(ratio: Callable[[float], float], effect: HiddenEffect, target: float)
         rise = (errors[following] - errors[place]) / (following - place)
         slope, place = float(np.clip(rise, 0.3, 10.0)), following
     # Some effects set in with a jump: rather one that shows too well than one that does not.
-    faintest = 0.5 * np.log((SHOWN**2 - 1.0) / (target**2 - 1.0))
+    faintest = 0.5 * np.log((FAINTEST_RATIO**2 - 1.0) / (target**2 - 1.0))
     shown = [place for place, error in errors.items() if error >= faintest]
     return float(np.exp(min(shown or errors, key=lambda place: abs(errors[place]))))

@@ -32,7 +32,7 @@ Number = Annotated[
 
 
 #: Models that are less probable are not told.
-WORTH_TELLING = 1e-3
+LEAST_TOLD = 1e-3
 
 
 class _Entry(BaseModel):
@@ -537,7 +537,7 @@ def _models(diagnosis: Diagnosis) -> list[Model]:
             heldout_rmse=diagnosis.heldout(fit),
         )
         for number, (fit, probability) in enumerate(every)
-        if number < len(told.likely) or probability > WORTH_TELLING
+        if number < len(told.likely) or probability > LEAST_TOLD
     ]
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.diagnosis.fitting.fit import Fit
-from tissue_probe.diagnosis.fitting.problem import CONTACT, Problem
+from tissue_probe.diagnosis.fitting.problem import CONTACT_NAME, Problem
 from tissue_probe.diagnosis.fitting.runs import of_part
 from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.diagnosis.observation.instrument import Instrument
@@ -18,10 +18,10 @@ from tissue_probe.quantities import SIDE
 
 #: Standard deviations from which on a value is told as one of the instrument's: one in a thousand
 #: is by chance.
-ELSEWHERE = 3.3
+SURE_DEVIATIONS = 3.3
 #: The effect that is a constant of the force.
 BIAS = "force_bias"
-SAME = (
+ZERO_OR_PLACE = (
     "{}The force's zero is {:.3g} N off, or the position's zero {:.4g} mm: one and the same in "
     "this recording; the stiffness does not depend on it."
 )
@@ -62,7 +62,7 @@ class FoundInstrumentValue:
 def instrument_values(fit: Fit, instrument: Instrument) -> tuple[FoundInstrumentValue, ...]:
     """Return the values of the instrument that a fit found."""
     problem = Problem(fit.composition, fit.measurements, instrument)
-    unknown = instrument.any_zero and instrument.constants.get(CONTACT, (0.0, 0.0))[1] > 0.0
+    unknown = instrument.any_zero and instrument.constants.get(CONTACT_NAME, (0.0, 0.0))[1] > 0.0
     touches = _touches(fit, problem) if instrument.free_touch or unknown else []
     return (*touches, *_of_parts(fit, problem), *_of_channels(fit, problem))
 
@@ -72,15 +72,15 @@ def findings(values: tuple[FoundInstrumentValue, ...]) -> list[Finding]:
 
     Effects on a channel are named by the verdict.
     """
-    told = [each for each in values if each.name == CONTACT or each.part is not None]
-    told = [each for each in told if abs(each.value) > ELSEWHERE * each.deviation]
+    told = [each for each in values if each.name == CONTACT_NAME or each.part is not None]
+    told = [each for each in told if abs(each.value) > SURE_DEVIATIONS * each.deviation]
     return [Finding("instrument", _sentence(each)) for each in told]
 
 
 def _touches(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
     """Return the place of touch of each run."""
     runs, deviations = problem.runs, fit.deviations()
-    contact = fit.composition.kernel.values.index(CONTACT)
+    contact = fit.composition.kernel.values.index(CONTACT_NAME)
     found = []
     for number in range(runs.count):
         first = runs.numbers.index(number)
@@ -89,7 +89,9 @@ def _touches(fit: Fit, problem: Problem) -> list[FoundInstrumentValue]:
         same = () if np.isnan(force) else (BIAS,)
         source = fit.measurements[first].source
         found.append(
-            FoundInstrumentValue(CONTACT, "m", source, None, value, deviations[name], same, force)
+            FoundInstrumentValue(
+                CONTACT_NAME, "m", source, None, value, deviations[name], same, force
+            )
         )
     return found
 
@@ -144,5 +146,5 @@ def _sentence(found: FoundInstrumentValue) -> str:
     if found.part is not None:
         return PART.format(told, found.part, found.value, doubt)
     if found.degenerate_with:
-        return SAME.format(told, found.force, 1e3 * found.value)
+        return ZERO_OR_PLACE.format(told, found.force, 1e3 * found.value)
     return PLACE.format(told, 1e3 * found.value, 1e3 * doubt)

@@ -17,18 +17,18 @@ from tissue_probe.reproduction.finding import (
 )
 
 # 440 N/m is the value of eq. 42 for EcoFlex 00-10; the damping fits the axis of figure 7b.
-EXPERIMENT = SineExperiment(((0.0, SimulatedTissue(440.0, 5.0)),))
+BASELINE = SineExperiment(((0.0, SimulatedTissue(440.0, 5.0)),))
 
 
 @cache
 def run() -> Runs:
     """Run every filter on the experiment."""
-    return {each: each.run(EXPERIMENT) for each in EVERY}
+    return {each: each.run(BASELINE) for each in EVERY}
 
 
 def fig7() -> Reproduction:
     """Draw stiffness, damping and covariance trace from the start."""
-    runs, truth = run(), EXPERIMENT.truth()
+    runs, truth = run(), BASELINE.truth()
     found = [_findings(name, known) for name, known in zip(("k", "β"), truth, strict=True)]
     trace = {each: f"{estimates.covariance_trace[-1]:.2g}" for each, estimates in runs.items()}
     last = ReproducedQuantity(
@@ -37,7 +37,7 @@ def fig7() -> Reproduction:
         f"EKF {trace[EKF]}, AFEKF {trace[AFEKF]}",
         trace[ROBUST],
     )
-    figure = draw_runs(EXPERIMENT.time, runs, truth, list(LABELS))
+    figure = draw_runs(BASELINE.time, runs, truth, list(LABELS))
     return Reproduction(figure, (*found[0], *found[1], last))
 
 
@@ -64,7 +64,7 @@ def _findings(symbol: str, known: np.ndarray) -> tuple[ReproducedQuantity, Repro
 
 def fig8() -> Reproduction:
     """Draw the predicted force beside the measured one."""
-    force, time = EXPERIMENT.samples().force, EXPERIMENT.time
+    force, time = BASELINE.samples().force, BASELINE.time
     figure, axes = panels(["force [N]", "predicted - measured [N]"], "time [s]")
     whole, difference = axes.values()
     whole.plot(time, force, color="0.7", linewidth=4.0, label="measured")

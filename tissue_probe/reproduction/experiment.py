@@ -19,7 +19,7 @@ SAMPLE_PERIOD = 5e-4  # s; 2 kHz, section III-D
 TIP_MASS, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING = 0.04, 9700.0, 0.8  # SI; section IV-A
 FORCE_NOISE = 0.005  # N; the root of v_t, section V-A
 ENCODER_RESOLUTION = 1e-7  # m
-AMPLITUDE = 2.3e-3  # m; makes 1 N on the tissue of the baseline, as in figure 8
+PAPER_AMPLITUDE = 2.3e-3  # m; makes 1 N on the tissue of the baseline, as in figure 8
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class SineExperiment:
     tissues: tuple[tuple[float, SimulatedTissue], ...]
     duration: float = 1.0
     frequency: float = 10.0
-    amplitude: float = AMPLITUDE
+    amplitude: float = PAPER_AMPLITUDE
     lead: float = 0.0
     seed: int = 0
 

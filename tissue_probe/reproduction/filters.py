@@ -26,7 +26,7 @@ PAPER = EstimatorSettings(
 # Unsure of the tissue, and sure that the tip rests. The paper does not tell its prior; where
 # measuring begins in the midst of a motion, filters with this one fail at high frequencies only, as
 # the paper's do.
-WIDE = PAPER.model_copy(
+UNSURE_OF_TISSUE = PAPER.model_copy(
     update={
         "stiffness_prior_sd": 1e4,
         "damping_prior_sd": 20.0,

@@ -19,7 +19,7 @@ from tissue_probe.reproduction.filters import (
     EVERY,
     ROBUST,
     UKF,
-    WIDE,
+    UNSURE_OF_TISSUE,
     ShownFilter,
     exact,
     paper_filters,
@@ -33,9 +33,9 @@ AVERAGED = 200  # samples of the moving average, section V-A
 FAILED = (0.2, 0.5)  # of the true stiffness, of the true damping
 # Not stated; fits the axes of figure 9.
 SILICONE = SimulatedTissue(330.0, 2.0, relaxing_stiffness=400.0, relaxation_rate=60.0)
-WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(WIDE)
+WIDE_UKF, WIDE_EKF, WIDE_AFEKF = paper_filters(UNSURE_OF_TISSUE)
 #: Where in a period of the coil, which has moved for half a second, measuring begins.
-STARTS = tuple((i + 0.25) / 12.0 for i in range(12))
+PERIOD_STARTS = tuple((i + 0.25) / 12.0 for i in range(12))
 
 
 def join_experiment(tissue: SimulatedTissue, frequency: float, start: float) -> SineExperiment:
@@ -48,7 +48,8 @@ def join_experiment(tissue: SimulatedTissue, frequency: float, start: float) -> 
 def sweep(tissue: SimulatedTissue, of: ShownFilter) -> FloatArray:
     """Return k, beta and trace after one second, shape (3, starts, frequencies)."""
     found = [
-        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES] for s in STARTS
+        [_after_one_second(of, join_experiment(tissue, f, s)) for f in FREQUENCIES]
+        for s in PERIOD_STARTS
     ]
     return np.moveaxis(found, 2, 0)
 
@@ -73,7 +74,7 @@ def fig15() -> Reproduction:
     told = ", ".join(f"{each.estimator.upper()} {_failures(LIVER, each)}" for each in filters)
     told += f"; EKF with the exact step {_failures(LIVER, reference)}"
     failures = ReproducedQuantity(
-        f"k wrong by 20 % or β by 50 %, of {len(STARTS) * len(FREQUENCIES)} runs",
+        f"k wrong by 20 % or β by 50 %, of {len(PERIOD_STARTS) * len(FREQUENCIES)} runs",
         "above 15 Hz EKF and AFEKF, not UKF",
         told,
         _failures(LIVER, ROBUST),
@@ -129,7 +130,7 @@ def _failures(tissue: SimulatedTissue, of: ShownFilter) -> str:
 def fig16() -> Reproduction:
     """Draw the force at 30 Hz, of the start from which the paper's EKF goes farthest astray."""
     stiffness = sweep(LIVER, WIDE_EKF)[0, :, -1]
-    worst = STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
+    worst = PERIOD_STARTS[np.argmax(np.abs(stiffness - LIVER.at(FREQUENCIES[-1])[0]))]
     experiment = join_experiment(LIVER, FREQUENCIES[-1], worst)
     force, time = experiment.samples().force, experiment.time
     figure, axes = panels(["force [N]"], "time [s]")

@@ -9,7 +9,7 @@ from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction, 
 
 LIFTED, LOWERED = 4.0, 6.0  # s; four seconds on either tissue, section V-D
 # The values are not stated; these fit the axes of the figure.
-EXPERIMENT = SineExperiment(
+LIFTED_PROBE = SineExperiment(
     (
         (0.0, SimulatedTissue(1600.0, 30.0)),
         (LIFTED, NO_CONTACT),
@@ -21,8 +21,8 @@ EXPERIMENT = SineExperiment(
 
 def fig11() -> Reproduction:
     """Draw stiffness, damping and covariance trace through both changes."""
-    runs, truth = {each: each.run(EXPERIMENT) for each in EVERY}, EXPERIMENT.truth()
-    samples = round(LOWERED / EXPERIMENT.time[1])
+    runs, truth = {each: each.run(LIFTED_PROBE) for each in EVERY}, LIFTED_PROBE.truth()
+    samples = round(LOWERED / LIFTED_PROBE.time[1])
     findings = []
     for symbol, name, known in zip(("k", "β"), ("stiffness", "damping"), truth, strict=True):
         values = {each: getattr(estimates, name) for each, estimates in runs.items()}
@@ -38,5 +38,5 @@ def fig11() -> Reproduction:
                     time[ROBUST],
                 )
             )
-    figure = draw_runs(EXPERIMENT.time, runs, truth, list(LABELS))
+    figure = draw_runs(LIFTED_PROBE.time, runs, truth, list(LABELS))
     return Reproduction(figure, tuple(findings))

@@ -11,7 +11,7 @@ from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction, 
 
 # Not stated; near the axes of figures 14 and 15. Each place is as much stiffer or softer.
 LIVER = SimulatedTissue(2000.0, 1.0, relaxing_stiffness=1700.0, relaxation_rate=190.0)
-PLACES = (0.9, 0.95, 1.0, 1.05, 1.1)
+LIVER_PLACES = (0.9, 0.95, 1.0, 1.05, 1.1)
 
 
 def place(share: float, seed: int) -> SineExperiment:
@@ -24,7 +24,7 @@ def place(share: float, seed: int) -> SineExperiment:
 
 def fig14() -> Reproduction:
     """Draw median and range over the places."""
-    experiments = [place(share, seed) for seed, share in enumerate(PLACES)]
+    experiments = [place(share, seed) for seed, share in enumerate(LIVER_PLACES)]
     figure, axes = panels(list(LABELS), "time [s]")
     spreads, times = {}, {}
     for each in EVERY:
@@ -33,7 +33,7 @@ def fig14() -> Reproduction:
             band(panel, experiments[0].time, [getattr(run, name) for run in runs], each)
         last = np.array([run.stiffness[-1] for run in runs])
         spreads[each] = f"{last.mean():.0f} ± {last.std():.0f} N/m"
-        middle = len(PLACES) // 2
+        middle = len(LIVER_PLACES) // 2
         times[each] = describe_settling(runs[middle].stiffness, experiments[middle].truth()[0])
     stiffness, damping = np.mean([experiment.truth() for experiment in experiments], axis=(0, 2))
     axes["stiffness"].set_ylim(-0.25 * stiffness, 1.8 * stiffness)

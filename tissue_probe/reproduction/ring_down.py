@@ -19,17 +19,17 @@ from tissue_probe.reproduction.experiment import (
 from tissue_probe.reproduction.finding import ReproducedQuantity, Reproduction
 
 KICK = 8e-3  # m/s of the tip; makes 0.15 N, as in the figure
-TIME = np.arange(round(0.2 / SAMPLE_PERIOD)) * SAMPLE_PERIOD
+RING_TIMES = np.arange(round(0.2 / SAMPLE_PERIOD)) * SAMPLE_PERIOD
 
 
 def fig6() -> Reproduction:
     """Draw the force after an impulse, and the fit."""
-    noise = FORCE_NOISE * np.random.default_rng(0).standard_normal(TIME.size)
-    force = ring_down(TIME, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING, TIP_MASS, KICK) + noise
+    noise = FORCE_NOISE * np.random.default_rng(0).standard_normal(RING_TIMES.size)
+    force = ring_down(RING_TIMES, LOAD_CELL_STIFFNESS, LOAD_CELL_DAMPING, TIP_MASS, KICK) + noise
     found = fit_ring_down(force, SAMPLE_PERIOD, TIP_MASS)
     figure, axes = panels(["force [N]"], "time [s]")
-    axes["force [N]"].plot(TIME, force, color="0.65", linewidth=3.0, label="measured")
-    fitted = axes["force [N]"].plot(TIME[found.begin :], found.fitted, label="fit")[0]
+    axes["force [N]"].plot(RING_TIMES, force, color="0.65", linewidth=3.0, label="measured")
+    fitted = axes["force [N]"].plot(RING_TIMES[found.begin :], found.fitted, label="fit")[0]
     fitted.set(color="#0072B2", linestyle="--")
     legend(figure)
     stiffness = f"{found.stiffness:.0f} ± {found.stiffness_deviation:.0f} N/m"

@@ -14,11 +14,11 @@ from typing import Any
 
 from tissue_probe.workbench.pages import Pages
 from tissue_probe.workbench.refused import RequestRefused
-from tissue_probe.workbench.watching import MAP
+from tissue_probe.workbench.watching import MAP_KIND
 from tissue_probe.workbench.worker import DONE, FRAME
 
 #: Longest wait for an answer to a command [s]: a little more than the nodes are waited for.
-ANSWER = 15.0
+LONGEST_ANSWER = 15.0
 
 
 class LiveListener:
@@ -58,7 +58,7 @@ class LiveListener:
                 content = await process.stdout.readexactly(size)
                 if kind == DONE:
                     self._hand_answer(json.loads(content))
-                elif kind == MAP:
+                elif kind == MAP_KIND:
                     self.map = content
                     self._pages.tell_bytes("live_map", content)
                 else:
@@ -82,7 +82,7 @@ class LiveListener:
         self._waiting[number] = answer = asyncio.get_running_loop().create_future()
         try:
             self._process.stdin.write(json.dumps(line).encode() + b"\n")
-            told = await asyncio.wait_for(answer, ANSWER)
+            told = await asyncio.wait_for(answer, LONGEST_ANSWER)
         except (TimeoutError, asyncio.CancelledError, ConnectionError):
             raise RequestRefused("the nodes do not answer") from None
         finally:

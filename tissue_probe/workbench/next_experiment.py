@@ -18,7 +18,7 @@ from tissue_probe.workbench.refused import RequestRefused
 #: Width of the plot; of more columns there would be several a pixel.
 PIXELS = 1500
 #: Models that are drawn: a plot of more lines cannot be read.
-MOST = 3
+MODELS_DRAWN = 3
 
 
 def next_experiment(
@@ -38,7 +38,7 @@ def next_experiment(
         raise RequestRefused("no excitation would tell more")
     fit = result.found.ladder.base
     rate = 1.0 / fit.measurements[0].sample_period
-    rivals = dict(list(result.rivals.items())[:MOST])
+    rivals = dict(list(result.rivals.items())[:MODELS_DRAWN])
     signals: dict[str, NDArray[Any]] = {}
     for number, model in enumerate(rivals.values()):
         made = tp.simulate(

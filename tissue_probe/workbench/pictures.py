@@ -27,7 +27,7 @@ Arrays = dict[str, NDArray[Any]]
 Picture = tuple[dict[str, Any], Arrays]
 Spans = list[tuple[float, float]]
 #: Views that are kept: rungs of a long ladder, on both recordings.
-KEPT = 24
+VIEWS_KEPT = 24
 #: Rows of brushed samples that are told: more are narrower than a pixel each.
 SPANS = 2000
 
@@ -164,7 +164,7 @@ class Pictures:
             view = compared.view(asked.stretch)
             self._views[key] = view, _spans(~view.used, view.sample_period)
         self._views.move_to_end(key)
-        while len(self._views) > KEPT:
+        while len(self._views) > VIEWS_KEPT:
             self._views.popitem(last=False)
         return self._views[key]
 

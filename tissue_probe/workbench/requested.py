@@ -16,13 +16,13 @@ from tissue_probe.workbench.question import checked_question
 from tissue_probe.workbench.refused import RequestRefused
 
 #: Longest request [characters]: effects of one's own are typed, and take some hundred lines.
-LONGEST = 2**20
+LONGEST_REQUEST = 2**20
 #: No page is wider, nor any plot on one.
-WIDEST = 8192
+WIDEST_PAGE = 8192
 #: The largest number that a ROS message holds of rows or columns.
 UINT32 = 2**32 - 1
 
-Pixels = Annotated[int, Field(ge=1, le=WIDEST)]
+Pixels = Annotated[int, Field(ge=1, le=WIDEST_PAGE)]
 Layout = Annotated[dict[str, Any], AfterValidator(checked_layout)]
 Stated = Annotated[dict[str, Any], AfterValidator(checked_question)]
 Axis = Literal["time", "indentation", "speed", "phase"]
@@ -195,12 +195,14 @@ def parse_request(text: str | bytes) -> dict[str, Any]:
     Raises
     ------
     Refused
-        If it is none, or longer than ``LONGEST``.
+        If it is none, or longer than ``LONGEST_REQUEST``.
     """
     if isinstance(text, bytes):
         raise RequestRefused("a request is text, and not bytes")
-    if len(text) > LONGEST:
-        raise RequestRefused(f"a request has {LONGEST} characters at most; this has {len(text)}")
+    if len(text) > LONGEST_REQUEST:
+        raise RequestRefused(
+            f"a request has {LONGEST_REQUEST} characters at most; this has {len(text)}"
+        )
     return as_object(text, "a request")
 
 

@@ -19,15 +19,23 @@ from tissue_probe.workbench.desk import Desk
 from tissue_probe.workbench.opened import Opened
 from tissue_probe.workbench.refused import RequestRefused
 from tissue_probe.workbench.requested import Layout, Stated
-from tissue_probe.workbench.uploads import LARGEST, plain
+from tissue_probe.workbench.uploads import LARGEST_UPLOAD, plain
 
 VERSION = 1
 #: The file's ending, and its member that tells the rest.
 ENDING, MEMBER = ".workbench", "desk.json"
 #: Errors of reading an archive that is damaged, locked or packed in an unknown way.
-DAMAGED = (OSError, ValueError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile)
+ARCHIVE_ERRORS = (
+    OSError,
+    ValueError,
+    KeyError,
+    RuntimeError,
+    EOFError,
+    zlib.error,
+    zipfile.BadZipFile,
+)
 #: Most bytes of a member that is text: names and some hundred numbers, or a program of one's own.
-LONGEST = 2**20
+LONGEST_MEMBER = 2**20
 
 
 class StateFile(Declared):
@@ -168,21 +176,21 @@ def unpacked_state(path: Path, folder: Path) -> dict[str, Any]:
             own = [_text(archive, name) for name in told["effects"]]
     except RequestRefused:
         raise
-    except DAMAGED as error:
+    except ARCHIVE_ERRORS as error:
         raise RequestRefused(f"{path.name} is no state of a workbench: {error}") from None
     return {**told, "effects": [], "programs": own}
 
 
 def _text(archive: zipfile.ZipFile, member: str) -> str:
-    if archive.getinfo(member).file_size > LONGEST:
+    if archive.getinfo(member).file_size > LONGEST_MEMBER:
         raise RequestRefused(f"this is no state of a workbench: {member} is too long")
     return archive.read(member).decode()
 
 
 def _unpack_member(archive: zipfile.ZipFile, member: str, folder: Path) -> Path:
     info = archive.getinfo(member)
-    if info.file_size > LARGEST:
-        raise RequestRefused(f"a recording in it has more than {LARGEST / 1e6:.0f} MB")
+    if info.file_size > LARGEST_UPLOAD:
+        raise RequestRefused(f"a recording in it has more than {LARGEST_UPLOAD / 1e6:.0f} MB")
     folder.mkdir(parents=True, exist_ok=True)
     # By its last part alone: a member's name may point anywhere.
     path = folder / plain(member)

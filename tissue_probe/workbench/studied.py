@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from tissue_probe.analysis.asked import NAMED
+from tissue_probe.analysis.asked import ITEMS_BY_NAME
 from tissue_probe.studies.dataset import Dataset
 from tissue_probe.studies.exclusion import left_out
 from tissue_probe.studies.key import key_of_question
@@ -50,7 +50,7 @@ class Studied:
         """The study's statements on the model, as a page states them: those that the desk knows."""
         known = {each.name for each in fields(Asked)}
         return {
-            name: _as_stated(NAMED[name].kind, given)
+            name: _as_stated(ITEMS_BY_NAME[name].kind, given)
             for name, given in self.plan.question.items()
             if name in known and given is not None
         }

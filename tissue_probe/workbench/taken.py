@@ -19,7 +19,7 @@ from tissue_probe.workbench.requests import Requests
 from tissue_probe.workbench.state import ENDING, packed_state
 
 #: Of each file its type, told to the browser.
-KINDS = {
+TAKEN_TYPES = {
     "model.yaml": "application/yaml",
     "report.html": "text/html",
     "map.html": "text/html",
@@ -31,12 +31,12 @@ KINDS = {
 async def take(request: Request) -> Response:
     """Answer a request for one of the files."""
     name, requests = request.path_params["name"], request.app.state.requests
-    if name not in KINDS:
-        told = f"there is no {name} to take away; there are {', '.join(KINDS)}\n"
+    if name not in TAKEN_TYPES:
+        told = f"there is no {name} to take away; there are {', '.join(TAKEN_TYPES)}\n"
         return PlainTextResponse(told, status_code=404)
     content = await _content(name, requests)
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    return Response(content, media_type=KINDS[name], headers=headers)
+    return Response(content, media_type=TAKEN_TYPES[name], headers=headers)
 
 
 async def _content(name: str, requests: Requests) -> bytes:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tissue_probe.analysis.effect_pages.simulated import DriveMotion, force, rig_for, typical
-from tissue_probe.diagnosis.advice.separation import EXPERIMENTS
+from tissue_probe.diagnosis.advice.separation import PROBE_EXPERIMENTS
 from tissue_probe.diagnosis.advice.visibility import SEEN
 from tissue_probe.physics.composition import Composition
 from tissue_probe.physics.effects import Effect
@@ -24,7 +24,7 @@ from tissue_probe.signals import FloatArray
 #: recording has: a load cell of a laboratory, 0.1 % of some newtons.
 NOISE = 2e-3
 #: Share of a value by which it is moved to take the derivative.
-STEP = 0.02
+DERIVATIVE_STEP = 0.02
 #: Another effect takes the place of one where it leaves less than this share of the plain model's
 #: residual: it then explains 90 % of the square.
 PASSES = 0.3
@@ -87,7 +87,7 @@ def outcomes(library: Mapping[str, Effect]) -> dict[str, tuple[Outcome, ...]]:
         All effects; each is compared with the others that its rig admits and that do not contain
         it.
     """
-    motions = [DriveMotion(*each) for each in EXPERIMENTS]
+    motions = [DriveMotion(*each) for each in PROBE_EXPERIMENTS]
     rigs = {name: rig_for(effect) for name, effect in library.items()}
     changes = {
         (rig, number): _changes(rig, motion, library)
@@ -165,14 +165,14 @@ def _changes(rig: Rig, motion: DriveMotion, library: Mapping[str, Effect]) -> _C
 def _derivative(
     model: Composition, values: Mapping[str, float], name: str, motion: DriveMotion, at: FloatArray
 ) -> FloatArray:
-    """Return the change of the force by ``STEP`` of a value."""
+    """Return the change of the force by ``DERIVATIVE_STEP`` of a value."""
     moved = {**values, name: values[name] + _step(values[name])}
     return force(model, moved, motion) - at
 
 
 def _step(value: float) -> float:
     """Return how far a value is moved; one that is 0 by a hundredth of a millimetre or second."""
-    return STEP * value if value else 1e-5
+    return DERIVATIVE_STEP * value if value else 1e-5
 
 
 def _weight(value: float, tolerance: float) -> float:

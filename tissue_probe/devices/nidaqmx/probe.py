@@ -19,7 +19,7 @@ from tissue_probe.devices.calibration import Calibration
 from tissue_probe.devices.device import DeviceError, Samples
 from tissue_probe.devices.nidaqmx.connection import Connection
 from tissue_probe.devices.nidaqmx.decoder import Hctl2032, InterpolatedHctl2032
-from tissue_probe.devices.nidaqmx.encoder import BUFFER_TIME, CounterEncoder, Encoder, LoadCell
+from tissue_probe.devices.nidaqmx.encoder import DAQ_BUFFER_TIME, CounterEncoder, Encoder, LoadCell
 from tissue_probe.devices.nidaqmx.errors import convert_errors
 from tissue_probe.devices.nidaqmx.guard import find_watchdog
 from tissue_probe.devices.nidaqmx.output import (
@@ -249,7 +249,7 @@ class NiDaqmxProbe:
         self._input.timing.cfg_samp_clk_timing(
             settings.sample_rate,
             sample_mode=AcquisitionType.CONTINUOUS,
-            samps_per_chan=round(BUFFER_TIME * settings.sample_rate),
+            samps_per_chan=round(DAQ_BUFFER_TIME * settings.sample_rate),
         )
         self.sample_period = 1.0 / self._input.timing.samp_clk_rate
         self._load_cell = LoadCell(self._input, settings.timeout)

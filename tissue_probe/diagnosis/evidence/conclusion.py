@@ -10,7 +10,12 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from tissue_probe.diagnosis.evidence.adequacy import ROUGHLY, excess_of, leaves_only_noise, removes
-from tissue_probe.diagnosis.evidence.posterior import FORM, SURE, ModelPosterior, posterior
+from tissue_probe.diagnosis.evidence.posterior import (
+    FORM_SHARE,
+    SURE_PROBABILITY,
+    ModelPosterior,
+    posterior,
+)
 from tissue_probe.diagnosis.fitting.fit import Fit
 
 Verdict = Literal["adequate", "missing", "ambiguous", "unexplained"]
@@ -166,7 +171,9 @@ def _family(told: ModelPosterior) -> str | None:
             for effect in fit.composition.effects
             if effect.family == family and effect.name in told.more(fit)
         }
-        if probability >= SURE and all(told.effect(name) < SURE for name in own):
+        if probability >= SURE_PROBABILITY and all(
+            told.effect(name) < SURE_PROBABILITY for name in own
+        ):
             return family
     return None
 
@@ -189,7 +196,7 @@ def _nearest(family: str, told: ModelPosterior) -> Fit | None:
         return None
     removed = told.base.ratio**2 - nearest.ratio**2
     nearly = excess_of(nearest) < 1.0 and removes(told.base, nearest)
-    little = nearly or nearest.ratio**2 - 1.0 <= FORM**2 * removed
+    little = nearly or nearest.ratio**2 - 1.0 <= FORM_SHARE**2 * removed
     return nearest if little or len(told.more(told.models[0])) == 1 else None
 
 

@@ -15,7 +15,7 @@ from tissue_probe.signals import FloatArray
 #: thirty times as wide as without noise, and tells that nothing is known.
 MOSTLY = 0.95
 #: The information of the samples on a direction, over that on the best one: less is rounding.
-LEAST = 1e-12
+LEAST_INFORMATION = 1e-12
 
 
 def covariance(problem: Problem, point: SearchPoint) -> FloatArray:
@@ -57,7 +57,7 @@ def _decompose_information(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
     a direction.
     """
     sizes, directions = np.linalg.eigh(normal)
-    return np.maximum(sizes, LEAST * sizes[-1]), directions
+    return np.maximum(sizes, LEAST_INFORMATION * sizes[-1]), directions
 
 
 def _without(normal: FloatArray, noise: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from tissue_probe.diagnosis.fitting.problem import FARTHEST, Problem
 from tissue_probe.diagnosis.sharing import Numbers
 from tissue_probe.signals import BoolArray, FloatArray
 
-MOST_STEPS = 40
+SEARCH_STEPS = 40
 #: The cost counts as settled where a step lowers it by less than this share, or this much.
 SETTLED_SHARE, SETTLED = 1e-5, 0.02
 #: A step that is damped by more gains little because it is short, and settles nothing.
@@ -31,7 +31,7 @@ LEAST_EXCESS = 0.04
 #: And none in so many first steps that are damped by more than this: as it falls they gain more.
 FIRST, DAMPED = 10, 0.3
 #: Share of its promise that a step is expected to gain, where the last gained less: at a bend.
-KEPT = 0.4
+PROMISE_KEPT = 0.4
 #: Share to which damping falls after a step; and after one that follows a refused one: it falls
 #: faster with each, since in a valley a refused step will be refused again.
 EASE, CAREFUL = 0.1, 0.7
@@ -174,9 +174,9 @@ def search(
 
 def _descend(problem: Problem, point: SearchPoint, bar: Bar) -> Fit:
     damping, ease, settled, gain = 1e-3, EASE, False, np.inf
-    for step in range(MOST_STEPS):
+    for step in range(SEARCH_STEPS):
         values, starts, promised = _solve(problem, point, damping)
-        hoped = max(gain, KEPT * (point.cost - promised))
+        hoped = max(gain, PROMISE_KEPT * (point.cost - promised))
         judged = damping < DAMPED or step >= FIRST
         if judged and bar.out_of_reach(point.cost, hoped):
             break

@@ -20,13 +20,13 @@ from tissue_probe.diagnosis.chance import binomial_from
 from tissue_probe.diagnosis.inspection.channel import InspectedChannel
 from tissue_probe.signals import FloatArray, IntArray
 
-CHANCE = 1e-4
+RARE_CHANCE = 1e-4
 """A pattern that comes more rarely than this by chance, in the whole record, is none of chance."""
 
 GENTLE = 0.3
 """A move by less than this share of the seeming noise, next to larger ones, is smooth."""
 
-SHORTEST = 3  # equal samples in a row that count as a run
+SHORTEST_REPEAT = 3  # equal samples in a row that count as a run
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def runs(values: FloatArray) -> EqualRuns:
     bounds = np.flatnonzero(np.diff(values) != 0.0) + 1
     first = np.concatenate([[0], bounds])
     length = np.diff(np.concatenate([first, [values.size]]))
-    return EqualRuns(first, length)[length >= SHORTEST]
+    return EqualRuns(first, length)[length >= SHORTEST_REPEAT]
 
 
 def find_clipped(
@@ -95,7 +95,7 @@ def find_stuck(channel: InspectedChannel, other: InspectedChannel) -> EqualRuns:
     by_chance = np.zeros(equal.first.size, dtype=bool)
     if channel.noisy:
         by_chance = (
-            channel.values.size * _equal_neighbours(channel) ** (equal.length - 1.0) < CHANCE
+            channel.values.size * _equal_neighbours(channel) ** (equal.length - 1.0) < RARE_CHANCE
         )
         by_chance &= ~_turns(channel, equal)
     return equal[(by_chance | _jumps(channel, equal)) & _moves(other, equal)]
@@ -133,10 +133,10 @@ def _rare_pairs(channel: InspectedChannel, limit: float, there: EqualRuns) -> bo
     at_limit = int(np.count_nonzero(channel.values == limit))
     pairs = int(np.sum(there.length - 1))
     # The extreme of noise lies in its tail, where a second is at most half as likely as usual ...
-    rare = binomial_from(pairs, at_limit, 0.5 * _equal_neighbours(channel)) < CHANCE
+    rare = binomial_from(pairs, at_limit, 0.5 * _equal_neighbours(channel)) < RARE_CHANCE
     # ... and no step of a tail has more samples than the step before it.
     inside = np.abs(channel.values - limit) < 1.5 * channel.step
-    return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < CHANCE
+    return rare or binomial_from(at_limit, int(np.count_nonzero(inside)), 0.5) < RARE_CHANCE
 
 
 def _corners(channel: InspectedChannel, other: InspectedChannel, there: EqualRuns) -> bool:
@@ -151,7 +151,7 @@ def _corners(channel: InspectedChannel, other: InspectedChannel, there: EqualRun
     before, after = _slopes(channel.values, there)
     smooth = 8.0 * (there.length / 2.0 + 2.0) / there.length**2.0
     fast = np.minimum(before, after) > (3.0 * smooth + 0.25) * step
-    return bool(np.any(fast & (there.length > SHORTEST) & _moves(other, there)))
+    return bool(np.any(fast & (there.length > SHORTEST_REPEAT) & _moves(other, there)))
 
 
 def _jumps(channel: InspectedChannel, equal: EqualRuns) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from tissue_probe.diagnosis.inspection.finding import Finding
 from tissue_probe.physics.kinds import LONGEST_DELAY, MOST_EARLY
 from tissue_probe.quantities import POSITION, Quantity
 
-LEFT = 0.25
+UNEXPLAINED_SHARE = 0.25
 """Share of the force (rms) that the right lag leaves unexplained at the most, and none at least."""
 
 BETTER = 0.5
@@ -40,7 +40,7 @@ STIFFEST, SOFTEST = 1e6, 1.0
 HUGE = 1e30
 """Position [m] or force [N] of nothing that is measured; nor is its inverse."""
 
-WIDEST = 0.5
+WIDEST_TRAVEL = 0.5
 """Travel of no probe [m]."""
 
 
@@ -148,7 +148,7 @@ def _check_units(position: InspectedChannel, force: InspectedChannel) -> Iterato
             f"Force over position is {stiffness:.3g} N/m, which hardly any tissue has: are they in "
             "newtons and metres? State the units.",
         )
-    elif position.span > WIDEST:
+    elif position.span > WIDEST_TRAVEL:
         yield Finding(
             "suspicious_units",
             f"The position moves over {position.span:.3g} m, more than a probe can: is it in "
@@ -161,11 +161,11 @@ def _lag(both, found: CoarseResponse, force: InspectedChannel, sample_period: fl
     longest = int(min(LONGEST_LAG / sample_period, force.values.size / 8))
     lag = best_lag(both, longest)
     # A lag that may be fitted as a delay is an effect.
-    if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < LEFT:
+    if -MOST_EARLY < lag * sample_period < LONGEST_DELAY or found.unexplained < UNEXPLAINED_SHARE:
         return 0  # without a lag they belong together, too: damping passes for one of milliseconds
     shifted = coarse_response(both, lag)
     passive = shifted.stiffness * shifted.damping > 0.0
-    right = shifted.unexplained < min(0.5 * found.unexplained, LEFT)
+    right = shifted.unexplained < min(0.5 * found.unexplained, UNEXPLAINED_SHARE)
     return lag if passive and right else 0
 
 
@@ -203,9 +203,9 @@ def _check_sign(
     inertia = -found.stiffness * scale / (2.0 * np.pi * found.frequency) ** 2
     floats = _floats(found)
     wrong = gives_energy or pulls
-    if found.unexplained > LEFT:
+    if found.unexplained > UNEXPLAINED_SHARE:
         given, other = left()
-        wrong = other < (given if wrong else min(BETTER * given, LEFT))
+        wrong = other < (given if wrong else min(BETTER * given, UNEXPLAINED_SHARE))
     if wrong or (floats and inertia > 0.3):
         yield Finding(
             "wrong_polarity",

@@ -16,7 +16,7 @@ from tissue_probe.diagnosis.residuals.noise_floor import FELT, noise_beside_step
 from tissue_probe.diagnosis.transforms import lasting_range
 from tissue_probe.signals import FloatArray
 
-IRREGULAR = 0.05
+IRREGULAR_STEP = 0.05
 """Deviation from even spacing that matters [periods]."""
 
 PER_CYCLE = 8.0
@@ -30,7 +30,7 @@ BLOCKS, RESTS = 50, 0.1
 """Pieces in which the way is looked at; a position rests in a piece that goes by less than a tenth
 of the mean way, and goes one way that rests in no more than a tenth of them."""
 
-ONE_WAY = (
+GOES_ONE_WAY = (
     "The tip goes one way all the time: how the force grows with the depth, and how it changes in "
     "time, look alike here. Go back as well, or hold, to tell them apart."
 )
@@ -60,7 +60,7 @@ def check_times(time: FloatArray, sample_period: float) -> Iterator[Finding]:
             spans=tuple((int(place), int(place) + 2) for place in np.flatnonzero(gaps)),
         )
     off = np.abs(steps[~gaps] - 1.0)
-    if not (off <= IRREGULAR).all():
+    if not (off <= IRREGULAR_STEP).all():
         yield Finding(
             "irregular_sampling",
             f"Steps in time differ by up to {100.0 * np.nanmax(off, initial=0.0):.0f} % from the "
@@ -98,7 +98,7 @@ def check_sampling(
     yield from _check_rate(position, sample_period)
     yield from _check_encoder(position)
     if _goes_one_way(position):
-        yield Finding("one_way", ONE_WAY)
+        yield Finding("one_way", GOES_ONE_WAY)
 
 
 def _goes_one_way(position: InspectedChannel) -> bool:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 #: How many of the proposed starts are followed to the end, and up to how much worse a promise.
 FOLLOWED, WORSE = 3, 2.0
 #: Where even the promise is this many times the best cost, one start is enough.
-FAR = 3.0
+FAR_PROMISE = 3.0
 #: And so it is where an effect of first order promises less than this share.
 LEAST_SHARE = 0.004
 #: Up to how many times the best cost the values near those found are tried.
@@ -48,7 +48,7 @@ ASTRAY = 6.0
 #: And below which residual over noise they are not, if all is explained: there is nothing to gain.
 CLOSE = 1.01
 #: Two searches that end within this factor of each other's cost have found the same: no third.
-SAME = 1.0005
+SAME_COST = 1.0005
 #: How often the values near those found are tried, if each time lowers the cost to this share.
 ROUNDS, BETTER = 3, 0.995
 #: Where a further effect gained nothing, those near are searched that promise less than this share.
@@ -198,7 +198,7 @@ class SoughtEffect:
         for promised, values, _ in proposals:
             known = [begin.mean for begin in self.problem.begin(values)]
             other = self._promise(values, known)
-            if not promised / SAME < other < promised * SAME:
+            if not promised / SAME_COST < other < promised * SAME_COST:
                 begun.append((other, values, known))
         return begun
 
@@ -211,7 +211,7 @@ class SoughtEffect:
         near = begun.direct or begun.promise < least
         costs: dict[tuple[float, ...], float] = {}
         for _, values, starts in begun.best if near else begun.best[:1]:
-            if costs and begun.promise >= FAR * bar.cost:
+            if costs and begun.promise >= FAR_PROMISE * bar.cost:
                 break
             fit = started_anew(self.problem, search(self.problem, values, starts, bar), bar)
             if fit is None:
@@ -220,7 +220,7 @@ class SoughtEffect:
             if fit.cost < enough:
                 return
             own = tuple(values[len(self.base.values) :])
-            if any(cost < SAME * fit.cost for other, cost in costs.items() if other != own):
+            if any(cost < SAME_COST * fit.cost for other, cost in costs.items() if other != own):
                 break
             costs[own] = fit.cost
 

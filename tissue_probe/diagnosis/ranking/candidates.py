@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from tissue_probe.physics.effects import Effect
 
 #: Squared residual over noise at which a further effect needs no other start.
-ENOUGH = 1.04
+ENOUGH_RATIO = 1.04
 
 Tell = Callable[[Fit], None]
 """Told a fit as soon as it is found."""
@@ -186,7 +186,7 @@ def fit_candidates(
     lowest = min([base.cost, needed, *(fit.cost for fit in known)])
     counts = base.cost - 2.0 * RIVAL if leaves_only_noise(base) else np.inf
     bar = Bar(lowest, noise=base.floor if asked else 0.0, most=counts)
-    enough = min(ENOUGH * base.floor, needed) if asked else 0.0
+    enough = min(ENOUGH_RATIO * base.floor, needed) if asked else 0.0
     searches = [(each, _report_fits(each.fits(bar, enough), tell)) for each in candidates]
     fits = _run_searches(searches, bar, enough)
     again, alone = _given_up(candidates, fits, [*fits, *known]), Bar()

@@ -46,7 +46,7 @@ from tissue_probe.signals import FloatArray
 
 _MM = 1e3
 #: Enough for a covariance that is right to a tenth of the two deviations.
-_STATES = 100
+_CHOICE_STATES = 100
 #: Gains that differ by less are not told apart by so many states: of those the nearest is taken.
 #: Were the gain per second to decide among all, the probe would refine the edge of the first nodule
 #: as long as that is near, and reach the others last; the way to them has to be gone once anyway.
@@ -90,7 +90,7 @@ class Travel:
 
 
 #: That of the scan node, as its settings are without being told.
-USUAL = Travel()
+USUAL_TRAVEL = Travel()
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def next_sites(
     start: tuple[float, float] | None = None,
     pending: Sequence[tuple[float, float]] = (),
     unreachable: Sequence[tuple[float, float]] = (),
-    travel: Travel = USUAL,
+    travel: Travel = USUAL_TRAVEL,
     purpose: Purpose = "both",
 ) -> list[NextSite]:
     """Return the next sites, in their order.
@@ -239,7 +239,7 @@ class _QuestionDeviations:
 
     @staticmethod
     def of(sampled: Sampled, within: Polygon, x: FloatArray, y: FloatArray) -> _QuestionDeviations:
-        rows, count, level, kinds = sampled.states.some(_STATES)
+        rows, count, level, kinds = sampled.states.some(_CHOICE_STATES)
         px, py, step = spread(within, _PLACES)
         inside = inside_each(rows, count, _MM * px, _MM * py)
         felt, noise = _expect_background(sampled, rows, count, level, kinds, x, y)

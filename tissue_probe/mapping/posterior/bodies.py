@@ -41,7 +41,7 @@ _LEAST, _MOST = 20, 200
 #: Middles farther apart than so many times both radii are of no parts that touch.
 _FAR = 2.0
 #: Density of no difference between the log contrasts of two inclusions of the prior.
-_ALIKE = ((1.0 - SOFT) ** 2 + SOFT**2) / (4.0 * CONTRAST_SCALE)
+_DENSITY_ALIKE = ((1.0 - SOFT) ** 2 + SOFT**2) / (4.0 * CONTRAST_SCALE)
 
 
 def bodies_of(found: list[FoundInclusion], area: float) -> list[FoundInclusion]:
@@ -85,7 +85,7 @@ def _odds(one: FoundInclusion, other: FoundInclusion, area: float) -> float:
     ).T
     touch = _density_of_none(gap) * area / (2.0 * math.pi * float(distance.mean()))
     hardness = float(hard.mean()) / HARD**2
-    return _ONE * touch * hardness * _density_of_none(unlike) / _ALIKE
+    return _ONE * touch * hardness * _density_of_none(unlike) / _DENSITY_ALIKE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -30,7 +30,7 @@ _SLIPPED = 0.1
 #: Places nearer than the tip's position is known are one [mm].
 _SAME = 0.2
 #: Enough for a median.
-_MEMBERS = 100
+_MEDIAN_MEMBERS = 100
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class SiteDoubt:
 
 def felt_by(one: FoundInclusion, states: States, background: Background) -> IntArray:
     """Return the rows of the visits that feel an inclusion, in most states that have it."""
-    rows, count, chosen = one.some(_MEMBERS)
+    rows, count, chosen = one.some(_MEDIAN_MEMBERS)
     _, _, level, kinds = (each[chosen] for each in states.flat())
     added = np.log(sums_at(rows, count, background.x, background.y))
     told = np.diagonal(background.precision, axis1=1, axis2=2)[level]

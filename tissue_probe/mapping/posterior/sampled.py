@@ -28,7 +28,7 @@ LEAST_SITES = 4
 #: How far an inclusion's true form is from the model's, relative to k at a site. Those of finite
 #: elements are off by 0.5 % (rms), and by 2 % where most. Sites that are more exact would be
 #: explained by further inclusions, which are not there, and each chain would find some of its own.
-FORM = 0.02
+FORM_ERROR = 0.02
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Sampled:
         felt = FeltSites.of(sites)
         hanging = _MM * np.column_stack([sites.x, sites.y])[sites.hanging]
         domain = Domain.of(felt.x, felt.y, hanging, within)
-        error = np.hypot(felt.noise, FORM)
+        error = np.hypot(felt.noise, FORM_ERROR)
         background = Background.of(felt.x, felt.y, felt.t, error)
         region = domain.region(felt.x, felt.y)
         chains = Chains(felt.log_k, region, background, prior_of(outliers))

@@ -18,7 +18,7 @@ REACH = 2.5
 """Between messages further apart than so many periods nothing is known; one that is lost is
 bridged, as in ``even_grid.interpolate``."""
 
-HELD = 10 * NANOSECONDS
+LONGEST_HELD = 10 * NANOSECONDS
 """How long messages wait for those of the other topic [ns]: twice the time that DDS's queues keep
 (``nodes.qos.BLOCKS``). Messages that wait longer are dropped, so that a topic that ended fills no
 memory."""
@@ -188,8 +188,8 @@ class Channel:
         return False
 
     def forget_oldest(self) -> None:
-        """Let go of messages that have waited for longer than ``HELD``."""
-        excess = sum(len(piece.stamps) for piece in self.pieces) - round(HELD / self.period)
+        """Let go of messages that have waited for longer than ``LONGEST_HELD``."""
+        excess = sum(len(piece.stamps) for piece in self.pieces) - round(LONGEST_HELD / self.period)
         while excess > 0:
             first = self.pieces[0]
             count = min(excess, len(first.stamps))

@@ -25,14 +25,16 @@ class CellKind(Enum):
     TEXT = "text"
 
 
-UNKNOWN = (
+UNKNOWN_CELLS = (
     "", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "1.#qnan",
     "-1.#ind", "#value!", "#div/0!",
 )  # fmt: skip
 """Words that programs write for an unknown value, in lower case."""
 
 UNKNOWN_SPELT = tuple(
-    dict.fromkeys(form for word in UNKNOWN for form in (word, word.upper(), word.title(), "NaN"))
+    dict.fromkeys(
+        form for word in UNKNOWN_CELLS for form in (word, word.upper(), word.title(), "NaN")
+    )
 )
 """The same as they are spelt, for readers that tell cases apart."""
 
@@ -56,7 +58,7 @@ def kind(cell: Cell, decimal: str = ".") -> CellKind:
     """Return the kind of a cell's content, where ``decimal`` is the decimal mark."""
     if isinstance(cell, str):
         text = cell.strip()
-        if text.casefold() in UNKNOWN:
+        if text.casefold() in UNKNOWN_CELLS:
             return CellKind.UNKNOWN
         if _NUMBER[decimal].fullmatch(text):
             return CellKind.NUMBER
@@ -82,7 +84,7 @@ def number(cell: Cell, decimal: str = ".") -> float | int:
             return np.nan
         raise ValueError(str(cell))
     text = cell.strip()
-    if text.casefold() in UNKNOWN:
+    if text.casefold() in UNKNOWN_CELLS:
         return np.nan
     if not _NUMBER[decimal].fullmatch(text):
         raise ValueError(text)

@@ -18,7 +18,7 @@ from tissue_probe.recording.columns.find_table import FoundTable, Row
 from tissue_probe.recording.errors import RecordingError
 from tissue_probe.signals import NANOSECONDS
 
-MARK = "LabVIEW Measurement"
+LABVIEW_MARK = "LabVIEW Measurement"
 TIMES, COMMENTS = "X_Value", "Comment"
 
 Tags = Mapping[str, Sequence[str]]
@@ -172,7 +172,7 @@ def channel_labels(
     decimal : {".", ","}
         The decimal mark.
     """
-    marked = bool(rows) and bool(rows[0].cells) and str(rows[0].cells[0]).strip() == MARK
+    marked = bool(rows) and bool(rows[0].cells) and str(rows[0].cells[0]).strip() == LABVIEW_MARK
     return ChannelLabels(path, found, _tags(rows[: found.first]) if marked else {}, decimal)
 
 

@@ -38,7 +38,7 @@ from tissue_probe.recording.errors import RecordingError
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
 """The separators of cells."""
 
-BLOCK = 2**23  # bytes read at a time
+BLOCK_BYTES = 2**23  # bytes read at a time
 HEADS = 2**14, 2**18
 """Bytes in which the table is found: in the first, unless it ends there, or is the lesser part."""
 
@@ -128,7 +128,7 @@ def _find_encoding(path: Path) -> str:
         try:
             while head:
                 decoder.decode(head)
-                head = file.read(BLOCK)
+                head = file.read(BLOCK_BYTES)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError:
             return "cp1252"
@@ -151,7 +151,7 @@ def _texts(path: Path, encoding: str, size: int, progress: Progress) -> Iterator
             text = text[: -1 if ends else None].replace("\r\n", "\n").replace("\r", "\n")
             lines, feed, rest = text.rpartition("\n")
             rest += "\r" if ends else ""
-            if len(rest) > BLOCK:
+            if len(rest) > BLOCK_BYTES:
                 raise RecordingError(f"{path} is not a table of text: a line in it has no end")
             yield lines + feed
             progress(read / whole)
@@ -272,7 +272,7 @@ class _Reading:
     def run(self, progress: Progress) -> Loaded:
         parts: list[list[np.ndarray]] = [[] for _ in self._names]
         count = 0
-        for text in _texts(self._path, self._dialect.encoding, BLOCK, progress):
+        for text in _texts(self._path, self._dialect.encoding, BLOCK_BYTES, progress):
             self._pieces.append((self._line + 1, count, deepcopy(self._blocks)))
             if self._line + text.count("\n") + 1 < self._begins:
                 self._line += text.count("\n")
@@ -309,7 +309,7 @@ class _Reading:
     def _place(self, row: int) -> str:
         """Say in which line a row is; its piece is read again, as which rows it has is not kept."""
         number = max(n for n, (_, first, _) in enumerate(self._pieces) if first <= row)
-        texts = _texts(self._path, self._dialect.encoding, BLOCK, lambda share: None)
+        texts = _texts(self._path, self._dialect.encoding, BLOCK_BYTES, lambda share: None)
         line, before, blocks = self._pieces[number]
         lines = _end_text(next(islice(texts, number, None))).split("\n")[:-1]
         rows = [Row(line + n, self._dialect.split(each), each) for n, each in enumerate(lines)]
